@@ -71,7 +71,6 @@ if TYPE_CHECKING:
     from .model.modelfile import model_schema as model_schema
     from .model.outcomes import IdentificationError as IdentificationError
     from .model.outcomes import Outcome as Outcome
-    from .peers.limit_cycle import limit_cycle as limit_cycle
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
     from .records.given import bundled_record as bundled_record
@@ -119,7 +118,6 @@ _MODULES = {
     "isolate": "api.vibration.isolation",
     "isolate_system": "api.vibration.system_isolation",
     "identify_many": "api.identifying.many",
-    "limit_cycle": "peers.limit_cycle",
     "model_schema": "model.modelfile",
     "predict": "api.identifying.prediction",
     "read_campaign": "loops.description_file",

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from springs import MOUNT
 from strandspring import Spring, StrandspringError, isolate
 from strandspring.api.vibration.isolation import CheckedMotion
-from strandspring.examples.mounts import STIFF_CORNER
+from strandspring.examples.rigid_platform import STIFF as STIFF_CORNER
 from strandspring.vibration.one_mass.curves_plot import fill
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError

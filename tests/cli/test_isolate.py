@@ -13,7 +13,7 @@ import pytest
 
 from springs import MOUNT
 from strandspring import Spring
-from strandspring.examples.mounts import STIFF_CORNER
+from strandspring.examples.rigid_platform import STIFF as STIFF_CORNER
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 from terminal import Terminal

@@ -461,7 +461,8 @@ def check_motion(
     """The example moves as the native FMU on a plant, simulated with ten steps for each sample; returns that motion."""
     with FmuSpring(build_native_fmu(model, folder)) as spring:
         motion = simulate(plant, [spring], times[-1], 0.1 * times[1], q=[start])
-    assert not any(motion.left_range)
+    assert spring.displacement_min <= motion.displacement.min()
+    assert motion.displacement.max() <= spring.displacement_max
     for name, expected in (
         ("mass.s", motion.q),
         ("mass.v", motion.velocity),

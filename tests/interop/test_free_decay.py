@@ -12,7 +12,7 @@ import pytest
 
 from fmu_tools import SPRING
 from matrix import build_with_states
-from strandspring.cosimulation import FmuSpring, Verlet, one_mass, simulate
+from strandspring.cosimulation import FmuSpring, one_mass, simulate
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.model.modelfile import ModelFile
 
@@ -44,7 +44,7 @@ def decay_in_casadi(fmu: Path, plugin: str) -> np.ndarray:
 def test_free_decay_in_casadi_is_that_of_co_simulation(plugin: str, tmp_path: Path) -> None:
     model = ModelFile("spring", CENTRED)
     with FmuSpring(build_native_fmu(model, tmp_path, zero=0.0)) as spring:
-        fine = simulate(one_mass(MASS, LOAD), [spring], STOP, STEP / 10, Verlet(), velocity=[SPEED]).q[::10, 0]
+        fine = simulate(one_mass(MASS, LOAD), [spring], STOP, STEP / 10, velocity=[SPEED]).q[::10, 0]
     found = decay_in_casadi(build_with_states(model, tmp_path / "states"), plugin)
     amplitude = np.abs(fine).max()
     print(f"{plugin}: {np.abs(found - fine).max() / amplitude:.1e} of the amplitude")

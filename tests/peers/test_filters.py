@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from strandspring.peers import filters as filters_module
 from strandspring.peers.filters import fourier_filter, low_pass
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 
@@ -67,12 +68,14 @@ def test_more_periods_leave_less_noise() -> None:
     assert rms(filtered[:1000] - clean) < rms(fourier_filter(noisy[:1000], 1) - clean)
 
 
-def test_the_given_cut_off_holds() -> None:
+def test_the_cut_off_holds(monkeypatch: pytest.MonkeyPatch) -> None:
     phase = 2.0 * np.pi * np.arange(1200) / 1200
     low, high = np.sin(3.0 * phase), np.sin(40.0 * phase)
-    np.testing.assert_allclose(fourier_filter(low + high, 1, harmonics=10), low, atol=1e-12)
-    np.testing.assert_allclose(fourier_filter(low + high, 3, harmonics=1), low, atol=1e-12)
-    half = low_pass(high, cutoff=40.0 / 1200)[300:900] / high[300:900]
+    for periods, harmonics in ((1, 10), (3, 1)):
+        monkeypatch.setattr(filters_module, "_harmonics_of_noise", lambda _, kept=harmonics: kept)
+        np.testing.assert_allclose(fourier_filter(low + high, periods), low, atol=1e-12)
+    monkeypatch.setattr(filters_module, "_cutoff_of_noise", lambda _: 40.0 / 1200)
+    half = low_pass(high)[300:900] / high[300:900]
     np.testing.assert_allclose(half[np.abs(high[300:900]) > 0.5], 0.5, rtol=0.02)  # the ends still ring a little
 
 
@@ -83,15 +86,9 @@ def test_a_long_noisy_constant_becomes_nearly_constant() -> None:
 
 def test_wrong_use_is_refused() -> None:
     signal = np.ones(100)
-    with pytest.raises(ValueError, match=r"`cutoff` must be within \(0, 0.5\)"):
-        low_pass(signal, 0.5)
     with pytest.raises(ValueError, match="shape"):
         low_pass(np.ones(5))
     with pytest.raises(ValueError, match="finite"):
         low_pass(np.full(100, np.nan))
-    with pytest.raises(ValueError, match="`periods` must be at least 1"):
-        fourier_filter(signal, 0)
-    with pytest.raises(ValueError, match="`harmonics` must be at least 1"):
-        fourier_filter(signal, 1, 0)
     with pytest.raises(ValueError, match="16 samples per period"):
         fourier_filter(signal, 10)

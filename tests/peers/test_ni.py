@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from ni_starts import random_start
 from strandspring import read_record
 from strandspring.cli.main import main
 from strandspring.errors import RecordError
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import NiOutcome, ni_method, plausible_start, random_start
+from strandspring.peers.ni_method import NiOutcome, ni_method, plausible_start
 from strandspring.peers.periods import whole_periods
 
 # Amplitude [mm] and n with which the rms force of the paper's Table 1 comes out; the second loop nearly vanishes.
@@ -136,7 +137,9 @@ def test_periods_of_uneven_sampling_are_resampled() -> None:
     p, _ = experiment()
     time = np.sort(np.random.default_rng(3).uniform(0.0, 40.0, 20_000))
     displacement = 5.0 * np.sin(time + 0.3)
-    found = whole_periods(displacement, p.force(displacement), time)
+    found = whole_periods(
+        displacement, p.amplifier(displacement) * (p.hysteretic(displacement) + p.elastic(displacement)), time
+    )
     assert found.count == 6  # the last six of 6.28 s in 40 s; the virgin curve lies before them
     assert rms(p.steady_force(found.displacement) - found.mean_force) < 0.1  # N of 248 N; linear interpolation
 
@@ -189,8 +192,7 @@ def test_the_method_from_exact_values_beats_the_paper_under_noise(amplitude: flo
     errors = []
     for seed in range(5):
         result = ni_method(period, with_noise(clean, 0.03, seed), p)
-        errors.append(rms(result.predicted - clean))
-        assert 1 <= result.iterations < result.evaluations
+        errors.append(rms(result.parameters.steady_force(period) - clean))
     # 8 parameters and 1000 samples with 7.4 N of noise leave 0.66 N at best; the paper reports 2.05 N.
     assert np.median(errors) < 1.2
     assert max(errors) < 2.05
@@ -203,20 +205,11 @@ def test_random_starts_mostly_fail() -> None:
         ni_method(period, with_noise(clean, 0.03, seed), random_start(np.random.default_rng(seed), p))
         for seed in range(10)
     ]
-    errors = [rms(result.predicted - clean) for result in results]
+    errors = [rms(result.parameters.steady_force(period) - clean) for result in results]
     failed = sum(error > 2.5337 for error in errors)  # worse than the paper's two-stage method
     assert 3 <= failed <= 10
     for result, error in zip(results, errors, strict=True):
         assert result.outcome is not NiOutcome.CONVERGED or error < 10.0, "a bad fit must not be called converged"
-
-
-def test_random_starts_are_repeatable_and_within_their_spread() -> None:
-    first, second = (random_start(np.random.default_rng(7), PAPER_NI, 3.0) for _ in range(2))
-    assert first == second
-    for name, value in asdict(first).items():
-        assert 1.0 / 3.0 <= value / asdict(PAPER_NI)[name] <= 3.0, name
-    with pytest.raises(ValueError, match="`spread` must be > 1"):
-        random_start(np.random.default_rng(0), PAPER_NI, 1.0)
 
 
 def test_a_plausible_start_has_the_order_of_the_record() -> None:
@@ -224,13 +217,6 @@ def test_a_plausible_start_has_the_order_of_the_record() -> None:
     start = plausible_start(period, p.steady_force(period))
     assert 0.1 < rms(start.steady_force(period)) / rms(p.steady_force(period)) < 10.0
     assert ni_method(period, p.steady_force(period), start).rmse < 0.2 * rms(p.steady_force(period))
-
-
-def test_few_harmonics_do_and_none_does_not() -> None:
-    p, period = experiment()
-    assert ni_method(period, p.steady_force(period), off(p, 0.02), harmonics=20).rmse < 1e-3
-    with pytest.raises(ValueError, match="`harmonics` must be at least 1"):
-        ni_method(period, period, p, harmonics=0)
 
 
 def test_another_spring_leaves_more_than_noise() -> None:

@@ -13,16 +13,18 @@ import reports
 from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.model.modelfile import ModelFile
-from strandspring.report import details, drawing, evaluation, figure, page, quantities, thinning
-from strandspring.report.blocks import Content, Facts, Gallery, Level, Notice, Table, Text
-from strandspring.report.chart import Chart
-from strandspring.report.charts import engineering_charts, fit_charts
+from strandspring.report import details, figure
+from strandspring.report.charts import engineering_charts, evaluation, fit_charts
+from strandspring.report.charts.engineering import EngineeringFigures
+from strandspring.report.charts.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
+from strandspring.report.content import quantities, thinning
+from strandspring.report.content.blocks import Content, Facts, Gallery, Level, Notice, Table, Text
+from strandspring.report.content.chart import Chart
+from strandspring.report.content.thinning import visible
 from strandspring.report.details import ReportDetails
-from strandspring.report.engineering import EngineeringFigures
-from strandspring.report.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
-from strandspring.report.page import check_report_path, script_json
+from strandspring.report.rendering import drawing, page
+from strandspring.report.rendering.page import check_report_path, script_json
 from strandspring.report.report_content import report_content
-from strandspring.report.thinning import visible
 from synthetic import record_of, sine, spring_of
 
 

@@ -17,10 +17,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import system_schema
+from example_springs import write_models
 from springs import EXAMPLES
 from strandspring.docs.site import page_text
 from strandspring.errors import MountedSystemError
-from strandspring.examples import system_models
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.model.modelfile import ModelFile, load_model, save_model
 from strandspring.vibration.bodies.loads import ChannelKind
@@ -524,7 +524,7 @@ def test_examples_load_fit_the_schema_and_run(path: Path) -> None:
 
 
 def test_models_of_the_examples_are_what_their_script_makes(tmp_path: Path) -> None:
-    system_models.write_models(tmp_path, ["corner_shear"])
+    write_models(tmp_path, ["corner_shear"])
     made, bundled = (load_model(each / "corner_shear.json") for each in (tmp_path, SYSTEMS))
     assert "not measured" in bundled.description
     for name, value in bundled.parameters.as_dict().items():

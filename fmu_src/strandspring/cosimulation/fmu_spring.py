@@ -69,7 +69,6 @@ class FmuSpring:
     Attributes
     ----------
     displacement_min, displacement_max : float   Identified range [m].
-    can_interpolate : bool             Whether the FMU accepts derivatives of its displacement.
     committed_displacement : float     End of the committed path [m]; NaN before `start`.
     messages : list of str             Log messages of the FMU.
 
@@ -90,17 +89,12 @@ class FmuSpring:
         self.name = name
         self.displacement_min = float(starts["displacement_min"][0])
         self.displacement_max = float(starts["displacement_max"][0])
-        self.can_interpolate = bool(interface.canInterpolateInputs)
         self.committed_displacement = math.nan
         self.messages = Messages(fmi)
-        # FMPy does not read what FMI 3.0 says of them, and all springs of that version have them.
-        self._has_derivatives = fmi == 3 or bool(interface.providesDirectionalDerivative)
         self._parameters = [references[name] for name in given]
         self._parameter_values = [value for values in given.values() for value in values]
-        self._displacement = references["displacement"]
-        self._force = references["force"]
         # FMPy's own calls by lists take longer than the FMU itself.
-        self._input, self._input_value = (c_uint * 1)(self._displacement), (c_double * 1)()
+        self._input, self._input_value = (c_uint * 1)(references["displacement"]), (c_double * 1)()
         self._outputs = (c_uint * 3)(*(references[output] for output in Response._fields))
         self._output_values = (c_double * 3)()
         self._folder = TemporaryFolder()
@@ -159,47 +153,6 @@ class FmuSpring:
         self._call(self._slave.doStep, time, step)
         self.committed_displacement = displacement
         return self._get()
-
-    def commit_curve(
-        self, time: float, step: float, displacement: float, velocity: float, acceleration: float
-    ) -> Response:
-        """Commit the path displacement + velocity*tau + acceleration*tau^2/2, with 0 <= tau <= step.
-
-        Parameters
-        ----------
-        displacement, velocity, acceleration : float   At the beginning of the step [m, m/s, m/s^2].
-
-        Raises
-        ------
-        CosimulationError   If the FMU does not accept input derivatives.
-        """
-        if not self.can_interpolate:
-            raise CosimulationError(
-                f"{self.name}: the FMU accepts no derivatives of its displacement; build it with `backend=native` and "
-                "`fmi=2`, or choose a straight input path."
-            )
-        self._set(displacement)
-        self._call(
-            self._slave.setRealInputDerivatives, [self._displacement] * 2, [1, 2], [velocity, acceleration]
-        )  # fmt: skip
-        self._call(self._slave.doStep, time, step)
-        self.committed_displacement = displacement + step * (velocity + 0.5 * step * acceleration)
-        return self._get()
-
-    def directional_derivative(self) -> float:
-        """d force/d displacement at the displacement set last, by the FMU's directional derivative [N/m].
-
-        Raises
-        ------
-        CosimulationError   If the FMU does not provide it.
-        """
-        if not self._has_derivatives:
-            raise CosimulationError(
-                f"{self.name}: the FMU has no directional derivatives; build it with `backend=native`, or use its "
-                "`stiffness`."
-            )
-        derivatives = self._call(self._slave.getDirectionalDerivative, [self._force], [self._displacement], [1.0])
-        return float(derivatives[0])
 
     @contextmanager
     def rollback(self) -> Iterator[None]:

@@ -1,175 +1,193 @@
-"""Explicit masters: each subsystem steps once, with forces and displacements held, extrapolated or interpolated.
+"""Two masters, which exchange displacement and force between a plant and its springs.
 
-All use the plant's exact solution (`plants.LinearFlow`), so that error and instability come from the coupling alone.
-`stability` computes the largest stable step: on an undamped mass and spring, masters that hold forces or extrapolate
-them linearly add energy at any step, the less the smaller it is; Verlet is stable up to h*omega = 2.
+`Jacobi` steps both at once, as most simulators and SSP tools do: the force on the plant is held, and the springs move
+to the displacements of the beginning of the step. The plant's solution is exact (`plants.LinearFlow`), so that error
+and instability come from the coupling alone: it is of first order, and on an undamped mass and spring it adds energy at
+any step.
+
+`Iterative` repeats each step, rolling the FMUs back, until plant and springs agree on the displacements at its end. It
+takes the midpoint rule for the plant, with the mean force of each spring over the step
+
+    Fm = (E(d_1) - E(d_0))/(d_1 - d_0),    E = absorbed_energy,
+
+so that the work of the plant on the spring equals the energy the spring absorbs, within the tolerance, at any step
+size: an energy-momentum method with the discrete gradient of Gonzalez (J. Nonlinear Sci. 6, 1996). Its derivative by
+d_1 is (F(d_1) - Fm)/(d_1 - d_0), as F is the derivative of E. Near d_1 = d_0, where both quotients lose precision,
+(F(d_0) + F(d_1))/2 and half the tangent stiffness replace them.
+
+With A = 2 M/h^2 + C/h + K/2, dq = q_1 - q_0 and the mean load f,
+
+    A dq = 2 M v_0/h - K q_0 + f - sum_j count_j*g_j*Fm_j,    v_1 = 2 dq/h - v_0,
+
+which leaves one equation for each spring's displacement.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
+from typing import Protocol
 
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from .coupling import (
-    END,
-    MEAN,
-    CoupledSpring,
-    CoupledState,
-    Stepper,
-    StepResult,
-    check_order,
-    commit_curves,
-    commit_straight,
-)
-from .fmu_spring import Response
+from .fmu_spring import CosimulationError, FmuSpring
 from .plants import LinearFlow, Plant, quadratic_load
 
-
-class Subsystem(Enum):
-    """The two sides of the coupling."""
-
-    PLANT = "plant"
-    SPRINGS = "springs"
+_EPSILON = float(np.finfo(np.float64).eps)
+_MIN_STEP_FRACTION = 1e-3  # of a Newton step, at which the line search stops
+_MEAN = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])  # of 1, s, s^2 over a step, 0 <= s <= 1
 
 
-class InputPath(Enum):
-    """Path of a spring's displacement within a step.
+@dataclass(frozen=True, eq=False)
+class CoupledState:
+    """The coupled system at a communication point.
 
-    `STRAIGHT` goes to the displacement at the end. The others give the FMU derivatives of its input, so that it turns
-    within the step where the displacement does. `RESET` begins each step at the plant's displacement, as masters do
-    that pass on values and derivatives: if displacements are extrapolated, this moves the spring back by the error of
-    the last step, and a hysteretic spring, which remembers every reversal, drifts. `CURVED` begins at the spring's
-    committed displacement.
+    Attributes
+    ----------
+    q, velocity : ndarray, shape (N,)       Of the plant.
+    displacements : ndarray, shape (J,)     Of the springs as the plant moves [m].
+    forces, energies : ndarray, shape (J,)  Of the springs at the displacements they have been moved to [N], [J].
     """
 
-    STRAIGHT = "straight"
-    CURVED = "curved"
-    RESET = "curved, reset to the plant's displacement"
+    q: FloatArray
+    velocity: FloatArray
+    displacements: FloatArray
+    forces: FloatArray
+    energies: FloatArray
+
+
+# Time at the beginning of the step and the state there; returns the state at its end.
+Stepper = Callable[[float, CoupledState], CoupledState]
+
+
+class Master(Protocol):
+    """How plant and springs exchange displacement and force."""
+
+    def stepper(self, plant: Plant, springs: Sequence[FmuSpring], step: float) -> Stepper:
+        """The function that performs steps of this size [s]."""
 
 
 @dataclass(frozen=True)
 class Jacobi:
-    """Both subsystems step at once with what is known at the beginning; most master tools do so, with both orders 0.
+    """Each side steps once, with what is known at the beginning of the step."""
 
-    Parameters
-    ----------
-    force_order : int          Forces on the plant: held (0), extrapolated linearly (1) or by a parabola (2).
-    displacement_order : int   The same for the displacements of the springs.
-    input_path : InputPath     Other than straight, it needs FMUs that interpolate inputs.
-    """
-
-    force_order: int = 0
-    displacement_order: int = 0
-    input_path: InputPath = InputPath.STRAIGHT
-
-    def __post_init__(self) -> None:
-        check_order("force_order", self.force_order)
-        check_order("displacement_order", self.displacement_order)
-
-    def stepper(self, plant: Plant, step: float) -> Stepper:
+    def stepper(self, plant: Plant, springs: Sequence[FmuSpring], step: float) -> Stepper:
         flow = LinearFlow(plant, step)
 
-        def advance(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
-            forces = state.extrapolate(state.forces, self.force_order)
-            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
-            paths = state.extrapolate(state.displacements, self.displacement_order)
-            responses = _commit(springs, time, step, state, paths, self.input_path)
-            return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
+        def advance(time: float, state: CoupledState) -> CoupledState:
+            load = quadratic_load(plant, time, step)
+            load[0] += plant.generalized_force(state.forces)
+            q, velocity = flow.advance(state.q, state.velocity, load)
+            forces, energies = commit(springs, time, step, state.displacements)
+            return CoupledState(q, velocity, plant.displacements(time + step, q), forces, energies)
 
         return advance
 
 
 @dataclass(frozen=True)
-class GaussSeidel:
-    """One subsystem steps first, the other with its result.
+class Iterative:
+    """Repeat each step until plant and springs agree.
 
     Parameters
     ----------
-    first : Subsystem          `PLANT`: forces are extrapolated, displacements interpolated; `SPRINGS`: the reverse.
-    force_order : int          0, 1 or 2: constant, linear, parabola through the latest values.
-    displacement_order : int   The same; if displacements are interpolated on a straight path, it has no effect.
-    input_path : InputPath     As in `Jacobi`.
+    tolerance : float          Difference in the springs' displacements at which the iteration ends [m].
+    max_iterations : int
     """
 
-    first: Subsystem = Subsystem.PLANT
-    force_order: int = 2
-    displacement_order: int = 2
-    input_path: InputPath = InputPath.STRAIGHT
+    tolerance: float = 1e-12
+    max_iterations: int = 50
 
     def __post_init__(self) -> None:
-        check_order("force_order", self.force_order)
-        check_order("displacement_order", self.displacement_order)
+        if not self.tolerance > 0.0:
+            raise CosimulationError(f"`tolerance` must be > 0 [m], got {self.tolerance!r}.")
+        if self.max_iterations < 1:
+            raise CosimulationError(f"`max_iterations` must be >= 1, got {self.max_iterations!r}.")
 
-    def stepper(self, plant: Plant, step: float) -> Stepper:
-        flow = LinearFlow(plant, step)
+    def stepper(self, plant: Plant, springs: Sequence[FmuSpring], step: float) -> Stepper:
+        inverse = np.linalg.inv(2.0 * plant.M / step**2 + plant.C / step + 0.5 * plant.K)
+        # Displacement of the plant's coordinates, and of the springs, per mean spring force.
+        plant_compliance = inverse @ (plant.G * plant.counts)
+        compliance = plant.G.T @ plant_compliance
 
-        def plant_first(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
-            forces = state.extrapolate(state.forces, self.force_order)
-            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
-            paths = state.interpolate(displacements, state.displacements, self.displacement_order)
-            responses = _commit(springs, time, step, state, paths, self.input_path)
-            return StepResult(state.next(q, velocity, displacements, displacements, responses), MEAN @ forces)
+        def advance(time: float, state: CoupledState) -> CoupledState:
+            load = _MEAN @ quadratic_load(plant, time, step)
+            momentum = 2.0 / step * plant.M @ state.velocity
+            free_increment = inverse @ (momentum - plant.K @ state.q + load)
+            # Relative to the committed displacements, so that the residual of a step is corrected in the next one.
+            committed = np.array([spring.committed_displacement for spring in springs])
+            target = plant.displacements(time + step, state.q + free_increment) - committed
 
-        def springs_first(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
-            paths = state.extrapolate(state.displacements, self.displacement_order)
-            responses = _commit(springs, time, step, state, paths, self.input_path)
-            end_forces = np.array([response.force for response in responses])
-            forces = state.interpolate(end_forces, state.forces, self.force_order)
-            q, velocity, displacements = _advance_plant(plant, flow, time, step, state, forces)
-            return StepResult(state.next(q, velocity, displacements, END @ paths, responses), MEAN @ forces)
+            def trial(travel: FloatArray) -> FloatArray:
+                """Mean forces, their derivatives by the travel, and their rounding noise, shape (3, J)."""
+                starts = zip(springs, travel.tolist(), state.forces.tolist(), state.energies.tolist(), strict=True)
+                return np.array([_mean_force(time, step, *start) for start in starts]).reshape(-1, 3).T
 
-        return plant_first if self.first is Subsystem.PLANT else springs_first
-
-
-@dataclass(frozen=True)
-class Verlet:
-    """Springs act on the plant by half an impulse at either end of the step; in between it moves without them.
-
-    Velocity Verlet where the plant is mass alone. Of second order and symplectic: without damping the energy error
-    stays bounded up to h*omega = 2, where omega is the highest natural frequency.
-    """
-
-    def stepper(self, plant: Plant, step: float) -> Stepper:
-        flow = LinearFlow(plant, step)
-        half_impulse = -0.5 * step * plant.inverse_mass @ (plant.G * plant.counts)
-
-        def advance(time: float, state: CoupledState, springs: Sequence[CoupledSpring]) -> StepResult:
-            velocity = state.velocity + half_impulse @ state.forces[0]
-            q, velocity = flow.advance(state.q, velocity, quadratic_load(plant, time, step))
-            displacements = plant.displacements(time + step, q)
-            responses = commit_straight(springs, time, step, displacements)
-            forces = np.array([response.force for response in responses])
-            end = state.next(q, velocity + half_impulse @ forces, displacements, displacements, responses)
-            return StepResult(end, 0.5 * (state.forces[0] + forces))
+            travel, forces = self._solve(trial, state.forces, target, compliance, time)
+            increment = free_increment - plant_compliance @ forces
+            q, velocity = state.q + increment, 2.0 / step * increment - state.velocity
+            end_forces, energies = commit(springs, time, step, committed + travel)
+            return CoupledState(q, velocity, plant.displacements(time + step, q), end_forces, energies)
 
         return advance
 
+    def _solve(
+        self,
+        trial: Callable[[FloatArray], FloatArray],
+        guess: FloatArray,
+        target: FloatArray,
+        compliance: FloatArray,
+        time: float,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Travel of the springs with travel + compliance*mean force = target, and these forces."""
+        travel = target - compliance @ guess
+        newton_step, fraction, last_error = travel, 1.0, np.inf
+        for _ in range(self.max_iterations):
+            forces, derivatives, noise = trial(travel)
+            residual = travel + compliance @ forces - target
+            error = float(np.max(np.abs(residual), initial=0.0))
+            rounding = _EPSILON * np.abs(target) + np.abs(compliance) @ noise
+            if error <= self.tolerance + float(np.max(rounding, initial=0.0)):
+                return travel, forces
+            if error < last_error or fraction < _MIN_STEP_FRACTION:
+                last_error, fraction = error, 1.0
+                newton_step = -np.linalg.solve(np.eye(travel.size) + compliance * derivatives, residual)
+                travel = travel + newton_step
+            else:
+                # The stiffness jumps at a reversal: halve the Newton step.
+                fraction *= 0.5
+                travel = travel - fraction * newton_step
+        raise CosimulationError(
+            f"Plant and springs must agree within {self.tolerance:g} m in {self.max_iterations} iterations, but differ "
+            f"by {error:.3g} m in the step at {time:.6g} s; take smaller steps."
+        )
 
-def _advance_plant(
-    plant: Plant, flow: LinearFlow, time: float, step: float, state: CoupledState, forces: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """q, q' and the springs' displacements after the step under the load and forces of shape (3, J) in powers of s."""
-    generalized = quadratic_load(plant, time, step) - forces * plant.counts @ plant.G.T
-    q, velocity = flow.advance(state.q, state.velocity, generalized)
-    return q, velocity, plant.displacements(time + step, q)
+
+def commit(
+    springs: Sequence[FmuSpring], time: float, step: float, displacements: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Commit each spring's straight path to its displacement; forces and absorbed energies there, shape (J,)."""
+    responses = [
+        spring.commit(time, step, displacement)
+        for spring, displacement in zip(springs, displacements.tolist(), strict=True)
+    ]
+    forces, energies, _ = np.array(responses).reshape(-1, 3).T
+    return forces, energies
 
 
-def _commit(
-    springs: Sequence[CoupledSpring],
-    time: float,
-    step: float,
-    state: CoupledState,
-    displacements: FloatArray,
-    input_path: InputPath,
-) -> list[Response]:
-    """Commit the springs' paths to the end of displacements of shape (3, J) in powers of s."""
-    if input_path is InputPath.STRAIGHT:
-        return commit_straight(springs, time, step, END @ displacements)
-    if input_path is InputPath.CURVED:
-        offset = state.committed - displacements[0]
-        displacements = displacements + np.array([offset, -offset, np.zeros_like(offset)])
-    return commit_curves(springs, time, step, displacements)
+def _mean_force(
+    time: float, step: float, spring: FmuSpring, trial_travel: float, start_force: float, start_energy: float
+) -> tuple[float, float, float]:
+    """Mean force of a spring over a trial step, its derivative by the travel, and its rounding noise."""
+    committed = spring.committed_displacement
+    displacement = committed + trial_travel
+    travel = displacement - committed  # after rounding, which matters where it is tiny
+    with spring.rollback():
+        end_force, end_energy, stiffness = spring.commit(time, step, displacement)
+    absorbed = end_energy - start_energy
+    # Rounding of the difference, of the displacement, and of the potential from which the FMU computes the energy.
+    extent = abs(displacement) + spring.displacement_max - spring.displacement_min
+    noise = 2.0 * _EPSILON * (abs(end_energy) + abs(start_energy) + abs(end_force) * extent)
+    if abs((end_force - start_force) * travel) <= noise:
+        return 0.5 * (start_force + end_force), 0.5 * stiffness, _EPSILON * (abs(start_force) + abs(end_force))
+    return absorbed / travel, (end_force - absorbed / travel) / travel, noise / abs(travel)

@@ -1,6 +1,6 @@
 """Filters against heavy noise, before the identification (paper section 3.3).
 
-Both choose their cut-off from the record's noise unless it is given: with the noise power v per coefficient read off
+Both choose their cut-off from the record's noise: with the noise power v per coefficient read off
 the highest frequencies, a filter of gain g leaves of a coefficient of power P the expected squared error
 
     (1 - g)^2*(P - v) + g^2*v,
@@ -24,14 +24,14 @@ _CUTOFFS = 60  # tried between one half cycle per record and the Nyquist frequen
 _FEWEST = 16  # samples
 
 
-def low_pass(force: FloatArray, cutoff: float | None = None) -> FloatArray:
+def low_pass(force: FloatArray) -> FloatArray:
     """Zero-phase Butterworth low-pass of order 4, run forth and back, on samples uniform in time.
+
+    At the cut-off a quarter of the power, half of the amplitude, is left.
 
     Parameters
     ----------
     force : ndarray, shape (K,)   [N], or any other signal.
-    cutoff : float or None        Where a quarter of the power, half of the amplitude, is left [cycles per sample],
-                                  within (0, 0.5); from the noise if None.
 
     Returns
     -------
@@ -39,15 +39,12 @@ def low_pass(force: FloatArray, cutoff: float | None = None) -> FloatArray:
 
     Raises
     ------
-    ValueError                    If there are fewer than 16 samples or the cut-off is out of range.
+    ValueError                    If there are fewer than 16 samples.
     """
     values = _checked(force)
+    cutoff = _cutoff_of_noise(values)
     if cutoff is None:
-        cutoff = _cutoff_of_noise(values)
-        if cutoff is None:
-            return values.copy()
-    if not 0.0 < cutoff < 0.5:
-        raise ValueError(f"`cutoff` must be within (0, 0.5) cycles per sample, got {cutoff!r}.")
+        return values.copy()
     sections = butter(_ORDER, 2.0 * cutoff, output="sos")
     # The transient at the ends lasts about a period of the cut-off frequency for each order.
     padding = min(values.size - 1, math.ceil(_ORDER / cutoff))
@@ -58,7 +55,7 @@ def low_pass(force: FloatArray, cutoff: float | None = None) -> FloatArray:
     return np.asarray(smooth[padding : padding + values.size])
 
 
-def fourier_filter(force: FloatArray, periods: int, harmonics: int | None = None) -> FloatArray:
+def fourier_filter(force: FloatArray, periods: int) -> FloatArray:
     """Ni's non-causal filter: the discrete Fourier series over whole periods without its high harmonics.
 
     What lies between the harmonics goes as well, so that every period comes out the same.
@@ -67,7 +64,6 @@ def fourier_filter(force: FloatArray, periods: int, harmonics: int | None = None
     ----------
     force : ndarray, shape (K,)   Exactly `periods` whole periods at uniform phases [N].
     periods : int                 Number of periods in it, >= 1.
-    harmonics : int or None       Highest harmonic kept; from the noise if None.
 
     Returns
     -------
@@ -75,19 +71,15 @@ def fourier_filter(force: FloatArray, periods: int, harmonics: int | None = None
 
     Raises
     ------
-    ValueError                    If there are fewer than 16 samples in a period or a number is below 1.
+    ValueError                    If there are fewer than 16 samples in a period.
     """
     values = _checked(force)
-    for name, number in (("periods", periods), ("harmonics", harmonics)):
-        if number is not None and number < 1:
-            raise ValueError(f"`{name}` must be at least 1, got {number}.")
     if values.size < _FEWEST * periods:
         raise ValueError(
             f"`force` must have at least {_FEWEST} samples per period, got {values.size} for {periods} periods."
         )
     spectrum = np.fft.rfft(values)
-    if harmonics is None:
-        harmonics = _harmonics_of_noise(np.abs(spectrum[::periods]) ** 2)
+    harmonics = _harmonics_of_noise(np.abs(spectrum[::periods]) ** 2)
     kept = np.zeros(spectrum.size)
     kept[: harmonics * periods + 1 : periods] = 1.0
     return np.fft.irfft(spectrum * kept, values.size)

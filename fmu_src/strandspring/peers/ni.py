@@ -135,11 +135,6 @@ class NiParameters:
             raise ValueError(f"`Z_start` must be within -z0 and z0 = {z0!r} N, got {Z_start!r}.")
         return z0 * self._normalized().omega(path, Z_start / z0)
 
-    def force(self, displacement: ArrayLike, Z_start: float = 0.0) -> FloatArray:
-        """Restoring force along a path [N], eq. (26); parameters as those of `hysteretic`."""
-        path = as_path(displacement)
-        return np.asarray(self.amplifier(path) * (self.hysteretic(path, Z_start) + self.elastic(path)))
-
     def steady_hysteretic(self, period: ArrayLike) -> FloatArray:
         """Z over one period of the steady state.
 
@@ -181,7 +176,7 @@ class NiParameters:
         return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, rho, self.sigma, self.n, 0.0, -reach, reach))
 
     def steady_force(self, period: ArrayLike) -> FloatArray:
-        """Restoring force over one period of the steady state [N]; `period` as that of `steady_hysteretic`."""
+        """Restoring force over one period of the steady state [N], eq. (26); `period` as of `steady_hysteretic`."""
         path = as_path(period)
         return np.asarray(self.amplifier(path) * (self.steady_hysteretic(path) + self.elastic(path)))
 

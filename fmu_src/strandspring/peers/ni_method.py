@@ -2,7 +2,7 @@
 
 The method needs one steady period (or several) and start values. In every iteration the response predicted for
 the period is transformed by FFT and its complex coefficients are compared with those of the measured force; by
-Parseval's theorem, with all harmonics kept, that is a least-squares fit over the samples.
+Parseval's theorem that is a least-squares fit over the samples.
 
 Two choices the paper leaves open. The optimizer varies ln(eta), ln(theta + lambda), ln(sigma - 1/2) and ln(n) in
 place of eta, theta, lambda and n, so that no step leaves the physically possible models (sigma >= 1/2), for which
@@ -16,7 +16,7 @@ Units are those of `strandspring.peers.ni`: mm and N.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from ..core.parameters import N_RANGE, SIGMA_RANGE
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
-from .ni import PAPER_NI, NiParameters
+from .ni import NiParameters
 from .periods import Periods, whole_periods
 
 _MAX_STEPS = 500  # of the optimizer, refused ones included
@@ -54,44 +54,31 @@ class NiOutcome(Enum):
     )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class NiResult:
     """Result of Ni's method.
 
     Attributes
     ----------
     parameters : NiParameters
-    displacement : ndarray, shape (K,)  The period that was fitted [mm].
-    predicted : ndarray, shape (K,)     Steady force over it [N].
-    iterations : int                    Steps of the optimizer, each with its Jacobian.
-    evaluations : int                   Responses computed, those for the Jacobians included.
-    rmse : float                        Against the mean period of the record [N].
+    rmse : float              Of the steady force against the mean period of the record [N].
     outcome : NiOutcome
     """
 
     parameters: NiParameters
-    displacement: FloatArray
-    predicted: FloatArray
-    iterations: int
-    evaluations: int
     rmse: float
     outcome: NiOutcome
 
 
 def ni_method(
-    displacement: ArrayLike,
-    force: ArrayLike,
-    start: NiParameters,
-    harmonics: int | None = None,
-    time: ArrayLike | None = None,
+    displacement: ArrayLike, force: ArrayLike, start: NiParameters, time: ArrayLike | None = None
 ) -> NiResult:
     """Fit Ni's model to a periodic record.
 
     Parameters
     ----------
     displacement, force : array_like, shape (K,)   Whole steady periods, from the neutral position [mm], [N].
-    start : NiParameters                           Start values: exact, a guess, `random_start` or `plausible_start`.
-    harmonics : int or None                        Highest harmonic compared; all if None.
+    start : NiParameters                           Start values: exact, a guess or `plausible_start`.
     time : array_like, shape (K,), or None         [s]; None if the samples are uniform in time.
 
     Returns
@@ -101,52 +88,25 @@ def ni_method(
     Raises
     ------
     RecordError   If the record holds no whole periods.
-    ValueError    If `harmonics` is below 1.
     """
-    if harmonics is not None and harmonics < 1:
-        raise ValueError(f"`harmonics` must be at least 1, got {harmonics}.")
     from scipy.optimize import least_squares  # slow to import, and only identification needs it
 
     periods = whole_periods(displacement, force, time)
-    problem = _FourierProblem(periods, start, harmonics)
+    problem = _FourierProblem(periods, start)
     fit = least_squares(
         problem.misfit, _to_vector(start), jac=problem.jacobian, method="lm", max_nfev=_MAX_STEPS,
         xtol=_XTOL, ftol=_FTOL, gtol=_GTOL,
     )  # fmt: skip
     parameters = _from_vector(fit.x, start)
-    predicted = parameters.steady_force(periods.displacement)
     measured = periods.mean_force
-    rmse = float(np.sqrt(np.mean((predicted - measured) ** 2)))
+    rmse = float(np.sqrt(np.mean((parameters.steady_force(periods.displacement) - measured) ** 2)))
     if fit.status == 0:
         outcome = NiOutcome.OUT_OF_STEPS
     elif rmse > max(_LEFT_OVER * _noise(periods), _SHAPE * float(np.sqrt(np.mean(measured**2)))):
         outcome = NiOutcome.LOCAL_MINIMUM
     else:
         outcome = NiOutcome.CONVERGED
-    return NiResult(parameters, periods.displacement, predicted, problem.iterations, problem.evaluations, rmse, outcome)
-
-
-def random_start(generator: np.random.Generator, scale: NiParameters = PAPER_NI, spread: float = 10.0) -> NiParameters:
-    """Random start values: each parameter is that of `scale` times a factor, log-uniform in [1/spread, spread].
-
-    Draws that are not physically possible are drawn again. B stays, since C carries the one number of the amplifier.
-
-    Parameters
-    ----------
-    generator : numpy.random.Generator   Seeded, for results that can be repeated.
-    scale : NiParameters                 Exact values, or `plausible_start` where they are unknown.
-    spread : float                       > 1.
-    """
-    if not (spread > 1.0 and math.isfinite(spread)):
-        raise ValueError(f"`spread` must be > 1, got {spread!r}.")
-    names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")
-    while True:
-        factors = np.exp(generator.uniform(-math.log(spread), math.log(spread), len(names)))
-        drawn = {name: getattr(scale, name) * float(f) for name, f in zip(names, factors, strict=True)}
-        try:
-            return replace(scale, **drawn)
-        except ValueError:
-            continue
+    return NiResult(parameters, rmse, outcome)
 
 
 def plausible_start(displacement: ArrayLike, force: ArrayLike) -> NiParameters:
@@ -191,27 +151,23 @@ def _from_vector(vector: FloatArray, start: NiParameters) -> NiParameters:
 
 
 class _FourierProblem:
-    """Misfit of the Fourier coefficients and its Jacobian, as real numbers; counts what it is asked."""
+    """Misfit of the Fourier coefficients and its Jacobian, as real numbers."""
 
-    def __init__(self, periods: Periods, start: NiParameters, harmonics: int | None) -> None:
+    def __init__(self, periods: Periods, start: NiParameters) -> None:
         self._x = periods.displacement
         self._start = start
         size = self._x.size
-        kept = size // 2 if harmonics is None else min(harmonics, size // 2)
         # Parseval: harmonics between 0 and the Nyquist frequency stand for two coefficients each.
-        weight = np.full(kept + 1, math.sqrt(2.0) / size)
+        weight = np.full(size // 2 + 1, math.sqrt(2.0) / size)
         weight[0] = 1.0 / size
-        if 2 * kept == size:
+        if size % 2 == 0:
             weight[-1] = 1.0 / size
         self._weight = weight
         self._measured = self._coefficients(periods.mean_force)
         self._refused = np.full_like(self._measured, _FAR_OFF * max(float(np.abs(self._measured).max()), 1e-300))
-        self.iterations = 0
-        self.evaluations = 0
 
     def misfit(self, vector: FloatArray) -> FloatArray:
         """Predicted minus measured coefficients [N]; far off where the model has no response."""
-        self.evaluations += 1
         try:
             parameters = _from_vector(vector, self._start)
         except ValueError:
@@ -222,7 +178,6 @@ class _FourierProblem:
 
     def jacobian(self, vector: FloatArray) -> FloatArray:
         """Exact for K1, K2, K3 and the growth, forward differences of Z for the other four, shape (R, 8)."""
-        self.iterations += 1
         parameters = _from_vector(vector, self._start)
         x, amplifier = self._x, parameters.amplifier(self._x)
         Z = parameters.steady_hysteretic(x)
@@ -231,7 +186,6 @@ class _FourierProblem:
         for k in range(4, vector.size):
             moved = vector.copy()
             moved[k] += _DIFFERENCE
-            self.evaluations += 1
             columns.append(amplifier * (self._hysteretic(moved, Z) - Z) / _DIFFERENCE)
         return np.stack([self._coefficients(column) for column in columns], axis=1)
 
@@ -242,5 +196,5 @@ class _FourierProblem:
             return at_the_edge
 
     def _coefficients(self, force: FloatArray) -> FloatArray:
-        spectrum = np.fft.rfft(force)[: self._weight.size] * self._weight
+        spectrum = np.fft.rfft(force) * self._weight
         return np.concatenate([spectrum.real, spectrum.imag])

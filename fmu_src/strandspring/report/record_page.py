@@ -13,11 +13,11 @@ from ..loops.overview import RecordOverview, overview
 from ..loops.strokes import IndexArray
 from ..model.outcomes import IdentificationError
 from ..records.record import Record
-from .blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
-from .chart import Axis, Chart, Form, Role, Trace
-from .page import write_page
-from .quantities import NUMBER, Unit, number, span
-from .thinning import visible
+from .content.blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
+from .content.chart import Axis, Chart, Form, Role, Trace
+from .content.quantities import NUMBER, Unit, number, span
+from .content.thinning import visible
+from .rendering.page import write_page
 
 _MM, _N, _S = Unit("mm", 1e3), Unit("N"), Unit("s")
 _POINTS = 6000  # of a line

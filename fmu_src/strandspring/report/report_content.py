@@ -1,8 +1,9 @@
-"""The content of an identification's report: what is said, in which order."""
+"""`write_report`: an identification's report, what is said in which order."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 from .._version import __version__
@@ -13,13 +14,14 @@ from ..model.modelfile import ModelFile
 from ..model.outcomes import Outcome
 from ..model.stated_figures import differ, energy_ratio
 from . import report_tables as tables
-from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
-from .chart import Figure
 from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
+from .charts.engineering import EngineeringFigures
+from .charts.evaluation import Evaluation
+from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
+from .content.chart import Figure
+from .content.quantities import NUMBER, number, percent, prose, unit_of
 from .details import ReportDetails
-from .engineering import EngineeringFigures
-from .evaluation import Evaluation
-from .quantities import NUMBER, number, percent, prose, unit_of
+from .rendering.page import check_report_path, write
 from .verdict import HARMLESS, verdict
 
 _SIGNATURES = ("Prepared", "Checked", "Approved")
@@ -33,6 +35,37 @@ _EFFECT_UNITS = {
 }  # fmt: skip
 
 Progress = Callable[[str], None]
+
+
+def write_report(
+    path: str | Path,
+    identification: IdentifiedModel,
+    model: ModelFile,
+    details: ReportDetails | None = None,
+    comparison: str = "",
+    progress: Progress | None = None,
+) -> None:
+    """Write the report of an identification.
+
+    Parameters
+    ----------
+    path : str or Path      Ending in .html or .pdf.
+    identification : IdentifiedModel
+    model : ModelFile       The identified spring with its name.
+    details : ReportDetails or None
+    comparison : str        How other classes of models compare, in a sentence; empty if they were not fitted.
+    progress : callable     Called with the name of each part before the work on it begins.
+
+    Raises
+    ------
+    StrandspringError       If the ending does not suit, the package `typst` is missing for a PDF, or the file cannot
+                            be written.
+    """
+    check_report_path(path)
+    content = report_content(identification, model, details or ReportDetails(), comparison, progress)
+    if progress is not None:
+        progress("pages")
+    write(path, content)
 
 
 def report_content(

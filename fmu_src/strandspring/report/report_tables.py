@@ -10,10 +10,10 @@ from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
 from ..loops.loop import LoopFigures
 from ..model.stated_figures import energy_ratio
-from .blocks import Table
-from .engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
-from .evaluation import Evaluation
-from .quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
+from .charts.engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
+from .charts.evaluation import Evaluation
+from .content.blocks import Table
+from .content.quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
 
 _MAIN = (
     ("kappa_omega", "saturated hysteretic force at mid-range", "N"),
@@ -45,7 +45,7 @@ def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
         "loss factor",
     )
     return Table(
-        "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), 2, tuple(strong), compact=True
+        "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), tuple(strong), compact=True
     )
 
 
@@ -101,7 +101,7 @@ def parameters(of: Evaluation) -> Table:
     header: tuple[str, ...] = ("parameter", "meaning", "value", "unit", "standard error", "95 % interval")
     if not known:
         header, rows = header[:4], [row[:4] for row in rows]
-    return Table("Parameters", header, tuple(rows), 2, tuple(strong))
+    return Table("Parameters", header, tuple(rows), tuple(strong))
 
 
 def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:

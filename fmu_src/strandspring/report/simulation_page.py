@@ -12,11 +12,11 @@ from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.static_answer import SECANT_SHARE
 from ..vibration.verdicts.verdicts import Figure, Quantity, Verdict
-from .blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
-from .chart import Figure as Drawing
 from .charts import motion_charts as charts
-from .page import check_report_path, write_page
-from .quantities import number, percent, prose
+from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
+from .content.chart import Figure as Drawing
+from .content.quantities import number, percent, prose
+from .rendering.page import check_report_path, write
 
 _JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
 _MOST_TILES, _MOST_ROWS, _MOST_MODES = 8, 400, 12
@@ -56,15 +56,8 @@ def write_simulation(path: str | Path, of: SimulationContent) -> None:
     StrandspringError             If the ending does not suit, the package `typst` is missing for a PDF, or the file
                                   cannot be written.
     """
-    target = Path(path)
-    check_report_path(target)
-    content = simulation_content(of)
-    if target.suffix.lower() == ".pdf":
-        from .document import write_document
-
-        write_document(target, content)
-    else:
-        write_page(target, content)
+    check_report_path(path)
+    write(path, simulation_content(of))
 
 
 def simulation_content(of: SimulationContent) -> Content:
@@ -159,7 +152,7 @@ def _verdict_table(of: SimulationContent) -> Table:
         for k, answer in enumerate(of.answers[:_MOST_ROWS])
         if not k or answer.candidate != of.answers[k - 1].candidate
     )
-    return Table("Verdict on each candidate in each load case", tuple(header), tuple(rows), labels=2, strong=begins)
+    return Table("Verdict on each candidate in each load case", tuple(header), tuple(rows), strong=begins)
 
 
 def _cell(figure: Figure | None) -> str:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from ..loops.campaign import campaign_verdicts
 from ..model.outcomes import Outcome
 from ..model.stated_figures import Figures, differ, energy_ratio
-from .blocks import Level, Notice
-from .engineering import EngineeringFigures
-from .evaluation import Evaluation
-from .quantities import number, percent, span
+from .charts.engineering import EngineeringFigures
+from .charts.evaluation import Evaluation
+from .content.blocks import Level, Notice
+from .content.quantities import number, percent, span
 
 # Findings that say that the model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.LACK_OF_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})

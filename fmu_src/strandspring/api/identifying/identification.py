@@ -144,11 +144,11 @@ class Identification(IdentifiedModel, Result):
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw the measured and predicted loops into axes of matplotlib, new ones if None.
 
-        `strandspring.report.figure` has functions of this kind for residuals, branches, correlations and more.
+        `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
         """
-        from ...report.figure import plot_loops
+        from ...report.figure import plot_chart
 
-        return plot_loops(self, axes)
+        return plot_chart(self, axes=axes)
 
     def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
         """Write a report: a page that opens offline (.html), or a document (.pdf).
@@ -171,7 +171,7 @@ class Identification(IdentifiedModel, Result):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ...report.page import write_report
+        from ...report.report_content import write_report
 
         write_report(path, self, self.model_file(name), details)
 

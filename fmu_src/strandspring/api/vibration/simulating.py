@@ -127,7 +127,7 @@ class Simulation(Result):
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
         from ...report.charts.motion_charts import acceleration_against_stroke
-        from ...report.drawing import draw
+        from ...report.rendering.drawing import draw
 
         (own,) = some_axes(axes, 1, 1, _SIZE)
         return draw(acceleration_against_stroke(self.answers), own, scale=1.4)

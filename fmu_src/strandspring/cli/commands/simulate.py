@@ -9,7 +9,7 @@ import click
 
 from ...api.vibration.simulating import simulate as simulated
 from ...ground.files import refuse_unwritable
-from ...report.page import SUFFIXES, check_report_path
+from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ..shared.options import FiniteRange
 from ..shared.output import reporting, result, result_json, result_lines, working

@@ -11,8 +11,9 @@ from ...api.identifying.identification import Identification
 from ...model.modelfile import ModelFile
 from ...report.details import ReportDetails
 from ...report.figure import write_figure
-from ...report.page import SUFFIXES as REPORT_SUFFIXES
-from ...report.page import check_report_path, write_report
+from ...report.rendering.page import SUFFIXES as REPORT_SUFFIXES
+from ...report.rendering.page import check_report_path
+from ...report.report_content import write_report
 from .options import FiniteRange, together
 from .output import working
 from .paths import PLOT_FILE, FileOfFormat

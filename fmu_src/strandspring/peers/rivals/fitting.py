@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ...identification.points.polynomials import Basis
 from ...kernel.arrays import FloatArray
@@ -73,21 +72,6 @@ class Fit:
         return np.asarray(
             self.basis.columns(track.loops.displacement).elastic @ self.elastic + columns @ self.coefficients
         )
-
-    def response(self, displacement: ArrayLike, time: ArrayLike | None = None) -> FloatArray:
-        """Force along a path from a virgin spring.
-
-        Parameters
-        ----------
-        displacement : array_like, shape (K,)     [m], within the range of the records: polynomials go on beyond it.
-        time : array_like, shape (K,), or None    [s]; used where the class depends on the rate, and then as in the
-                                                  records: with times, or by sample.
-
-        Returns
-        -------
-        ndarray, shape (K,)                       [N]
-        """
-        return self.at_points(Track.from_path(displacement, time))
 
 
 @dataclass(frozen=True, eq=False)

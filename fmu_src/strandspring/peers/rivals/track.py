@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ...identification.points.loops import POINTS_PER_STROKE, Loops, gather, join
+from ...identification.points.loops import POINTS_PER_STROKE, Loops, join
 from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
@@ -49,21 +48,6 @@ class Track:
         loops = join([part.loops_with(points) for part in parts])
         speed = np.concatenate([part.loops_with(points).force for part in moved])
         return _in_some_cycles(cls(loops, speed, loops.record[loops.stroke]))
-
-    @classmethod
-    def from_path(cls, displacement: ArrayLike, time: ArrayLike | None = None) -> Track:
-        """Every sample of a path; its memory is that of a virgin spring at the first one.
-
-        Raises
-        ------
-        RecordError   If the arrays are not a path.
-        """
-        values = np.asarray(displacement, dtype=np.float64)
-        record = Record.from_arrays(values, np.zeros_like(values), time)
-        strokes = find_strokes(record.displacement, 0.0)
-        count = int(np.bincount(strokes.of_sample).max())
-        loops = gather(strokes, record.force, 0, count)
-        return cls(loops, _with_speed(record).force, loops.record[loops.stroke])
 
     def stroke_ends(self) -> FloatArray:
         """Displacement at the end of each stroke, shape (S,) [m]."""

@@ -3,9 +3,7 @@
   "use strict";
   const page = JSON.parse(document.getElementById("figure-data").textContent);
   const dark = matchMedia("(prefers-color-scheme: dark)");
-  const print = matchMedia("print");
   const touch = matchMedia("(pointer: coarse)").matches;
-  const PRINTED = { wide: [680, 300], half: [328, 240], third: [213, 190], heatmap: [328, 330] };  // on A4 [px]
   const chosen = { record: null, cycle: null };  // null: all
 
   const isNumbers = (value) => value && typeof value === "object" && "bdata" in value;
@@ -78,7 +76,7 @@
     });
   }
 
-  function layoutOf(figure, style, printing) {
+  function layoutOf(figure, style) {
     const axis = {
       automargin: true, gridcolor: "--grid", zerolinecolor: "--line", linecolor: "--muted", tickcolor: "--muted",
       ticks: "outside", ticklen: 4, exponentformat: "power", separatethousands: false, nticks: 7,
@@ -90,22 +88,14 @@
       ...figure.layout,
       xaxis: { ...axis, ...xaxis, ...(xaxis.title ? { title: title(xaxis) } : {}) },
       yaxis: { ...axis, ...yaxis, ...(yaxis.title ? { title: title(yaxis) } : {}) },
-      font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", size: narrow || printing ? 11 : 12,
+      font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", size: narrow ? 11 : 12,
               color: "--text" },
       paper_bgcolor: "--paper", plot_bgcolor: "--paper",
       hoverlabel: { bgcolor: "--page", bordercolor: "--line", font: { color: "--text" } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: "--muted", activecolor: "--text" },
-      margin: { l: 56, r: 14, t: printing ? 10 : 26, b: 44 },
+      margin: { l: 56, r: 14, t: 26, b: 44 },
       showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: "kept",
-      ...(printing ? printed(figure.element) : {}),
     }, style);
-  }
-
-  function printed(element) {
-    const is = (name) => element.classList.contains(name);
-    const third = element.parentElement.classList.contains("three");
-    const [width, height] = PRINTED[is("wide") ? "wide" : is("heatmap") ? "heatmap" : third ? "third" : "half"];
-    return { width, height };
   }
 
   const config = (figure) => ({
@@ -117,8 +107,7 @@
 
   function draw(figure) {
     const style = getComputedStyle(document.documentElement);
-    const printing = print.matches;
-    return Plotly.react(figure.plot, tracesOf(figure, style), layoutOf(figure, style, printing), config(figure));
+    return Plotly.react(figure.plot, tracesOf(figure, style), layoutOf(figure, style), config(figure));
   }
 
   // The options are those of the moment; a list with nothing to choose is not shown.
@@ -193,7 +182,6 @@
       await new Promise((resume) => setTimeout(resume));
     }
     dark.addEventListener("change", () => redraw());
-    print.addEventListener("change", () => redraw());
     document.documentElement.dataset.drawn = figures.length;
   }
   start();

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ...loops.loop import group_by_amplitude
-from ..chart import Axis, Chart, Form, Role, Trace
-from ..engineering import EngineeringFigures
-from ..evaluation import Evaluation, RecordView
-from ..quantities import NUMBER, number, percent, unit_of
+from ..content.chart import Axis, Chart, Form, Role, Trace
+from ..content.quantities import NUMBER, number, percent, unit_of
+from .engineering import EngineeringFigures
+from .evaluation import Evaluation, RecordView
 
 _TREND_CYCLES = 400  # of a record, in the trend
 # Attribute of LoopFigures, its name, kind of unit (a pure number if empty).

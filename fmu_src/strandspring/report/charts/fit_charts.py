@@ -8,10 +8,10 @@ import numpy as np
 
 from ...identification.points.autocorrelation import autocorrelation_time
 from ...kernel.arrays import FloatArray
-from ..chart import Axis, Chart, Form, Role, Trace, joined
-from ..evaluation import SHOWN_RECORDS, Evaluation, RecordView
-from ..quantities import NUMBER, Unit, number, percent, span, unit_of
-from ..thinning import visible
+from ..content.chart import Axis, Chart, Form, Role, Trace, joined
+from ..content.quantities import NUMBER, Unit, number, percent, span, unit_of
+from ..content.thinning import visible
+from .evaluation import SHOWN_RECORDS, Evaluation, RecordView
 
 _BINS = (15, 60)  # of the histogram
 _DOTS = 2500  # of a record

@@ -19,9 +19,9 @@ from ...vibration.one_mass.system import (
     free_travel,
     static_equilibrium,
 )
-from ..chart import Axis, Chart, Form, Role, Trace
-from ..evaluation import Evaluation
-from ..quantities import NUMBER, Unit, number, unit_of
+from ..content.chart import Axis, Chart, Form, Role, Trace
+from ..content.quantities import NUMBER, Unit, number, unit_of
+from .evaluation import Evaluation
 
 _POINTS = 150
 _PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tried to rest, by preference

@@ -6,9 +6,9 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...model.joint import JointCovariance, joint_names
-from ..chart import Axis, Chart, Form, HeatMap, Role, Trace
-from ..evaluation import Evaluation
-from ..quantities import NUMBER, number, span
+from ..content.chart import Axis, Chart, Form, HeatMap, Role, Trace
+from ..content.quantities import NUMBER, number, span
+from .evaluation import Evaluation
 from .fit_charts import over_cycles
 
 _POINTS = 401

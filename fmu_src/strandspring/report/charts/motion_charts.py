@@ -19,9 +19,9 @@ from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.courses import SRS_DAMPING, Courses
 from ...vibration.verdicts.verdicts import Quantity
-from ..chart import Axis, Chart, Form, Role, Trace, joined
-from ..quantities import Unit, number, percent
-from ..thinning import visible
+from ..content.chart import Axis, Chart, Form, Role, Trace, joined
+from ..content.quantities import Unit, number, percent
+from ..content.thinning import visible
 
 G, MM, PERCENT, N, HZ, S = (
     Unit("g", 1.0 / STANDARD_GRAVITY), Unit("mm", 1e3), Unit("%", 100.0), Unit("N"), Unit("Hz"), Unit("s")

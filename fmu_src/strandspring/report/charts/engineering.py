@@ -8,16 +8,16 @@ from functools import cached_property
 
 import numpy as np
 
-from ..identification.certainty.intervals import NORMAL_95
-from ..identification.identified_model import IdentifiedModel
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from ..loops.cycles import Cycle
-from ..loops.loop import LoopFigures, group_by_amplitude, mean_figures
-from ..loops.measured import FigureSpread
-from ..loops.modelled import steady_loop_figures
-from ..model.joint import JointCovariance
-from ..model.outcomes import Outcome
+from ...identification.certainty.intervals import NORMAL_95
+from ...identification.identified_model import IdentifiedModel
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.cycles import Cycle
+from ...loops.loop import LoopFigures, group_by_amplitude, mean_figures
+from ...loops.measured import FigureSpread
+from ...loops.modelled import steady_loop_figures
+from ...model.joint import JointCovariance
+from ...model.outcomes import Outcome
 from .evaluation import Evaluation, RecordView
 
 NAMES = ("secant_stiffness", "energy_per_cycle", "loss_factor")

@@ -1,7 +1,7 @@
-"""`write_report`: an identification as one page that opens offline, or as a document for print.
+"""`write`: content as one page that opens offline, or as a document for print.
 
 A page holds everything: text, styles, plotly.js and the numbers of its figures. Its content security policy lets it
-load nothing else and run no other script. Other pages are made of other `Content` by `write_page`.
+load nothing else and run no other script.
 """
 
 from __future__ import annotations
@@ -13,16 +13,12 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from ..errors import StrandspringError
-from ..ground.files import write_text
-from ..identification.identified_model import IdentifiedModel
-from ..model.modelfile import ModelFile
-from .blocks import Content
+from ...errors import StrandspringError
+from ...ground.files import write_text
+from ..content.blocks import Content
+from ..content.quantities import bound
 from .chart_json import figure_json
-from .details import ReportDetails
 from .palette import DARK, LIGHT
-from .quantities import bound
-from .report_content import Progress, report_content
 
 SUFFIXES = (".html", ".pdf")
 
@@ -47,24 +43,8 @@ def check_report_path(path: str | Path) -> None:
         check_typst()
 
 
-def write_report(
-    path: str | Path,
-    identification: IdentifiedModel,
-    model: ModelFile,
-    details: ReportDetails | None = None,
-    comparison: str = "",
-    progress: Progress | None = None,
-) -> None:
-    """Write the report of an identification.
-
-    Parameters
-    ----------
-    path : str or Path      Ending in .html or .pdf.
-    identification : IdentifiedModel
-    model : ModelFile       The identified spring with its name.
-    details : ReportDetails or None
-    comparison : str        How other classes of models compare, in a sentence; empty if they were not fitted.
-    progress : callable     Called with the name of each part before the work on it begins.
+def write(path: str | Path, content: Content) -> None:
+    """Write content as a page, or as a document if the name ends in .pdf.
 
     Raises
     ------
@@ -73,9 +53,6 @@ def write_report(
     """
     path = Path(path)
     check_report_path(path)
-    content = report_content(identification, model, details or ReportDetails(), comparison, progress)
-    if progress is not None:
-        progress("pages")
     if path.suffix.lower() == ".pdf":
         from .document import write_document
 

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ...kernel.arrays import FloatArray
 from .quantities import Unit
 
 

@@ -52,14 +52,13 @@ class Tiles:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; its first `labels` columns name a row, the others hold numbers.
+    """A table; its first column names a row.
 
     Parameters
     ----------
     title : str                 Says what it shows, for those who do not see it too.
     header : tuple of str
     rows : tuple of tuples of str
-    labels : int
     strong : tuple of int       Rows that begin a group.
     compact : bool              Stays a table on a phone; else each row becomes a small list there.
     """
@@ -67,7 +66,6 @@ class Table:
     title: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    labels: int = 1
     strong: tuple[int, ...] = ()
     compact: bool = False
 

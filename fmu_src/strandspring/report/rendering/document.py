@@ -8,12 +8,12 @@ from importlib import resources, util
 from pathlib import Path
 from typing import Any
 
-from ..errors import StrandspringError
-from ..ground.files import replacing
-from ..ground.scratch import TemporaryFolder
-from .blocks import Block, Content, Gallery, Notice, Text
-from .chart import Figure
-from .quantities import bound
+from ...errors import StrandspringError
+from ...ground.files import replacing
+from ...ground.scratch import TemporaryFolder
+from ..content.blocks import Block, Content, Gallery, Notice, Text
+from ..content.chart import Figure
+from ..content.quantities import bound
 
 WIDE, COLUMNS = 178.0, {2: 86.0, 3: 56.0}  # widths of figures [mm]
 

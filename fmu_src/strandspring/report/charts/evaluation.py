@@ -10,16 +10,16 @@ from pathlib import PurePath
 
 import numpy as np
 
-from ..identification.certainty.figures import RecordFit
-from ..identification.identified_model import IdentifiedModel
-from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver
-from ..loops.cycles import Cycle, find_cycles
-from ..loops.strokes import IndexArray, Strokes, find_strokes
-from ..model.stated_figures import differ
-from ..records.record import Record
-from .quantities import Unit, prose, unit_of
-from .thinning import visible
+from ...identification.certainty.figures import RecordFit
+from ...identification.identified_model import IdentifiedModel
+from ...kernel.arrays import FloatArray
+from ...kernel.path import PathSolver
+from ...loops.cycles import Cycle, find_cycles
+from ...loops.strokes import IndexArray, Strokes, find_strokes
+from ...model.stated_figures import differ
+from ...records.record import Record
+from ..content.quantities import Unit, prose, unit_of
+from ..content.thinning import visible
 
 SHOWN_RECORDS = 40  # in the charts
 SHOWN_CYCLES = 12  # of a record, in the charts in which cycles lie over each other

@@ -15,9 +15,9 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from .chart import Chart, Figure, Form, HeatMap, Role, Trace
+from ..content.chart import Chart, Figure, Form, HeatMap, Role, Trace
+from ..content.quantities import number
 from .palette import LIGHT
-from .quantities import number
 
 MM = 1.0 / 25.4  # in inches
 STYLE: Any = {

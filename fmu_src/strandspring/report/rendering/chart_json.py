@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from .chart import Axis, Chart, Figure, Form, HeatMap, Role, Trace
+from ...kernel.arrays import FloatArray
+from ..content.chart import Axis, Chart, Figure, Form, HeatMap, Role, Trace
 
 Json = dict[str, Any]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
-from ..loops.strokes import IndexArray
+from ...kernel.arrays import FloatArray
+from ...loops.strokes import IndexArray
 
 
 def visible(values: FloatArray, most: int) -> IndexArray:

@@ -1,0 +1,65 @@
+"""Where the model files of strandspring.examples come from; run as a script, it makes them again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import strandspring as ss
+from strandspring.examples.system_models import SYSTEMS
+
+NOISE, SEED = 0.01, 15
+AMPLITUDES = (0.15, 0.4, 0.7, 1.0)  # shares of the half range
+
+# Positive in compression, where it hardens.
+CORNER_COMPRESSION = ss.SpringParameters(
+    kE=(0.0, 2.2e4, 1.5e5, 1.2e7), kA=(1.0, 8.0), kappa_omega=60.0, rho=350.0, sigma=1.2, n=0.8,
+    displacement_offset=0.005, displacement_min=-0.022, displacement_max=0.032,
+)  # fmt: skip
+CORNER_SHEAR = ss.SpringParameters(
+    kE=(0.0, 2.0e4, 0.0, 9e6), kA=(1.0,), kappa_omega=45.0, rho=300.0, sigma=1.1, n=0.7,
+    displacement_offset=0.0, displacement_min=-0.03, displacement_max=0.03,
+)  # fmt: skip
+# Of the whole travel of a gun from battery, in recoil.
+RECOIL_SPRING = ss.SpringParameters(
+    kE=(900.0, 2.6e4, 6e4, 8e5), kA=(1.0, 3.0), kappa_omega=350.0, rho=80.0, sigma=1.5, n=0.7,
+    displacement_offset=0.06, displacement_min=-0.04, displacement_max=0.16,
+)  # fmt: skip
+
+
+def softer(parameters: ss.SpringParameters, share: float) -> ss.SpringParameters:
+    """A spring with a share of the forces."""
+    return replace(
+        parameters, kE=tuple(share * force for force in parameters.kE), kappa_omega=share * parameters.kappa_omega
+    )
+
+
+SPRINGS = {
+    "corner_compression": CORNER_COMPRESSION,
+    "corner_shear": CORNER_SHEAR,
+    "corner_soft_compression": softer(CORNER_COMPRESSION, 0.6),
+    "corner_soft_shear": softer(CORNER_SHEAR, 0.6),
+    "recoil_spring": RECOIL_SPRING,
+}
+
+
+def write_models(folder: Path, names: Iterable[str] = SPRINGS) -> None:
+    """Write the model files of these springs."""
+    for name in names:
+        true = SPRINGS[name]
+        half = 0.5 * (true.displacement_max - true.displacement_min)
+        record = ss.synthesize(
+            ss.Spring(true),
+            amplitudes=[share * half for share in AMPLITUDES],
+            mean=true.displacement_min + half,
+            samples=200,
+            noise=NOISE,
+            seed=SEED,
+        )
+        spring = ss.identify(record).spring(name, "Synthesized, not measured: see strandspring.examples.system_models.")
+        spring.save(folder / f"{name}.json")
+
+
+if __name__ == "__main__":
+    write_models(SYSTEMS)
