@@ -7,15 +7,17 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import click
 import fmpy
 import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, instance
 from springs import TABLE
+from strandspring.cli.shared.zero import given_zero
 from strandspring.errors import StrandspringError
 from strandspring.kernel.path import PathSolver
-from strandspring.model.coordinates import chosen_zero, counted_from, given_zero, sensible_zero
+from strandspring.model.coordinates import chosen_zero, counted_from, sensible_zero
 from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal
 
@@ -42,13 +44,13 @@ def test_choices(choice: str | float | None, zero: float) -> None:
 
 @pytest.mark.parametrize(("text", "choice"), [("rig", "rig"), ("middle", "middle"), ("-12.5", -0.0125)])
 def test_texts(text: str, choice: str | float) -> None:
-    assert given_zero(text) == choice
+    assert given_zero(None, None, text) == choice  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("choice", ["", "Rig", "nan", "inf", "1e13", "12 mm"])
 def test_other_choices_are_refused(choice: str) -> None:
-    with pytest.raises(StrandspringError, match=r"--zero must be `rig`, `middle` or a displacement of the record"):
-        given_zero(choice)
+    with pytest.raises(click.BadParameter, match=r"--zero must be `rig`, `middle` or a displacement of the record"):
+        given_zero(None, None, choice)  # type: ignore[arg-type]
     with pytest.raises(StrandspringError, match=r'`zero` must be "rig", "middle" or a displacement of the record'):
         chosen_zero(choice, SPRING)
 

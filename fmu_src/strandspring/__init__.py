@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from .api.identifying.prediction import predict as predict
     from .api.identifying.synthesis import synthesize as synthesize
     from .api.identifying.synthesis import synthesize_ni as synthesize_ni
-    from .api.records import bundled_record as bundled_record
     from .api.showing import show as show
     from .api.spring import Spring as Spring
     from .api.studies.studying import StudyResult as StudyResult
@@ -74,6 +73,7 @@ if TYPE_CHECKING:
     from .model.outcomes import Outcome as Outcome
     from .peers.ni_spring import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
+    from .records.given import bundled_record as bundled_record
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
     from .report.details import ReportDetails as ReportDetails
@@ -110,7 +110,7 @@ _MODULES = {
     "Verification": "api.fmus.verifying",
     "__version__": "_version",
     "build_fmu": "api.fmus.building",
-    "bundled_record": "api.records",
+    "bundled_record": "records.given",
     "compare": "api.comparing.comparison",
     "export": "api.fmus.exporting",
     "identify": "api.identifying.identification",

@@ -245,7 +245,7 @@ def test_one_record_identified_twice_gives_a_caution(tmp_path: Path) -> None:
 
 def test_ranges_that_lie_apart_are_refused_or_aligned() -> None:
     a, b = identified(25.0, 1), identified(25.0, 2, zero=0.1)
-    with pytest.raises(StrandspringError, match=r"30 to 70 mm and B from -70 to -30 mm.*align='middle'"):
+    with pytest.raises(StrandspringError, match=r"30 to 70 mm and B from -70 to -30 mm.*`align=middle`"):
         compare(a, b)
     comparison = compare(a, b, align="middle", draws=DRAWS)
     assert comparison.verdict is Verdict.NOT_FOUND

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from strandspring import Record, RecordError, identify, synthesize_ni
-from strandspring.api.records import as_records, record_of_arrays
+from strandspring.records.given import as_records, record_of_arrays
 
 NI = synthesize_ni()
 

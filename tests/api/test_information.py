@@ -66,7 +66,7 @@ def test_the_plot_and_the_words() -> None:
     with pytest.raises(ValueError, match="`axes` must be 3, got 2"):
         information.plot(axes[:2])
     text = information.summary()
-    for expected in ("Model mount (mount): a mount", "secant_stiffness", "loading paths", "counted from 50 mm"):
+    for expected in ("Model mount (mount): a mount", "secant N/mm", "loading paths", "counted from 50 mm"):
         assert expected in text
 
 

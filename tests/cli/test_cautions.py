@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from strandspring import Outcome
 from strandspring.cli.shared.cautions import in_few_words
+from strandspring.cli.shared.output import with_flags
 from strandspring.model.outcomes import by_harm
 from synthetic import record_of, sine, spring_of
 from terminal import Terminal
@@ -74,7 +75,7 @@ def test_the_terminal_shows_three_and_names_where_the_others_are(
     where = f"{model} and {page}" if report else f"{model}"
     assert lines[3:] == [f"{more} more caution{'s are' if more > 1 else ' is'} in {where}."]
     for line, outcome in zip(lines, outcomes[:3], strict=False):
-        assert line.startswith(f"Caution: {Outcome[outcome['name'].upper()].value}")
+        assert line.startswith(f"Caution: {with_flags(Outcome[outcome['name'].upper()].value)}")
     names = [outcome["name"].upper() for outcome in outcomes]
     assert names == [outcome.name for outcome in Outcome if outcome.name in names]
     if report:

@@ -118,10 +118,10 @@ def test_parameters_that_do_not_fit_are_refused(
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_other_forms_are_refused_with_their_option(fmi: int, tmp_path: Path) -> None:
-    with pytest.raises(CosimulationError, match=r"has no co-simulation: build it without --states"):
+    with pytest.raises(CosimulationError, match=r"has no co-simulation: build it without `states=True`"):
         simulate_fmu(native(tmp_path, fmi=fmi, with_states=True), [0.02])
     lean = native(tmp_path, fmi=fmi, real_time=True, no_energy=True)
-    with pytest.raises(CosimulationError, match=r"has no output `absorbed_energy`: build it without --no-energy"):
+    with pytest.raises(CosimulationError, match=r"has no output `absorbed_energy`: build it without `no_energy=True`"):
         simulate_fmu(lean, [0.02])
 
 

@@ -18,9 +18,9 @@ import pandas as pd
 from harness import main
 from records_judge import judged
 from records_pieces import ABSURD_COLUMNS, ABSURD_NAMES, ABSURD_NUMBERS, ABSURD_UNITS, chance, mutated, one_of
-from strandspring.api.records import given_records
 from strandspring.loops.description_file import entries, read_campaign
 from strandspring.loops.wanted import Wanted
+from strandspring.records.given import given_records
 from strandspring.records.record import Record
 
 _TIME = np.linspace(0.0, 10.0, 2001)

@@ -321,7 +321,7 @@ def test_loops_that_run_backwards_are_named_as_identify_does() -> None:
     assert backwards(Record(-x, -r)) is None
     for turned in (Record(-x, r), Record(x, -r)):
         assert backwards(turned) is Outcome.FORCE_REVERSED
-    assert "--reverse" in Outcome.FORCE_REVERSED.value
+    assert "`reverse=force`" in Outcome.FORCE_REVERSED.value
     assert backwards(Record(r, x)) is Outcome.COLUMNS_SWAPPED
     for real in (hinge(), friction()):
         assert backwards(real) is None

@@ -66,7 +66,7 @@ def test_a_delay_that_turns_the_loop_round_is_taken_out_when_given() -> None:
     generator = np.random.default_rng(5)
     spring = draw_spring(generator, n=(0.5, 3.0), sigma=(0.8, 3.0), saturations=(6.0, 20.0), friction=(0.05, 0.1))
     case = simulate(spring, SINE, generator, fault, "large")
-    with pytest.raises(IdentificationError, match="--delay"):
+    with pytest.raises(IdentificationError, match=r"`delay=\.\.\.`"):
         identify(case.records)
     delay = case.magnitude * case.experiment.period
     assert not judge_case(case, identify(case.records, RefinedOptions(delay=delay)).spring()).wrong
@@ -93,7 +93,7 @@ def test_acceleration_of_a_noisy_sine_and_of_a_triangle() -> None:
 
 @pytest.mark.parametrize(
     ("options", "word"),
-    [({"moving_mass": 1.0}, "--moving-mass"), ({"delay": 1e-3}, "--delay")],
+    [({"moving_mass": 1.0}, "`moving_mass=...`"), ({"delay": 1e-3}, "`delay=...`")],
 )
 def test_times_are_needed(options: dict[str, float], word: str) -> None:
     record = case_of("moving mass", experiment=SINE).records[0]
@@ -127,12 +127,12 @@ def test_notes_say_how_large_effects_would_be() -> None:
     # 1 kg has the dynamic stiffness (4 pi)^2 = 158 N/m; the fixture of 1e7 N/m is far stiffer.
     record = Record.from_arrays(displacement, 5000.0 * displacement, time)
     (note,) = unknown_effects([record], KnownRig())
-    assert note == "1 kg between load cell and spring would change the stiffness by 3.2 % at 2 Hz (--moving-mass)."
+    assert note == "1 kg between load cell and spring would change the stiffness by 3.2 % at 2 Hz (`moving_mass=...`)."
     assert unknown_effects([record], KnownRig(moving_mass=0.5)) == ()
     assert unknown_effects([replace(record, time=None)], KnownRig()) == ()
     stiff = Record.from_arrays(displacement, 2e5 * displacement, time)
     (note,) = unknown_effects([stiff], KnownRig())
-    assert note == "A fixture of 10 kN/mm would change the stiffness by 2 % (--fixture-stiffness)."
+    assert note == "A fixture of 10 kN/mm would change the stiffness by 2 % (`fixture_stiffness=...`)."
     assert unknown_effects([stiff], KnownRig(fixture_stiffness=1e8)) == ()
 
 

@@ -75,7 +75,7 @@ def test_a_snap_outside_the_range_is_left_out(method: TwoStageOptions | None) ->
     with pytest.raises(IdentificationError) as caught:
         identify(record, method)
     assert caught.value.outcome is Outcome.SNAP_THROUGH
-    assert "--displacement-range" in str(caught.value)
+    assert "`displacement_range=...`" in str(caught.value)
     identification = identify(select(record, displacement=(0.03, 0.069)), method)
     spring, fit = identification.parameters, identification.fits[0]
     step = np.abs(np.diff(PATH)).max()

@@ -423,7 +423,7 @@ def test_of_several_sheets_one_is_named(tmp_path: Path) -> None:
     book.save(path)
     message = refusal(path)
     assert "'Run 1', 'Run 2' each hold a displacement and a force" in message
-    assert "--displacement 'Run 1/Weg [mm]' --force 'Run 1/Kraft [N]'" in message
+    assert "`displacement='Run 1/Weg [mm]'` `force='Run 1/Kraft [N]'`" in message
     record = read_record(path, displacement="Run 2/Weg")
     np.testing.assert_allclose(record.force, 2e3 * record.displacement, rtol=1e-14)
     assert "'Run 2' is read, as given" in record.notes
@@ -544,7 +544,7 @@ def test_matrices_have_numbered_columns(tmp_path: Path) -> None:
     np.save(tmp_path / "two.npy", np.column_stack([X, R]))
     np.testing.assert_array_equal(read_record(tmp_path / "two.npy").displacement, 1e-3 * X)
     savemat(tmp_path / "rows.mat", {"data": np.stack([T, X, R]), "gain": 3.0})
-    assert "name the columns with --displacement and --force" in refusal(tmp_path / "rows.mat")
+    assert "name the columns with `displacement=...` and `force=...`" in refusal(tmp_path / "rows.mat")
     record = read_record(tmp_path / "rows.mat", time=1, displacement=2, force="3", force_unit="kN")
     np.testing.assert_array_equal(record.force, 1e3 * R)
 

@@ -84,7 +84,7 @@ def test_columns_of_a_file_without_header_are_given_by_number() -> None:
 def test_many_columns_without_header_are_listed() -> None:
     message = refusal(CIRCLE)
     assert "column 7 (149.425 first, 149.425 to 156.935) (in the first 200 rows)" in message
-    assert "--displacement and --force" in message
+    assert "`displacement=...` and `force=...`" in message
 
 
 def test_gaps_are_left_aside_in_the_range_of_a_listed_column(write: Write) -> None:

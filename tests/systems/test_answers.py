@@ -151,7 +151,7 @@ def test_a_worst_figure_is_that_of_the_worst_of_all_runs() -> None:
     assert [run.start.share for run in answer.runs] == [0.0, 1.0, -1.0]
     for k, figure in enumerate(answer.of(Quantity.SWAY)):
         values = [float(run.figures.sway[k]) for run in answer.runs]
-        assert (figure.least, figure.value) == (min(values), max(values))
+        assert (figure.min, figure.value) == (min(values), max(values))
         assert figure.share == answer.runs[int(np.argmax(values))].start.share
 
 
@@ -194,7 +194,7 @@ def test_power_spectra_hold_the_root_mean_squares() -> None:
     np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=0.05)
     # Settled motion forgets omega at rest in its root mean squares.
     for figure in answer.of(Quantity.RMS_ACCELERATION):
-        assert figure.least == pytest.approx(figure.value, rel=0.02)
+        assert figure.min == pytest.approx(figure.value, rel=0.02)
 
 
 # Draws

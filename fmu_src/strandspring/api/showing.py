@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .records import Source, as_records
+from ..records.given import Source, as_records
 
 
 def show(records: Source | Sequence[Source], path: str | os.PathLike[str], **columns: Any) -> Path:

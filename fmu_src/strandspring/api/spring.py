@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from numpy.typing import ArrayLike
 
@@ -12,12 +12,11 @@ from ..core.parameters import SpringParameters
 from ..ground.arguments import number
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
-from ..model.modelfile import ModelFile, load_model, save_model
+from ..model.coordinates import chosen_zero
+from ..model.modelfile import ModelFile, is_fmu, load_model, save_model
 
 if TYPE_CHECKING:
-    from .. import Comparison, Information, Prediction, Record
-    from .studies.studying import StudyResult
-    from .vibration.isolation import Isolation
+    from .. import Comparison, Information, Isolation, Prediction, Record, StudyResult
 
 
 class Spring:
@@ -144,63 +143,26 @@ class Spring:
         return compare(self, other, *data, **how)
 
     def isolate(self, mass: float, **options: Any) -> Isolation:
-        """Transmissibility and resonance of a mass [kg] on this spring; `options` are those of `strandspring.isolate`.
-
-        Examples
-        --------
-        >>> from strandspring import Spring, SpringParameters
-        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-        >>> result = spring.isolate(5.0, base_displacement=2e-4, points=8)
-        >>> round(result.models[0].equilibrium.frequency, 2)
-        8.12
-        """
-        from .vibration.isolation import isolate
+        """Transmissibility and resonance of a mass [kg] on it; `options` are those of `strandspring.isolate`."""
+        from .. import isolate
 
         return isolate(self, mass, **options)
 
     def study(self, mass: ArrayLike, **options: Any) -> StudyResult:
-        """Resonance and isolation over masses and the uncertainty; `options` are those of `strandspring.study`.
-
-        Examples
-        --------
-        >>> from strandspring import Spring, SpringParameters
-        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-        >>> len(spring.study([5.0, 6.0], base_displacement=2e-4, draws=0, points=8).to_frame())
-        2
-        """
-        from .studies.studying import study
+        """Resonance and isolation over masses and the uncertainty; `options` are those of `strandspring.study`."""
+        from .. import study
 
         return study(self, mass, **options)
 
     def build_fmu(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> Path:
-        """Build, validate and run the FMU of this spring; `options` are those of `strandspring.build_fmu`.
-
-        Examples
-        --------
-        >>> from tempfile import TemporaryDirectory
-        >>> from strandspring import Spring, SpringParameters
-        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-        >>> with TemporaryDirectory() as folder:
-        ...     print(spring.build_fmu(folder).name)
-        spring.fmu
-        """
-        from .fmus.building import build_fmu
+        """Build, validate and run the FMU of this spring; `options` are those of `strandspring.build_fmu`."""
+        from .. import build_fmu
 
         return build_fmu(self, folder, **options)
 
     def export(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> list[Path]:
-        """Write the parameters for other tools; `options` are those of `strandspring.export`.
-
-        Examples
-        --------
-        >>> from tempfile import TemporaryDirectory
-        >>> from strandspring import Spring, SpringParameters
-        >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-        >>> with TemporaryDirectory() as folder:
-        ...     print([path.name for path in spring.export(folder, ssv=True)])
-        ['spring.ssv']
-        """
-        from .fmus.exporting import export
+        """Write the parameters for other tools; `options` are those of `strandspring.export`."""
+        from .. import export
 
         return export(self, folder, **options)
 
@@ -210,3 +172,49 @@ def _checked_omega(omega_start: float) -> float:
     if not -1.0 <= value <= 1.0:
         raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
     return value
+
+
+ModelSource: TypeAlias = Spring | ModelFile | str | os.PathLike[str]
+
+
+def model_of(source: ModelSource) -> ModelFile:
+    """The model of a spring, of a model file, or of an FMU that holds one.
+
+    Raises
+    ------
+    ModelError   If the file is not a physically possible spring.
+    TypeError    If it is something else.
+    """
+    if isinstance(source, ModelFile):
+        return source
+    if isinstance(source, str | os.PathLike):
+        return load_model(Path(source))
+    if not isinstance(source, Spring):
+        raise TypeError(f"A model must be a Spring or the path of a model file or FMU, got {type(source).__name__}.")
+    return source.model
+
+
+def source_of(source: ModelSource) -> str:
+    """What messages call a model: the path that was given, else its name."""
+    return path_of(source) or model_of(source).name
+
+
+def path_of(source: Any) -> str | None:
+    """The path of a source; None for what is in memory."""
+    return os.fspath(source) if isinstance(source, str | os.PathLike) else None
+
+
+def origin_of(source: Any, choice: str | float | None, parameters: SpringParameters) -> float:
+    """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; by default that of an FMU from
+    which the model is read, else a sensible one.
+
+    Raises
+    ------
+    StrandspringError   If it is none of these, or the FMU is damaged.
+    """
+    path = path_of(source)
+    if choice is None and path is not None and is_fmu(path):
+        from ..fmu.related_files import BuildSettings
+
+        return BuildSettings.of_fmu(Path(path)).zero
+    return chosen_zero(choice, parameters)

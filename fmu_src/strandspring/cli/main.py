@@ -19,7 +19,7 @@ from ..errors import StrandspringError
 from ..ground.endings import handled_endings
 from ..ground.files import readable, reason_of
 from ..model.outcomes import IdentificationError
-from .shared.output import drop_failing_output, result_json
+from .shared.output import drop_failing_output, note, result_json, with_flags
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -146,7 +146,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
     """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
-    click.echo(f"strandspring: {readable(sentence)}", err=True)
+    sentence = with_flags(sentence)
+    note(f"strandspring: {readable(sentence)}")
     _leave(1, as_json, {"type": kind, **more, "message": sentence})
 
 

@@ -86,7 +86,7 @@ class ShakenMass:
         if not low <= 0.0 <= high:
             raise StrandspringError(
                 f"The system starts at displacement 0, outside the identified range from {1e3 * low:.6g} to "
-                f"{1e3 * high:.6g} mm; choose a --zero within it."
+                f"{1e3 * high:.6g} mm; choose a `zero=...` within it."
             )
         still, origin = PathSolver(spring), as_path([0.0])
         stiffness = max(still.stiffness(origin, 0.0)[0], spring.kappa_omega * spring.rho)

@@ -45,7 +45,7 @@ _MANY_COMMON = 16  # samples; parts one after the other share one
 
 
 def identify_records(
-    records: Record | Sequence[Record], options: Method | None = None, save_anyway: bool = False
+    records: Sequence[Record], options: Method | None = None, save_anyway: bool = False
 ) -> IdentifiedModel:
     """Identify one spring from one or more records.
 
@@ -53,7 +53,7 @@ def identify_records(
 
     Parameters
     ----------
-    records : Record or sequence of Record
+    records : sequence of Record
     options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
         The method with its options; the refined method with its defaults if None.
     save_anyway : bool    A spring that follows the records worse than a straight line is returned with a caution.
@@ -71,7 +71,7 @@ def identify_records(
     TypeError             If the options are of no method.
     """
     method = RefinedOptions() if options is None else checked_method(options)
-    group = (records,) if isinstance(records, Record) else tuple(records)
+    group = tuple(records)
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
     _refuse_twins(group)

@@ -35,6 +35,6 @@ def times_that_do_not_rise(records: Sequence[Record]) -> tuple[str, ...]:
             count = int(np.sum(np.diff(record.time) <= 0.0))
             notes.append(
                 f"{record.path}: the time does not rise at {count} of {len(record) - 1} steps, so that neither a delay "
-                "between the columns nor a viscous force was sought; check --time, or record times with more digits"
+                "between the columns nor a viscous force was sought; check `time=...`, or record times with more digits"
             )
     return tuple(notes)

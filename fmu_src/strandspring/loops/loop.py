@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from ..ground.result_columns import ResultColumn
 from ..kernel.arrays import FloatArray
 
 # Loops form a group if both their turning points agree within this share of the amplitude.
@@ -67,6 +68,24 @@ class LoopFigures:
     def height(self) -> float:
         """Mean distance between the branches, W_d/stroke [N]."""
         return self.energy_per_cycle / self.stroke
+
+
+# Figures of `LoopFigures`.
+LOOP_FIGURES = (
+    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
+    ResultColumn("low", "m", "lower turning point", "from", "mm", 1e3),
+    ResultColumn("high", "m", "upper turning point", "to", "mm", 1e3),
+    ResultColumn("secant_stiffness", "N/m", "secant stiffness", "secant", "N/mm", 1e-3),
+    ResultColumn("energy_per_cycle", "J", "energy per cycle", "energy", "N*mm", 1e3),
+    ResultColumn("loss_factor", "1", "loss factor", "loss factor"),
+    ResultColumn("damping_ratio", "1", "damping ratio", "damping ratio"),
+    ResultColumn("mean_force", "N", "mean force", "mean", "N"),
+    ResultColumn("min_force", "N", "min force", "min", "N"),
+    ResultColumn("max_force", "N", "max force", "max", "N"),
+)
+LOOP_FIGURE = {column.key: column for column in LOOP_FIGURES}
+# Drawn over the amplitude.
+PANELS = tuple(LOOP_FIGURE[key] for key in ("secant_stiffness", "energy_per_cycle", "loss_factor"))
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from numbers import Real
 from typing import Any
@@ -59,24 +58,6 @@ def placed(model: ModelFile, zero: float | None) -> tuple[ModelFile, float]:
 def zero_sentence(zero: float) -> str:
     """Where 0 lies, in words; empty where nothing is shifted."""
     return "" if zero == 0.0 else f"Displacement is counted from {1e3 * zero:.6g} mm of the record, as in the FMU."
-
-
-def given_zero(text: str) -> str | float:
-    """What the text `rig`, `middle` or a displacement of the record [mm] stands for, as `chosen_zero` takes it.
-
-    Raises
-    ------
-    StrandspringError   If it is none of these.
-    """
-    if text in ("rig", "middle"):
-        return text
-    try:
-        zero = 1e-3 * float(text)
-    except ValueError:
-        zero = math.nan
-    if not abs(zero) <= LARGEST_DISPLACEMENT:
-        raise StrandspringError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
-    return zero
 
 
 def chosen_zero(choice: str | float | None, parameters: SpringParameters) -> float:

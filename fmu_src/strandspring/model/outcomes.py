@@ -23,15 +23,16 @@ class Outcome(Enum):
         "noise; sample at least 12 times per cycle, or, if it is noise, check the column and the sensor."
     )
     TOO_LITTLE_LEFT = (
-        "Too few samples of the loading or the unloading branch are left to fit; choose a larger --displacement-range, "
-        "more --cycles or a longer --time, or record without dwells and within the force sensor's range."
+        "Too few samples of the loading or the unloading branch are left to fit; choose a larger "
+        "`displacement_range=...`, more `cycles=...` or a longer `time_window=...`, or record without dwells and "
+        "within the force sensor's range."
     )
     TOO_FEW_SAMPLES = (
         "There are no more samples than parameters, so nothing shows whether the model fits; sample the strokes more "
-        "densely, or give lower --degrees."
+        "densely, or give lower `degrees=...`."
     )
     FORCE_REVERSED = (
-        "The force falls as the displacement rises; negate a column with --reverse displacement or --reverse force."
+        "The force falls as the displacement rises; negate a column with `reverse=displacement` or `reverse=force`."
     )
     UNITS_DIFFER = (
         "This record agrees with the others only after a factor between units; check its units, and give them in a "
@@ -39,12 +40,12 @@ class Outcome(Enum):
     )
     COLUMNS_SWAPPED = (
         "The loop runs the wrong way round, as if the spring released energy; displacement and force are probably "
-        "swapped: exchange --displacement and --force; or the force lags far behind: check the synchronisation of the "
-        "two sensors and give --delay."
+        "swapped: exchange `displacement=...` and `force=...`; or the force lags far behind: check the "
+        "synchronisation of the two sensors and give `delay=...`."
     )
     SNAP_THROUGH = (
         "The force collapses while the displacement continues (snap-through), which no single-valued stiffness with "
-        "bounded hysteresis can follow; identify a range without the snap with --displacement-range."
+        "bounded hysteresis can follow; identify a range without the snap with `displacement_range=...`."
     )
     STICK_SLIP = (
         "The force drops again and again while the displacement continues (stick-slip), which a rate-independent model "
@@ -52,8 +53,8 @@ class Outcome(Enum):
     )
     BRANCHES_CROSS = (
         "The unloading branch lies above the loading branch over part of the range, so no positive amplifier FA "
-        "exists; check the synchronisation of the two sensors and give a known delay with --delay, or identify a "
-        "smaller range with --displacement-range."
+        "exists; check the synchronisation of the two sensors and give a known delay with `delay=...`, or identify a "
+        "smaller range with `displacement_range=...`."
     )
     NO_LOOP = (
         "The loop is no higher than the noise, so the hysteresis cannot be identified; use a plain nonlinear spring or "
@@ -61,27 +62,27 @@ class Outcome(Enum):
     )
     BEYOND_LIMITS = (
         "The spring that fits best is beyond the limits of what a spring can be; check the units of displacement and "
-        "force, or give lower --degrees."
+        "force, or give lower `degrees=...`."
     )
 
     SPIKES_DECIDE = (
         "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
-        "delete their lines, or leave out the cycles that hold them with --cycles or --time."
+        "delete their lines, or leave out the cycles that hold them with `cycles=...` or `time_window=...`."
     )
 
     TOO_FEW_TO_DRAW = (
         "A bootstrap draws from at least two steady strokes in each direction, and there are fewer; record more "
-        "cycles, or go without --bootstrap."
+        "cycles, or go without `bootstrap=...`."
     )
 
     # Cautions: a model is returned; the most harmful first
     WORSE_THAN_LINE = (
         "The spring alone follows the records worse than a straight line does; do not use it: look at the records, "
-        "identify a part of them, or save it all the same with --save-anyway."
+        "identify a part of them, or save it all the same with `save_anyway=True`."
     )
     SPRING_ALONE = (
         "The saved spring alone follows the records less well than the fit, from which effects were removed; keep them "
-        "in the spring with --keep if they are the mount's."
+        "in the spring with `keep=...` if they are the mount's."
     )
     JITTER = (
         "Along the displacement as recorded the spring errs more than along the smoothed one, since jitter of the "
@@ -96,7 +97,7 @@ class Outcome(Enum):
     )
     OTHER_MOUNT = (
         "The mount is of a wider class than the model, whose force on loops unlike the recorded ones errs: record such "
-        "loops, and compare classes with --rivals."
+        "loops, and compare classes with `with_rivals()`."
     )
     BAND_LIMITED = (
         "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
@@ -108,7 +109,7 @@ class Outcome(Enum):
     )
     INERTIA = (
         "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
-        "mass with --moving-mass."
+        "mass with `moving_mass=...`."
     )
     RATE_DEPENDENT = (
         "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
@@ -124,11 +125,11 @@ class Outcome(Enum):
     )
     SPIKES = (
         "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "
-        "out their cycles with --cycles, or identify with --robust."
+        "out their cycles with `cycles=...`, or identify with `robust=True`."
     )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
-        "--method refined."
+        "`options=RefinedOptions()`."
     )
     LACK_OF_FIT = (
         "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
@@ -136,15 +137,15 @@ class Outcome(Enum):
     )
     NI_MODEL = (
         "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
-        "start values led to a local minimum; compare it with --method refined."
+        "start values led to a local minimum; compare it with `options=RefinedOptions()`."
     )
     OTHER_CLASS = (
-        "Another class of models predicts held-out data clearly better, see the table of --rivals: for loops unlike "
-        "the recorded ones use that class, or record such a loop."
+        "Another class of models predicts held-out data clearly better, see the table of `with_rivals()`: for loops "
+        "unlike the recorded ones use that class, or record such a loop."
     )
     NOT_CONVERGED = (
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
-        "--method two-stage."
+        "`options=TwoStageOptions()`."
     )
     RANGE_WITH_GAPS = (
         "The records have no displacement in common, and between them the model is a guess: check the zeros "
@@ -152,16 +153,16 @@ class Outcome(Enum):
     )
     SMALL_LOOPS = "The energy of small loops is left undecided by these records."
     FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and --state first, mean or "
+        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and `state=first`, mean or "
         "last chooses the cycle that the model describes: exercise the specimen first."
     )
     STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening); the change was removed, and --state first, mean or "
+        "The elastic force changes from cycle to cycle (softening); the change was removed, and `state=first`, mean or "
         "last chooses the cycle that the model describes: exercise the specimen first."
     )
     DELAY = (
         "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
-        "spring in the rig, and give it as --delay."
+        "spring in the rig, and give it as `delay=...`."
     )
     VISCOSITY = (
         "Part of the force grows with velocity; it was removed as viscous damping, which the model lacks: repeat one "
@@ -172,12 +173,12 @@ class Outcome(Enum):
         "the rig and measure again."
     )
     DRIFT_REMOVED = (
-        "The force drifts; the drift was removed, and --state first, mean or last chooses the moment that the model "
+        "The force drifts; the drift was removed, and `state=first`, mean or last chooses the moment that the model "
         "describes: let the sensor warm up, or check its zero."
     )
     DRIFT = (
         "The force drifts from cycle to cycle, and the model describes their mean: use the steady cycles with "
-        "--cycles, exercise the specimen first, or check the force sensor's zero."
+        "`cycles=...`, exercise the specimen first, or check the force sensor's zero."
     )
     DISPLACEMENT_ZERO = (
         "The zero of the displacement differs between records; the shifts were removed, though shifted zeros of the "
@@ -189,7 +190,7 @@ class Outcome(Enum):
     )
     GAPS = (
         "Samples are missing where the time jumps, and reversals in a gap are lost with the spring's memory: record "
-        "again, or use a part without gaps with --time or --cycles."
+        "again, or use a part without gaps with `time_window=...` or `cycles=...`."
     )
     CLIPPED = (
         "The force stays at an extreme for many samples, as at the end of a sensor's range; those samples were left "

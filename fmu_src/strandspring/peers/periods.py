@@ -83,7 +83,7 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
         raise RecordError(
             "the displacement must repeat itself from period to period, but its periods differ by "
             f"{100.0 * difference / np.ptp(x):.3g} % of its range (rms); cut the record to whole periods of one "
-            "amplitude (--cycles)."
+            "amplitude (`cycles=...`)."
         )
     if count > 1 and _differs(forces):
         moved, forces = moved[1:], forces[1:]
@@ -110,7 +110,7 @@ def _period(strokes: Strokes, x: FloatArray, clock: FloatArray, step: float) -> 
     if gap > 3.0 * float(moved.max()) + 12.0 * noise_level(x):
         raise RecordError(
             f"the displacement must end where it began after one whole period, got a gap of {gap:.4g} at a range of "
-            f"{np.ptp(x):.4g}; cut the record to whole periods (--cycles)."
+            f"{np.ptp(x):.4g}; cut the record to whole periods (`cycles=...`)."
         )
     # The last sample may repeat the first or stop one step short of it.
     repeated = gap < 0.5 * min(float(moved[0]), float(moved[-1]))

@@ -64,7 +64,7 @@ class TwoStageOptions(Method):
         if record.compared is not None and self.filter == "fourier":
             raise RecordError(
                 f"{record.path}: the Fourier filter takes whole periods; select no range of displacement, or use "
-                "another --filter."
+                "another `filter=...`."
             )
         # SciPy's signal processing takes a third of a second to import, and most identifications go without.
         from .filters import fourier_filter, low_pass

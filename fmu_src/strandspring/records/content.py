@@ -56,8 +56,8 @@ def read_content(path: str | os.PathLike[str]) -> Content:
     ------
     RecordError   If the file cannot be read, is too large, or is an archive of several files none of which is named.
     """
-    name = readable(path)
     file, member = _member_of_archive(Path(path))
+    name = readable(path)
     raw = read_bytes(file, MAX_BYTES, "a record file", RecordError)
     content = Content(name, raw, hashlib.sha256(raw).hexdigest())
     for _ in range(_MAX_LAYERS):

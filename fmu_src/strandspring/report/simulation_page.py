@@ -15,15 +15,10 @@ from ..vibration.verdicts.verdicts import Figure, Quantity, Verdict
 from .charts import motion_charts as charts
 from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
 from .content.chart import Figure as Drawing
-from .content.quantities import Unit, number, percent, prose
+from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
 
-_UNITS = {
-    Quantity.ACCELERATION: charts.G,
-    Quantity.SWAY: charts.MM,
-    Quantity.TILT: Unit("°", math.degrees(1.0)),
-    Quantity.STROKE: charts.PERCENT,
-}
+_JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
 _MOST_TILES, _MOST_ROWS, _MOST_MODES = 8, 400, 12
 _NOTHING = 1e-9  # of rounding, in display units
 
@@ -135,8 +130,8 @@ def _tile(name: str, own: Sequence[CaseAnswer]) -> Tile:
 
 def _verdict_table(of: SimulationContent) -> Table:
     header = ["candidate and case", "verdict"]
-    for quantity, unit in _UNITS.items():
-        header.append(f"{quantity.value} [{unit.name}]")
+    for quantity in _JUDGED:
+        header.append(f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]")
         if of.draws and quantity is not Quantity.TILT:
             header.append("5 to 95 %")
     if of.draws:
@@ -144,7 +139,7 @@ def _verdict_table(of: SimulationContent) -> Table:
     rows = []
     for answer in of.answers[:_MOST_ROWS]:
         row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
-        for quantity in _UNITS:
+        for quantity in _JUDGED:
             figure = answer.worst(quantity)
             row.append(_cell(figure))
             if of.draws and quantity is not Quantity.TILT:
@@ -175,7 +170,7 @@ def _share(figure: Figure) -> str:
 
 
 def _number(quantity: Quantity, value: float) -> str:
-    shown = _UNITS[quantity].factor * value
+    shown = quantity.column.factor * value
     return "0" if abs(shown) < _NOTHING else number(shown, 4)
 
 
@@ -271,8 +266,8 @@ def _settled(of: SimulationContent) -> Iterator[Block]:
     rows = []
     for answer in of.answers:
         values = [
-            [charts.G.factor * one.value for one in answer.of(Quantity.RMS_ACCELERATION)],
-            [charts.MM.factor * one.value for one in answer.of(Quantity.RMS_SWAY)],
+            [one.quantity.column.factor * one.value for one in answer.of(Quantity.RMS_ACCELERATION)],
+            [one.quantity.column.factor * one.value for one in answer.of(Quantity.RMS_SWAY)],
         ]
         if not values[0]:
             continue
@@ -314,7 +309,7 @@ def _errors(of: SimulationContent) -> Iterator[Block]:
             figure = answer.worst(quantity)
             row.append(
                 "–" if figure is None else
-                f"{_number(quantity, figure.least)} to {_number(quantity, figure.value)} ({_omega(figure.share)})"
+                f"{_number(quantity, figure.min)} to {_number(quantity, figure.value)} ({_omega(figure.share)})"
             )  # fmt: skip
             row.append("–" if figure is None or not figure.value else percent(figure.error / figure.value))
         residual = max(run.energies.relative_residual for run in answer.runs)

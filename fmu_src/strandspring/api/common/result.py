@@ -15,15 +15,21 @@ _REPR_LINES = 6
 
 
 class Result(ABC):
-    """A result with a summary and a table."""
+    """A result in words and as a table; some have `cautions` and `notes`, which are sentences."""
 
     @abstractmethod
-    def summary(self) -> str:
-        """The result in words, as the command line prints it."""
+    def lines(self, width: int | None = None) -> list[str]:
+        """The result in words, without cautions and notes, as the command line prints it; tables of at most a width."""
 
     @abstractmethod
     def to_frame(self) -> pd.DataFrame:
         """The figures as a table."""
+
+    def summary(self) -> str:
+        """The result in words, with cautions and notes."""
+        cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
+        notes = (f"Note: {sentence}" for sentence in getattr(self, "notes", ()))
+        return "\n".join([*self.lines(), *cautions, *notes])
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()

@@ -86,7 +86,7 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     )
     lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
     if not posterior["long_enough"]:
-        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with --posterior")
+        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with `posterior=...`")
     return lines
 
 

@@ -38,7 +38,7 @@ def shared_range(springs: tuple[SpringParameters, SpringParameters], align: Alig
         raise StrandspringError(
             f"A was identified from {ranges[0]} and B from {ranges[1]}, which share less than half of the narrower "
             "range; if the zero of displacement was moved between the tests, align them by their middles "
-            "(align='middle', --align middle), else identify both over one range."
+            "(`align=middle`), else identify both over one range."
         )
     return low, high
 

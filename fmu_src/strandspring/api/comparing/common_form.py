@@ -51,4 +51,4 @@ def in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParamete
     record = synthesize(Spring(p), cycles=_CYCLES, samples=_SAMPLES)
     # Without times, so that no delay is looked for.
     path_only = Record(record.displacement, record.force, path=record.path)
-    return identify_records(path_only, RefinedOptions(degrees=(degree, amplifier))).parameters
+    return identify_records([path_only], RefinedOptions(degrees=(degree, amplifier))).parameters

@@ -10,21 +10,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
 from ...identification.certainty.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
 from ...loops.modelled import steady_loop
-from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
+from ...records.given import records_of
 from ...records.record import Record
-from ..common.placing import ModelSource, model_of, source_of
 from ..common.plotting import save_plot, some_axes
 from ..common.result import Result
 from ..common.text_table import table_lines
-from ..records import records_of
+from ..spring import ModelSource, model_of, source_of
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
@@ -33,14 +31,14 @@ from .comparison_plot import draw
 from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
 from .differences import (
     Difference,
-    Draws,
     HysteresisTest,
     drawn,
     figure_differences,
     judged,
     loop_figures,
     parameter_differences,
-    uncertainty_of,
+    quantiles,
+    spreads_of,
 )
 
 if TYPE_CHECKING:
@@ -138,7 +136,7 @@ class Comparison(Result):
         """The verdict in words."""
         return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
 
-    def head(self) -> list[str]:
+    def _head(self) -> list[str]:
         """What is compared, and the verdict."""
         names = [
             f"{label}: {model.name} ({source})"
@@ -154,7 +152,7 @@ class Comparison(Result):
         )
         return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
 
-    def tail(self) -> list[str]:
+    def _tail(self) -> list[str]:
         """Joint test, loops, transmissibility and records in words."""
         lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
         if self.test is not None:
@@ -166,18 +164,14 @@ class Comparison(Result):
         )
         return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
 
-    def summary(self) -> str:
-        """All of it in words and tables."""
-        return "\n".join(
-            [
-                *self.head(),
-                *table_lines(*parameter_table(self.parameters), left=["parameter"]),
-                *table_lines(*figure_table(self.figures), left=["figure"]),
-                *self.tail(),
-                *(f"Note: {sentence}" for sentence in self.notes),
-                *(f"Caution: {sentence}" for sentence in self.cautions),
-            ]
-        )
+    def lines(self, width: int | None = None) -> list[str]:
+        """All of it in words and tables of at most a width."""
+        return [
+            *self._head(),
+            *table_lines(*parameter_table(self.parameters), left=["parameter"], width=width),
+            *table_lines(*figure_table(self.figures), left=["figure"], width=width),
+            *self._tail(),
+        ]
 
     def to_frame(self) -> pd.DataFrame:
         """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""
@@ -309,13 +303,20 @@ def compare(
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
     reaches = _amplitudes(amplitudes, 0.5 * (high - low))
-    spreads, unknown = _spreads(models, draws)
+    spreads, unknown = (None, "no springs were drawn") if draws == 0 else spreads_of(models)
     records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
     is_same = models[0].parameters == models[1].parameters
     plain, scatter = springs, None
     if spreads is not None and not is_same:
         try:
-            plain, scatter = _drawn(springs, spreads, middle, reaches, draws, seed)
+            form = common_form(*springs)
+            in_one_form = (in_form(springs[0], form), in_form(springs[1], form))
+            scatter = (
+                drawn(springs[0], spreads[0], middle, reaches, seed, range(draws)),
+                # Other numbers, or the errors of both models would be drawn alike.
+                drawn(springs[1], spreads[1], middle, reaches, seed, range(draws, 2 * draws)),
+            )
+            plain = in_one_form
         except StrandspringError as problem:
             unknown = str(problem).rstrip(".")
     parameters, test = parameter_differences(
@@ -341,11 +342,12 @@ def compare(
         beyond = any(one.differs for one in figures) or (test is not None and test.differs)
         verdict = Verdict.DIFFERENT if beyond else Verdict.NOT_FOUND
     loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
-    followed = tuple(_followed(record, models) for record in records)
+    solvers = [PathSolver(model.parameters) for model in models]  # each in the coordinates of its own records
+    followed = tuple(RecordComparison(record, *(predict_record(one, record) for one in solvers)) for record in records)
     return Comparison(
         (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
         tuple(parameters), test, tuple(figures),
-        None if scatter is None else (scatter[0].interval(), scatter[1].interval()),
+        None if scatter is None else (quantiles(scatter[0]), quantiles(scatter[1])),
         loops,
         shared_mass(springs, low, high, mass),
         followed,
@@ -365,43 +367,3 @@ def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
     if not reaches:
         raise ValueError("`amplitudes` must hold at least one, got none.")
     return reaches
-
-
-def _spreads(
-    models: tuple[ModelFile, ModelFile], draws: int
-) -> tuple[tuple[JointCovariance, JointCovariance] | None, str]:
-    """What springs are drawn from, of both; or None, and why."""
-    if draws == 0:
-        return None, "no springs were drawn"
-    (of_a, why_a), (of_b, why_b) = (uncertainty_of(label, model) for label, model in zip("AB", models, strict=True))
-    if of_a is None or of_b is None:
-        return None, "; ".join(filter(None, (why_a, why_b)))
-    return (of_a, of_b), ""
-
-
-def _drawn(
-    springs: tuple[SpringParameters, SpringParameters],
-    spreads: tuple[JointCovariance, JointCovariance],
-    middle: float,
-    amplitudes: Sequence[float],
-    draws: int,
-    seed: int,
-) -> tuple[tuple[SpringParameters, SpringParameters], tuple[Draws, Draws] | None]:
-    """Both springs in their common form, and the figures of springs drawn of each.
-
-    Raises
-    ------
-    StrandspringError   If a spring cannot be put into that form, or hardly any draw is a possible spring.
-    """
-    form = common_form(*springs)
-    plain = (in_form(springs[0], form), in_form(springs[1], form))
-    return plain, (
-        drawn(springs[0], spreads[0], middle, amplitudes, seed, range(draws)),
-        # Other numbers, or the errors of both models would be drawn alike.
-        drawn(springs[1], spreads[1], middle, amplitudes, seed, range(draws, 2 * draws)),
-    )
-
-
-def _followed(record: Record, models: tuple[ModelFile, ModelFile]) -> RecordComparison:
-    """Each model in the coordinates of its own records, whatever the alignment."""
-    return RecordComparison(record, *(predict_record(PathSolver(model.parameters), record) for model in models))

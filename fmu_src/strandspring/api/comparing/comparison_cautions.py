@@ -32,7 +32,7 @@ def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> l
         notes.append(
             f"A has {form_words(forms[0])}, B {form_words(forms[1])}. Their coefficients cannot be compared one by "
             f"one, and a difference counts, with its z, only as far as it remains with {form_words(common)} in both; "
-            "for more, identify both with the same degrees (--degrees N,M)."
+            "for more, identify both with the same degrees (`degrees=N,M`)."
         )
     return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
 
@@ -84,7 +84,7 @@ def comparison_cautions(
             f"The middle of B's range lies {1e3 * distance:.4g} mm from that of A's. As recorded the loops differ by "
             f"{percent(apart(*loops)[1])} % of their height, and each counted from its own middle by "
             f"{percent(share)} %; if the zero of displacement was moved between the tests, align them by their "
-            "middles (align='middle', --align middle)."
+            "middles (`align=middle`)."
         )
     return cautions
 

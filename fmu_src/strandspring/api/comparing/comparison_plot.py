@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...loops.loop import Loop
+from ...loops.loop import PANELS, Loop
 from ...vibration.one_mass.response import FrequencyResponse
-from ..identifying.information import PANELS
 from .differences import FIGURES, Difference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _COLORS = ("C0", "C3")
-_NAMES = tuple(name for name, *_ in FIGURES)
 
 
 def draw(
@@ -41,9 +39,9 @@ def draw(
     difference.axhline(0.0, color="0.7", lw=0.8)
     difference.set(xlabel="displacement [mm]", ylabel="force of B less that of A [N]", title="difference of force")
     difference.legend()
-    for axis, (name, label, factor) in zip(middle, PANELS, strict=True):
-        _figure(axis, [one for one in figures if one.quantity == name], bands, factor)
-        axis.set(xlabel="amplitude [mm]", ylabel=label, title="5 to 95 % shaded" if bands else "")
+    for axis, column in zip(middle, PANELS, strict=True):
+        _figure(axis, [one for one in figures if one.quantity == column.key], bands, column.factor)
+        axis.set(xlabel="amplitude [mm]", ylabel=column.label, title="5 to 95 % shaded" if bands else "")
     for label, color, response in zip("AB", _COLORS, responses, strict=False):
         last.plot(response.column("frequency"), response.column("transmissibility"), color, lw=1.3, label=label)
     last.set(xlabel="frequency [Hz]", ylabel="transmissibility [-]", title="mass on the spring")
@@ -61,7 +59,7 @@ def draw(
 
 def _figure(axis: Axes, own: Sequence[Difference], bands: tuple[Any, Any] | None, factor: float) -> None:
     amplitudes = [1e3 * (one.amplitude or 0.0) for one in own]
-    place = _NAMES.index(own[0].quantity)
+    place = [*FIGURES].index(own[0].quantity)
     for k, (side, color) in enumerate(zip("ab", _COLORS, strict=True)):
         if bands is not None:
             low, high = factor * bands[k][:, :, place]

@@ -6,15 +6,9 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 
+from ...loops.loop import LOOP_FIGURE
 from .differences import FIGURES, Difference, HysteresisTest
 
-# Heading of each figure in the table, with the factor from SI.
-_ROWS = {
-    "secant_stiffness": ("secant N/mm", 1e-3),
-    "energy_per_cycle": ("energy N*mm", 1e3),
-    "loss_factor": ("loss factor", 1.0),
-    "mean_force": ("mean N", 1.0),
-}
 _LEAST_P = 1e-12  # beyond which a probability is no more than small
 
 
@@ -91,12 +85,12 @@ def figure_table(figures: Sequence[Difference]) -> tuple[list[str], list[list[st
     """Headings and rows of the loops' figures."""
     rows = []
     for one in figures:
-        label, factor = _ROWS[one.quantity]
+        column = LOOP_FIGURE[one.quantity]
         rows.append(
             [
-                label,
+                column.heading,
                 f"{1e3 * (one.amplitude or 0.0):.4g}",
-                *("-" if math.isnan(value) else f"{factor * value:.4g}" for value in (one.a, one.b)),
+                *map(column.text, (one.a, one.b)),
                 _signed(one),
                 _between(one),
                 ("-" if math.isnan(one.z) else f"{one.z:.2f}") + ("*" if one.differs else ""),
@@ -112,7 +106,7 @@ def percent(share: float) -> str:
 
 def _by_quantity(figures: Sequence[Difference]) -> list[list[Difference]]:
     """Differences of each figure that is judged, by rising amplitude."""
-    return [[one for one in figures if one.quantity == name] for name, _, _, _, judge in FIGURES if judge]
+    return [[one for one in figures if one.quantity == name] for name, is_judged in FIGURES.items() if is_judged]
 
 
 def _largest(differences: list[Difference]) -> Difference:

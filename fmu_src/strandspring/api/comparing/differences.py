@@ -27,19 +27,15 @@ from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...errors import ModelError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
+from ...loops.loop import LOOP_FIGURE
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...model.modelfile import ModelFile
 from ..common.text import AT_BOUND
 
 LEVEL = 0.05  # error of all judgements together
-# Figures of loops: name, unit, words, and whether a difference is given as a share of A's figure and judged.
-FIGURES = (
-    ("secant_stiffness", "N/m", "secant stiffness", True, True),
-    ("energy_per_cycle", "J", "energy per cycle", True, True),
-    ("loss_factor", "1", "loss factor", True, False),  # follows from the two before
-    ("mean_force", "N", "mean force", False, True),
-)
+# Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
+FIGURES = {"secant_stiffness": True, "energy_per_cycle": True, "loss_factor": False, "mean_force": True}
 _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # Factor on standard deviations: what the choice of degrees and starts from noisy records adds, measured on pairs of
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
@@ -108,51 +104,51 @@ class HysteresisTest:
     differs: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Draws:
-    """Figures of springs drawn from the uncertainty of one model: shape (D, amplitudes, FIGURES)."""
-
-    figures: FloatArray
-
-    def interval(self) -> FloatArray:
-        """5 % and 95 %, shape (2, amplitudes, FIGURES)."""
-        return np.asarray(np.quantile(self.figures, [0.05, 0.95], axis=0))
-
-
-def uncertainty_of(label: str, model: ModelFile) -> tuple[JointCovariance | None, str]:
-    """What springs are drawn from; or None, and in words why there is nothing."""
-    if not model.uncertainty:
-        return None, f"{label} holds no uncertainty; identify it with the refined method"
-    try:
-        return JointCovariance.to_draw_from(model.parameters, model.uncertainty), ""
-    except ModelError as problem:
-        return None, f"{label}: {str(problem).rstrip('.')}"
+def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[JointCovariance, JointCovariance] | None, str]:
+    """What springs are drawn from, of A and of B; or None, and in words why there is nothing."""
+    spreads, reasons = [], []
+    for label, model in zip("AB", models, strict=True):
+        if not model.uncertainty:
+            reasons.append(f"{label} holds no uncertainty; identify it with the refined method")
+            continue
+        try:
+            spreads.append(JointCovariance.to_draw_from(model.parameters, model.uncertainty))
+        except ModelError as problem:
+            reasons.append(f"{label}: {str(problem).rstrip('.')}")
+    return (None, "; ".join(reasons)) if reasons else ((spreads[0], spreads[1]), "")
 
 
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:
     """`FIGURES` of steady loops about one place, shape (amplitudes, FIGURES)."""
     solver = PathSolver(p)
     loops = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in amplitudes]
-    return np.array([[getattr(loop, name) for name, *_ in FIGURES] for loop in loops])
+    return np.array([[getattr(loop, name) for name in FIGURES] for loop in loops])
 
 
 def drawn(
     p: SpringParameters, spread: JointCovariance, middle: float, amplitudes: Sequence[float], seed: int, numbers: range
-) -> Draws:
-    """Figures of drawn springs; springs of different models need different numbers, or their draws are alike.
+) -> FloatArray:
+    """Figures of drawn springs, shape (D, amplitudes, FIGURES).
+
+    Springs of different models need different numbers, or their draws are alike.
 
     Raises
     ------
     StrandspringError   If hardly any draw is a physically possible spring.
     """
-    return Draws(np.stack([loop_figures(spread.draw(p, seed, number), middle, amplitudes) for number in numbers]))
+    return np.stack([loop_figures(spread.draw(p, seed, number), middle, amplitudes) for number in numbers])
+
+
+def quantiles(figures: FloatArray) -> FloatArray:
+    """5 % and 95 % over draws, shape (2, amplitudes, FIGURES)."""
+    return np.asarray(np.quantile(figures, [0.05, 0.95], axis=0))
 
 
 def figure_differences(
     figures: tuple[FloatArray, FloatArray],
     in_common_form: tuple[FloatArray, FloatArray],
     amplitudes: Sequence[float],
-    draws: tuple[Draws, Draws] | None,
+    draws: tuple[FloatArray, FloatArray] | None,
 ) -> list[Difference]:
     """Differences of the figures of two springs, figure by figure.
 
@@ -161,21 +157,29 @@ def figure_differences(
     figures : tuple of 2 ndarrays          Of A and B as identified, shape (amplitudes, FIGURES).
     in_common_form : tuple of 2 ndarrays   Of both in one form: z is that of the difference that remains there.
     amplitudes : sequence of float         [m]
-    draws : (Draws, Draws) or None
+    draws : (ndarray, ndarray) or None     Figures of drawn springs of A and B.
     """
     found = []
     a, b = figures
     change = b - a
     held = _held(change, in_common_form[1] - in_common_form[0])
     if draws is not None:
-        scatter = draws[1].figures - draws[0].figures
-        low, high = np.quantile(scatter, [0.05, 0.95], axis=0)
+        scatter = draws[1] - draws[0]
+        low, high = quantiles(scatter)
         deviation = _OF_CHOICE * np.std(scatter, axis=0)
-    for j, (name, unit, words, relative, _) in enumerate(FIGURES):
+    for j, column in enumerate(LOOP_FIGURE[name] for name in FIGURES):
+        relative = column.unit != "N"  # a force may be 0
         for k, amplitude in enumerate(amplitudes):
             scale = abs(float(a[k, j])) if relative else 1.0
             one = Difference(
-                name, unit, words, amplitude, float(a[k, j]), float(b[k, j]), relative, _over(change[k, j], scale)
+                column.key,
+                column.unit,
+                column.words,
+                amplitude,
+                float(a[k, j]),
+                float(b[k, j]),
+                relative,
+                _over(change[k, j], scale),
             )
             if draws is not None and deviation[k, j] > 0.0:
                 one = replace(
@@ -297,8 +301,7 @@ def judged(
     differences: Sequence[Difference], test: HysteresisTest | None
 ) -> tuple[list[Difference], HysteresisTest | None]:
     """The same, with what is beyond the uncertainty and what could have been seen, by Holm's procedure."""
-    is_judged = {name for name, _, _, _, judge in FIGURES if judge}
-    places = [k for k, one in enumerate(differences) if one.quantity in is_judged and not math.isnan(one.z)]
+    places = [k for k, one in enumerate(differences) if FIGURES.get(one.quantity) and not math.isnan(one.z)]
     probabilities = [differences[k].p for k in places] + ([] if test is None else [test.p])
     count = max(len(probabilities), 1)
     beyond = [False] * count

@@ -23,10 +23,10 @@ from ...identification.identify_records import identify_records
 from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_fmu, is_model_path
 from ...model.names import check_name, identifier
+from ...records.given import Source, as_records
 from ...vibration.description.system_file import is_system_file
-from ..common.placing import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..records import Source, as_records
+from ..spring import ModelSource, model_of, origin_of, path_of
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
@@ -37,39 +37,62 @@ _LONGEST_AUTHOR = 200
 
 @dataclass(frozen=True)
 class BuildOptions:
-    """How FMUs are built.
+    """How FMUs are built; what is not asked for is taken from the FMU that is the source, if it is one.
 
     Parameters
     ----------
-    platforms : sequence of Platform or None   Those of the binaries of native FMUs.
-    zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
-    needs_execution_tool : bool                Of the Python-backed FMU.
+    backend : str or None           native, python, both, or states of an FMU that is the source.
     author : str
-    fmi : int                                  Version of FMI, 2 or 3.
-    real_time : bool                           Nothing is allocated after instantiation.
-    no_energy : bool                           The output absorbed_energy is left out.
+    needs_execution_tool : bool     Of the Python-backed FMU.
+    fmi : int or None               Version of FMI, 2 or 3.
+    real_time : bool                Nothing is allocated after instantiation.
+    no_energy : bool                The output absorbed_energy is left out.
     """
 
-    platforms: Sequence[Platform] | None = None
-    zero: float = 0.0
-    needs_execution_tool: bool = False
+    backend: str | None = None
     author: str = ""
-    fmi: int = 2
+    needs_execution_tool: bool = False
+    fmi: int | None = None
     real_time: bool = False
     no_energy: bool = False
 
+    @property
+    def version(self) -> int:
+        """The version of FMI that is built."""
+        return 2 if self.fmi is None else self.fmi
+
+    def with_those_of(self, source: Any) -> BuildOptions:
+        """These and, where nothing was asked for, those of the FMU that is the source.
+
+        Raises
+        ------
+        ModelError   If the source is an FMU without them.
+        """
+        path = path_of(source)
+        if path is None or not is_fmu(path):
+            return self
+        before = BuildSettings.of_fmu(Path(path))
+        options = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
+        if self.backend not in (None, before.backend, "both"):
+            return options
+        options = replace(options, needs_execution_tool=self.needs_execution_tool or before.needs_execution_tool)
+        if self.backend == "both":
+            return options
+        return replace(
+            options,
+            fmi=self.fmi or before.fmi,
+            real_time=self.real_time or before.real_time,
+            no_energy=self.no_energy or before.no_energy,
+        )
+
     def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
         """Raise BuildError if FMUs of these kinds cannot be built so."""
-        if not isinstance(self.fmi, int) or self.fmi not in (2, 3):
+        if not isinstance(self.version, int) or self.version not in (2, 3):
             raise BuildError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
         if "python" in kinds and self.fmi == 3:
             raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
         if "python" in kinds and self.real_time:
             raise BuildError("Real time is for the native FMU; choose the native back end.")
-        if set(kinds) == {"python"} and self.platforms is not None:
-            raise BuildError(
-                f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}."
-            )
         if self.no_energy and not self.real_time:
             raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
         if self.no_energy and "states" in kinds:
@@ -77,6 +100,14 @@ class BuildOptions:
                 "The form with states has absorbed_energy as a state, which the host integrates; build it without "
                 "leaving out the energy, from the model file where the source is an FMU that leaves it out."
             )
+
+
+def refuse_platforms(kinds: Sequence[Kind], platforms: Sequence[Platform] | None) -> None:
+    """Raise BuildError if platforms are chosen and no FMU of these kinds can have others."""
+    if set(kinds) == {"python"} and platforms is not None:
+        raise BuildError(
+            f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}."
+        )
 
 
 def checked_author(author: str) -> str:
@@ -87,9 +118,24 @@ def checked_author(author: str) -> str:
 
 
 def build_all(
-    model: ModelFile, folder: Path, kinds: Sequence[Kind], options: BuildOptions, progress: Progress = unseen
+    model: ModelFile,
+    folder: Path,
+    kinds: Sequence[Kind],
+    options: BuildOptions,
+    platforms: Sequence[Platform] | None,
+    zero: float,
+    progress: Progress = unseen,
 ) -> list[BuiltFmu]:
     """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
+
+    Parameters
+    ----------
+    model : ModelFile
+    folder : Path
+    kinds : sequence of Kind
+    options : BuildOptions
+    platforms : sequence of Platform or None   Those of the binaries.
+    zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
 
     Raises
     ------
@@ -98,11 +144,12 @@ def build_all(
                         nothing is then left behind.
     """
     options.refuse_impossible(kinds)
+    refuse_platforms(kinds, platforms)
     jobs = [
         FmuJob(
-            fmu_path(folder, model.name, kind, options.fmi),
+            fmu_path(folder, model.name, kind, options.version),
             kind,
-            partial(_build, model, kind=kind, options=options),
+            partial(_build, model, kind=kind, options=options, platforms=platforms, zero=zero),
             examine_fmu,
         )
         for kind in kinds
@@ -110,13 +157,15 @@ def build_all(
     return build_in_place(folder, jobs, progress)
 
 
-def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions) -> Path:
-    platforms, zero, author = options.platforms, options.zero, options.author
+def _build(
+    model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, platforms: Sequence[Platform] | None, zero: float
+) -> Path:
+    author = options.author
     if kind == "python":
         return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
-    return build_native_fmu(
-        model, folder, platforms, zero, author, kind == "states", options.fmi, options.real_time, options.no_energy
-    )
+    real_time, no_energy = options.real_time, options.no_energy
+    states, version = kind == "states", options.version
+    return build_native_fmu(model, folder, platforms, zero, author, states, version, real_time, no_energy)
 
 
 def build_fmu(
@@ -198,7 +247,8 @@ def build_fmu(
     if name is not None:
         check_name(name)
     refuse_unwritable(Path(folder), is_folder=True)
-    chosen = None if platforms is None else chosen_platforms(",".join(_names(platforms)))
+    names = [platforms] if isinstance(platforms, str) else platforms
+    chosen = None if names is None else chosen_platforms(",".join(names))
     source = path_of(model)
     if source is not None and is_system_file(source):
         others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy, "zero": zero,
@@ -211,75 +261,15 @@ def build_fmu(
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     # FMUs hold these as JSON, which knows no bool of NumPy.
     flags = bool(real_time), bool(no_energy)
-    wanted = WantedSettings(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(model)
-    kind: Any = "states" if states else wanted.backend or "native"
+    options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(model)
+    kind: Any = "states" if states else options.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
     content = _model(model, name)
-    options = wanted.options(chosen, origin_of(model, zero, content.parameters))
-    return build_all(content, Path(folder), (kind,), options, progress)[0].path
-
-
-@dataclass(frozen=True)
-class WantedSettings:
-    """What was asked for; what was not is taken from the FMU that is the source, if it is one.
-
-    Attributes
-    ----------
-    backend : str or None           native, python, both, or states of an FMU that is the source.
-    author : str
-    needs_execution_tool : bool
-    fmi : int or None
-    real_time, no_energy : bool
-    """
-
-    backend: str | None
-    author: str = ""
-    needs_execution_tool: bool = False
-    fmi: int | None = None
-    real_time: bool = False
-    no_energy: bool = False
-
-    def with_those_of(self, source: Any) -> WantedSettings:
-        """These and, where nothing was asked for, those of the FMU that is the source.
-
-        Raises
-        ------
-        ModelError   If the source is an FMU without them.
-        """
-        path = path_of(source)
-        if path is None or not is_fmu(path):
-            return self
-        before = BuildSettings.of_fmu(Path(path))
-        wanted = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
-        if self.backend not in (None, before.backend, "both"):
-            return wanted
-        wanted = replace(wanted, needs_execution_tool=self.needs_execution_tool or before.needs_execution_tool)
-        if self.backend == "both":
-            return wanted
-        return replace(
-            wanted,
-            fmi=self.fmi or before.fmi,
-            real_time=self.real_time or before.real_time,
-            no_energy=self.no_energy or before.no_energy,
-        )
-
-    @property
-    def version(self) -> int:
-        """The version of FMI that is built."""
-        return self.fmi or BuildOptions.fmi
-
-    def options(self, platforms: Sequence[Platform] | None, zero: float) -> BuildOptions:
-        """The options of a build of them."""
-        return BuildOptions(
-            platforms, zero, self.needs_execution_tool, self.author, self.version, self.real_time, self.no_energy
-        )
-
-
-def _names(platforms: str | Sequence[str]) -> Sequence[str]:
-    return [platforms] if isinstance(platforms, str) else platforms
+    origin = origin_of(model, zero, content.parameters)
+    return build_all(content, Path(folder), (kind,), options, chosen, origin, progress)[0].path
 
 
 def _model(source: Any, name: str | None) -> ModelFile:

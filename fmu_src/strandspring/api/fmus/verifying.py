@@ -37,9 +37,9 @@ class Verification(Result):
         """Whether nothing speaks against the FMU."""
         return not self.problems
 
-    def summary(self) -> str:
+    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """All findings in words."""
-        return "\n".join([self.path, *(f"  {finding.about}: {finding.text}" for finding in self.findings)])
+        return [self.path, *(f"  {finding.about}: {finding.text}" for finding in self.findings)]
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each finding."""

@@ -17,9 +17,9 @@ from ...identification.rig.known_rig import KnownRig
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.outcomes import Outcome, by_harm
 from ...model.stated_figures import differ, in_words
+from ...records.given import Source, given_records
 from ..common.result import Result
-from ..common.text import counted, fit_lines, parameter_lines
-from ..records import Source, given_records
+from ..common.text import counted, fit_json, fit_lines, parameter_lines
 from ..spring import Spring
 
 if TYPE_CHECKING:
@@ -85,7 +85,7 @@ class Identification(IdentifiedModel, Result):
             return self, ranking
         return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
 
-    def lines(self) -> list[str]:
+    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""
         alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
         lines = [
@@ -101,10 +101,25 @@ class Identification(IdentifiedModel, Result):
             lines.append(f"  {removed}")
         return lines
 
-    def summary(self) -> str:
-        """The result in words: figures, parameters with standard errors, cautions and notes."""
-        cautions = [f"Caution: {sentence}" for sentence in self.cautions]
-        return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
+    def as_json(self) -> dict[str, Any]:
+        """The result as an object for JSON, in SI units."""
+        return {
+            "method": self.method,
+            "parameters": self.parameters.as_dict(),
+            **self.figures,
+            "fitted": self.fitted_figures,
+            "uncertainty": self.uncertainty,
+            "records": [fit_json(*both) for both in zip(self.fits, self.fitted, strict=True)],
+            "outcomes": [
+                {"name": outcome.name.lower(), "sentence": sentence}
+                for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
+            ],
+            "effects": self.effects,
+            "recorded_loops": [loop.as_json() for loop in self.recorded],
+            "small_loops": self.small_loops.as_json(),
+            "lack_of_fit": None if self.lack_of_fit is None else self.lack_of_fit.as_json(),
+            "notes": self.notes,
+        }
 
     def to_frame(self) -> pd.DataFrame:
         """The parameters with unit, value, standard error and 95 % interval, one in each row; NaN where unknown."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,31 +14,28 @@ from numpy.typing import ArrayLike
 from ...core.parameters import SpringParameters
 from ...ground.arguments import numbers
 from ...ground.quoting import printable
+from ...ground.result_columns import cells, values
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
-from ...loops.loop import Loop, LoopFigures
+from ...loops.loop import LOOP_FIGURE, LOOP_FIGURES, PANELS, Loop, LoopFigures
 from ...loops.measured import MeasuredLoop, measured_loops
 from ...loops.modelled import steady_loop, steady_loop_figures
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
-from ...model.stated_figures import in_words, stated_fit, stated_fits
+from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json
+from ...records.given import records_of
 from ...records.record import Record
 from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
-from ..common.placing import ModelSource, model_of, origin_of, source_of
 from ..common.plotting import some_axes
 from ..common.result import Result
-from ..common.text import parameter_lines
-from ..records import records_of
+from ..common.text import counted, parameter_lines, verdict_json
+from ..common.text_table import table_lines
+from ..spring import ModelSource, model_of, origin_of, source_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-
-FIGURES = (
-    "amplitude", "low", "high", "secant_stiffness", "energy_per_cycle", "loss_factor", "damping_ratio", "mean_force",
-    "min_force", "max_force",
-)  # fmt: skip
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
@@ -80,7 +77,12 @@ class Information(Result):
         """The sentences on rate and overlap, as far as there are any."""
         return tuple(verdict.sentence for verdict in (self.rate_independence, self.overlap) if verdict is not None)
 
-    def lines(self) -> list[str]:
+    def lines(self, width: int | None = None) -> list[str]:
+        """The model, the table of loops, and the verdicts; the table at most of a width."""
+        headings = [*(column.heading for column in LOOP_FIGURES), "source"]
+        return [*self._model_lines(), *table_lines(headings, self._cells(), ["source"], width), *self.verdicts]
+
+    def _model_lines(self) -> list[str]:
         """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
         model = self.model
         lines = [f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")]
@@ -98,11 +100,26 @@ class Information(Result):
             lines.append(f"  {sentence}")
         return lines
 
-    def summary(self) -> str:
-        """The model, the table of loops, the verdicts and the cautions."""
-        table = self.to_frame().drop(columns=["cycles", "frequency"]).to_string(float_format="{:.4g}".format, na_rep="")
-        cautions = (f"Caution: {sentence}" for sentence in self.cautions)
-        return "\n".join([*self.lines(), table, *self.verdicts, *cautions])
+    def _loops(self) -> Iterator[tuple[LoopFigures, MeasuredLoop | None, str]]:
+        """Figures of each loop, the measured loop that they are of, and the record with whose loop the model's goes."""
+        for loop in self.modelled:
+            yield loop.figures, None, ""
+        for measured, loop in self.pairs:
+            yield measured.figures, measured, ""
+            yield loop.figures, None, measured.path
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as an object for JSON, in SI units."""
+        return {
+            "name": self.model.name,
+            "parameters": self.parameters.as_dict(),
+            "zero": self.zero,
+            "fit": stated_json(self.model),
+            "loops": [_loop_json(figures, measured) for figures, measured, _ in self._loops()],
+            "rate_independence": verdict_json(self.rate_independence),
+            "overlap": verdict_json(self.overlap),
+            "cautions": self.cautions,
+        }
 
     def to_frame(self) -> pd.DataFrame:
         """One loop in each row, in SI units: source ("model" or a record's path), the figures of `LoopFigures` and, of
@@ -111,20 +128,20 @@ class Information(Result):
         """
         import pandas as pd
 
-        return pd.DataFrame(
-            list(self._rows()), columns=["source", *FIGURES, "cycles", "frequency", "from"]
-        ).rename_axis("loop")
+        columns = ["source", *LOOP_FIGURE, "cycles", "frequency", "from"]
+        rows = [{**_loop_json(figures, measured), "from": path} for figures, measured, path in self._loops()]
+        return pd.DataFrame(rows, columns=columns).astype({"cycles": float, "frequency": float}).rename_axis("loop")
 
-    def _rows(self) -> Iterator[list[Any]]:
-        def row(source: str, figures: LoopFigures, *others: Any) -> list[Any]:
-            return [source, *(getattr(figures, name) for name in FIGURES), *others]
-
-        for loop in self.modelled:
-            yield row("model", loop.figures, np.nan, np.nan, "")
-        for measured, loop in self.pairs:
-            frequency = np.nan if measured.frequency is None else measured.frequency
-            yield row(measured.path, measured.figures, measured.cycles, frequency, "")
-            yield row("model", loop.figures, np.nan, np.nan, measured.path)
+    def _cells(self) -> Iterator[list[str]]:
+        """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
+        for figures, measured, _ in self._loops():
+            source = "model"
+            if measured is not None:
+                frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
+                source = f"{measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
+            yield [*cells(LOOP_FIGURES, figures), source]
+            if measured is not None and measured.spread is not None:
+                yield [*cells(LOOP_FIGURES, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
 
     def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
@@ -137,28 +154,16 @@ class Information(Result):
         middle = 0.5 * (widest.low + widest.high)
         reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
         line = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in reaches.tolist()]
-        for axis, (name, label, factor) in zip(panels, PANELS, strict=True):
-            axis.plot(1e3 * reaches, [factor * getattr(each, name) for each in line], "k", lw=1.2, label="model")
+        for axis, column in zip(panels, PANELS, strict=True):
+            axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
             for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):
                 own = [measured.figures for measured, _ in self.pairs if measured.path == path]
-                axis.plot(
-                    [1e3 * each.amplitude for each in own],
-                    [factor * getattr(each, name) for each in own],
-                    f"C{number}o",
-                    label=PurePath(path).name,
-                )
-            axis.set(xlabel="amplitude [mm]", ylabel=label)
+                amplitudes = [1e3 * figures.amplitude for figures in own]
+                axis.plot(amplitudes, list(map(column.drawn, own)), f"C{number}o", label=PurePath(path).name)
+            axis.set(xlabel="amplitude [mm]", ylabel=column.label)
         panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)
         return panels
-
-
-# Figure, label and factor from SI of the panels of plots.
-PANELS = (
-    ("secant_stiffness", "secant stiffness [N/mm]", 1e-3),
-    ("energy_per_cycle", "energy per cycle [N mm]", 1e3),
-    ("loss_factor", "loss factor [-]", 1.0),
-)
 
 
 def info(
@@ -235,6 +240,20 @@ def info(
     return Information(
         source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
     )  # fmt: skip
+
+
+def _loop_json(figures: LoopFigures, measured: MeasuredLoop | None) -> dict[str, Any]:
+    shown = values(LOOP_FIGURES, figures)
+    if measured is None:
+        return {"source": "model", **shown}
+    return {
+        "source": measured.path,
+        **shown,
+        "cycles": measured.cycles,
+        "frequency": measured.frequency,
+        "gap": measured.gap,
+        "spread": None if measured.spread is None else asdict(measured.spread),
+    }
 
 
 def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:

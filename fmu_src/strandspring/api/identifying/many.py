@@ -22,9 +22,9 @@ from ...identification.methods.method import Method, checked_method
 from ...identification.methods.refined import RefinedOptions
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
+from ...records.given import checked_units
 from ..common.result import Result
 from ..common.text import counted
-from ..records import checked_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,7 +70,7 @@ class ManyResult(Result):
         of_all = f"{count} of {counted(self.batch.files, 'spring')}"
         return f"{of_all} {are} not identified ({', '.join(others)}); {TABLE} says why."
 
-    def lines(self) -> list[str]:
+    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The result in words, without cautions and notes."""
         batch = self.batch
         done = batch.files - batch.earlier
@@ -120,11 +120,6 @@ class ManyResult(Result):
     def notes(self) -> list[str]:
         """What was assumed, each with the number of files."""
         return [*self.left_out, *self.batch.notes.lines(self.batch.files)]
-
-    def summary(self) -> str:
-        """The result in words: counts, problems, medians, outliers, cautions and notes."""
-        cautions = [f"Caution: {sentence}" for sentence in self.cautions]
-        return "\n".join([*self.lines(), *cautions, *(f"Note: {sentence}" for sentence in self.notes)])
 
     def to_frame(self) -> pd.DataFrame:
         """The table, one file in each row.

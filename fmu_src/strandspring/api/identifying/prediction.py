@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import PurePath
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import ModelError
+from ...ground.files import write_csv
+from ...ground.result_columns import ResultColumn
 from ...identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
 from ...identification.certainty.prediction_interval import PredictionInterval, prediction_error
 from ...kernel.arrays import FloatArray
@@ -20,6 +23,7 @@ from ...loops.strokes import find_strokes
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
+from ...records.given import Source, given_records
 from ...records.record import Record
 from ..common.caution_text import (
     backwards_cautions,
@@ -28,15 +32,23 @@ from ..common.caution_text import (
     smoothing_caution,
     unrecorded_cautions,
 )
-from ..common.placing import ModelSource, model_of, source_of
 from ..common.plotting import some_axes
 from ..common.result import Result
-from ..common.text import fit_lines
-from ..records import Source, given_records
+from ..common.text import fit_json, fit_lines
+from ..spring import ModelSource, model_of, source_of
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+
+_COLUMNS = (
+    ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
+    ResultColumn("force", "N", "force", "force", "N"),
+    ResultColumn("predicted", "N", "predicted force", "predicted", "N"),
+    ResultColumn("lower", "N", "lower", "lower", "N"),
+    ResultColumn("upper", "N", "upper", "upper", "N"),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,13 +120,29 @@ class Prediction(Result):
             columns |= {"lower": predicted - half_width, "upper": predicted + half_width}
         return columns
 
-    def lines(self) -> list[str]:
+    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The figures in words."""
         return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits, self.smoothed)]
 
-    def summary(self) -> str:
-        """The figures in words, with cautions."""
-        return "\n".join([*self.lines(), *(f"Caution: {sentence}" for sentence in self.cautions)])
+    def as_json(self) -> dict[str, Any]:
+        """The figures as an object for JSON, in SI units."""
+        pairs = zip(self.fits, self.smoothed, strict=True)
+        records = [fit_json(fit, smoothed, "smoothed") for fit, smoothed in pairs]
+        return {**self.figures, "records": records, "cautions": self.cautions}
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all samples with the number of their record; displacements in mm.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        columns = self.columns()
+        numbers = columns.pop("record").astype(int).tolist()
+        shown = [column for column in _COLUMNS if column.key in columns]
+        rows = np.column_stack([columns[column.key] * column.factor for column in shown]).tolist()
+        lines = ((number, *row) for number, row in zip(numbers, rows, strict=True))
+        write_csv(Path(path), ["record", *(column.label for column in shown)], lines)
 
     def to_frame(self) -> pd.DataFrame:
         """One sample in each row: record (path), displacement [m], force, predicted, lower and upper [N].
@@ -123,9 +151,7 @@ class Prediction(Result):
         """
         import pandas as pd
 
-        frame = pd.DataFrame(self.columns()).reindex(
-            columns=["record", "displacement", "force", "predicted", "lower", "upper"]
-        )
+        frame = pd.DataFrame(self.columns()).reindex(columns=["record", *(column.key for column in _COLUMNS)])
         paths = np.array([record.path for record in self.records], dtype=object)
         return frame.assign(record=paths[frame["record"].to_numpy().astype(np.intp) - 1])
 

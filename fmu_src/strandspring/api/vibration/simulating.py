@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 _SIZE = (8.0, 5.0)  # of the plot [inches]
 _MOST_NUMBERS = 50_000_000  # of the histories of all answers
 _COLUMNS = (
-    "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "least", "rest_omega", "limit",
+    "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "min", "rest_omega", "limit",
     "margin", "q05", "median", "q95",
 )  # fmt: skip
 
@@ -168,10 +168,6 @@ class Simulation(Result):
             *([] if self.draws else ["", NO_DRAWS]),
         ]
 
-    def summary(self) -> str:
-        """Verdicts, static poses, modes, figures and cautions in words."""
-        return "\n".join(self.lines())
-
     def _repr_html_(self) -> str:
         from html import escape
 
@@ -291,6 +287,6 @@ def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:
     spread = figure.spread
     quantiles = (None, None, None) if spread is None else (spread.low, spread.median, spread.high)
     return (
-        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.least,
+        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.min,
         figure.share, figure.limit, figure.margin, *quantiles,
     )  # fmt: skip

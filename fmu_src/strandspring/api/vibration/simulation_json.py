@@ -25,7 +25,7 @@ def candidate_json(one: CandidateAnswer) -> Json:
     static = one.static
     form: Json = {"name": one.name, "refusal": one.refusal or None, "cautions": list(one.cautions)}
     if static is None:
-        return {**form, "rest": [], "modes": None}
+        return {**form, "static_equilibrium": [], "modes": None}
     names = axis_names(one.system)
     rest = [
         {
@@ -48,7 +48,7 @@ def candidate_json(one: CandidateAnswer) -> Json:
         for at, pose in enumerate(static.poses)
     ]
     modes = {name: [_mode(mode) for mode in getattr(static, name)] for name in ("tangent", "secant")}
-    return {**form, "rest": rest, "modes": modes}
+    return {**form, "static_equilibrium": rest, "modes": modes}
 
 
 def _mode(mode: Mode) -> Json:
@@ -105,7 +105,7 @@ def _run(system: MountedSystem, run: CaseRun, use: RangeUse) -> Json:
                 "axis": name,
                 "range_low": float(use.low[k]),
                 "range_high": float(use.high[k]),
-                "rest": float(use.rest[k]),
+                "static_equilibrium": float(use.rest[k]),
                 "share_used": float(use.share[k]),
                 "stop_deflection": float(use.stop_deflection[k]),
                 "stop_force": float(use.stop_force[k]),

@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
-from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...vibration.bodies.axis_names import axis_names
 from ...vibration.bodies.mounted import MountedSystem
@@ -19,18 +18,8 @@ from ...vibration.verdicts.verdicts import Figure, Quantity, Verdict
 from ..common.text import counted
 from ..common.text_table import table_lines
 
-# Unit for people, factor from SI to it.
-SHOWN = {
-    Quantity.ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
-    Quantity.SWAY: ("mm", 1e3),
-    Quantity.TILT: ("deg", math.degrees(1.0)),
-    Quantity.STROKE: ("%", 100.0),
-    Quantity.FORCE: ("N", 1.0),
-    Quantity.RMS_ACCELERATION: ("g", 1.0 / STANDARD_GRAVITY),
-    Quantity.RMS_SWAY: ("mm", 1e3),
-}
 NO_DRAWS = (
-    "The spread by the uncertainty of the model files was not asked for; --draws 200 (`draws` of the file) shows it."
+    "The spread by the uncertainty of the model files was not asked for; `draws=200` (`draws` of the file) shows it."
 )
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
@@ -67,7 +56,7 @@ def verdict_table(answers: Sequence[CaseAnswer]) -> tuple[list[str], list[list[s
 def _value(figure: Figure | None) -> str:
     if figure is None:
         return "-"
-    value = SHOWN[figure.quantity][1] * figure.value
+    value = figure.quantity.column.factor * figure.value
     return "0" if abs(value) < _NOTHING else f"{value:.4g}"
 
 
@@ -186,7 +175,7 @@ def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterat
     rows = []
     for answer in answers:
         values = [
-            [SHOWN[quantity][1] * figure.value for figure in answer.of(quantity)]
+            [quantity.column.factor * figure.value for figure in answer.of(quantity)]
             for quantity in (Quantity.RMS_ACCELERATION, Quantity.RMS_SWAY)
         ]
         for k, point in enumerate(answer.system.points if values[0] else ()):
@@ -206,7 +195,7 @@ def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Ite
             continue
         row = [answer.case.name]
         for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
-            figure, scale = answer.worst(quantity), SHOWN[quantity][1]
+            figure, scale = answer.worst(quantity), quantity.column.factor
             known = None if figure is None else figure.spread
             row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
         of = answer.spread
@@ -226,8 +215,8 @@ def _omega(share: float) -> str:
 
 
 def _range(figure: Figure) -> str:
-    scale = SHOWN[figure.quantity][1]
-    return f"{scale * figure.least:.4g} to {scale * figure.value:.4g}"
+    scale = figure.quantity.column.factor
+    return f"{scale * figure.min:.4g} to {scale * figure.value:.4g}"
 
 
 def _friction(static: StaticAnswer) -> str:

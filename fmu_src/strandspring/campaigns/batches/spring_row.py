@@ -160,7 +160,7 @@ class BatchWork:
         try:
             record = replace(self.wanted.read(spring.path), path=shown)
             row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, notes=record.notes)
-            identified = identify_records(record, self.method, self.save_anyway)
+            identified = identify_records([record], self.method, self.save_anyway)
             text = identified.model_file(spring.name).to_json()
         except StrandspringError as problem:
             reason = _without_path(str(problem).replace(readable(spring.path), shown), shown)

@@ -50,8 +50,8 @@ def secured(address: str, certificates: Mapping[str, str], notify: Callable[[str
     authority, certificate, key = role["ca_file"], role["cert"], role["key"]
     if authority is None or certificate is None:
         raise JobError(
-            f"{address} needs certificates: those of the authority (--tls-ca-file) and of this client "
-            "(--tls-cert, --tls-key), here or in dask's configuration (distributed.comm.tls)."
+            f"{address} needs certificates: those of the authority (`tls_ca_file=...`) and of this client "
+            "(`tls_cert=...`, `tls_key=...`), here or in dask's configuration (distributed.comm.tls)."
         )
     for path in (authority, certificate, key):
         # dask's configuration may hold a certificate itself, which has several lines.

@@ -8,10 +8,9 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from ...api.fmus.building import BuildOptions, Kind, WantedSettings, build_all, checked_author
+from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, refuse_platforms
 from ...api.fmus.building_system import SystemToBuild
 from ...api.fmus.fmus_in_place import BuiltFmu
-from ...api.records import bundled_record
 from ...errors import BuildError
 from ...fmu.archive import binary_sizes, fmu_path
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
@@ -19,6 +18,7 @@ from ...ground.files import refuse_unwritable
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, save_model
 from ...model.stated_figures import NAMES
+from ...records.given import bundled_record
 from ...system_fmu.system_variables import system_variables
 from ...vibration.description.system_file import is_system_file
 from ..shared.cautions import note_most_harmful
@@ -30,7 +30,7 @@ from ..shared.options import (
     record_files,
     record_options,
 )
-from ..shared.output import reporting, result, result_json
+from ..shared.output import reporting, result, result_json, result_lines
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
 from .identify import identified
@@ -168,11 +168,11 @@ def build(
     """
     if len(sources) == 1 and is_system_file(sources[0]):
         _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
-        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or BuildOptions.fmi), as_json)
+        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or 2), as_json)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    wanted = WantedSettings(
+    wanted = BuildOptions(
         backend, author, needs_execution_tool, None if fmi is None else int(fmi), real_time, no_energy
     )
     if len(sources) == 1:
@@ -201,7 +201,7 @@ def build(
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
-        built = build_all(model, Path(output), kinds, wanted.options(platforms, origin), progress)
+        built = build_all(model, Path(output), kinds, wanted, platforms, origin, progress)
     if as_json:
         answers = {
             "model": str(model_path),
@@ -214,7 +214,7 @@ def build(
         result_json({**answers, "fmus": [_facts(one, wanted) for one in built]})
         return
     if identification is not None:
-        result("\n".join(identification.lines()))
+        result_lines(identification)
     result(f"Model file: {model_path}")
     if sentence := zero_sentence(origin):
         result(sentence)
@@ -223,7 +223,7 @@ def build(
         result(f"Check: {report.summary}")
 
 
-def _facts(built: BuiltFmu, wanted: WantedSettings) -> dict[str, object]:
+def _facts(built: BuiltFmu, wanted: BuildOptions) -> dict[str, object]:
     """What --json says of an FMU."""
     return {
         "path": str(built.path),
@@ -236,7 +236,7 @@ def _facts(built: BuiltFmu, wanted: WantedSettings) -> dict[str, object]:
     }
 
 
-def _settings_apart(wanted: WantedSettings) -> list[str]:
+def _settings_apart(wanted: BuildOptions) -> list[str]:
     """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
     of_energy = " without absorbed_energy" if wanted.no_energy else ""
     return [
@@ -246,7 +246,7 @@ def _settings_apart(wanted: WantedSettings) -> list[str]:
 
 
 def _kinds(
-    wanted: WantedSettings, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
+    wanted: BuildOptions, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
 ) -> tuple[Kind, ...]:
     """The kinds of FMU to be built.
 
@@ -262,7 +262,8 @@ def _kinds(
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
     try:
-        wanted.options(platforms, 0.0).refuse_impossible(kinds)
+        wanted.refuse_impossible(kinds)
+        refuse_platforms(kinds, platforms)
     except BuildError as refusal:
         raise click.UsageError(str(refusal)) from None
     return kinds
@@ -302,7 +303,7 @@ def _build_system(
     result(f"Inputs: {', '.join(inputs)}")
     result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
     purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
-    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(WantedSettings("native", fmi=fmi)))))
+    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(BuildOptions("native", fmi=fmi)))))
     result(f"Check: {built.check.summary}")
 
 

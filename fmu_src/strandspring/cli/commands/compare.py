@@ -9,15 +9,13 @@ import click
 from ...api.comparing.alignment import Align
 from ...api.comparing.comparison import DRAWS
 from ...api.comparing.comparison import compare as compare_springs
-from ...api.comparing.comparison_words import figure_table, parameter_table
 from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.mount import positive
-from ..shared.options import FiniteRange, read_records, record_files, record_options
-from ..shared.output import result, result_json, result_table, working
+from ..shared.options import FiniteRange, read_records, record_files, record_options, values_as_usage
+from ..shared.output import result, result_json, result_lines, working
 from ..shared.paths import PLOT_FILE, refuse_overwriting
-from ..shared.usage import values_as_usage
 
 
 @click.command()
@@ -110,12 +108,7 @@ def compare(
     if as_json:
         result_json({**comparison.as_json(), "plot": plot})
         return
-    for line in comparison.head():
-        result(line)
-    result_table(*parameter_table(comparison.parameters), left=["parameter"])
-    result_table(*figure_table(comparison.figures), left=["figure"])
-    for line in comparison.tail():
-        result(line)
+    result_lines(comparison)
     for sentence in comparison.notes:
         result(f"Note: {sentence}")
     if plot is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ...api.common.text import fit_json, verdict_json
+from ...api.common.text import verdict_json
 from ...api.identifying.identification import Identification
 from ...api.identifying.identification import identify as identify_records
 from ...identification.methods.method import Method
@@ -24,7 +24,7 @@ from ..shared.options import (
     record_files,
     record_options,
 )
-from ..shared.output import result, result_json, working
+from ..shared.output import result, result_json, result_lines, working
 from ..shared.paths import refuse_overwriting
 from ..shared.reporting import Reporting, report_options
 from ..shared.rivals import compared_with_rivals, print_ranking, ranking_json
@@ -87,21 +87,7 @@ def identify(
             {
                 "model": output,
                 "name": model.name,
-                "method": identification.method,
-                "parameters": model.parameters.as_dict(),
-                **identification.figures,
-                "fitted": identification.fitted_figures,
-                "uncertainty": identification.uncertainty,
-                "records": [fit_json(*both) for both in zip(identification.fits, identification.fitted, strict=True)],
-                "outcomes": [
-                    {"name": outcome.name.lower(), "sentence": sentence}
-                    for outcome, sentence in zip(identification.outcomes, identification.cautions, strict=True)
-                ],
-                "effects": identification.effects,
-                "recorded_loops": [loop.as_json() for loop in identification.recorded],
-                "small_loops": identification.small_loops.as_json(),
-                "lack_of_fit": None if identification.lack_of_fit is None else identification.lack_of_fit.as_json(),
-                "notes": identification.notes,
+                **identification.as_json(),
                 "rate_independence": rate,
                 "overlap": overlap,
                 "rivals": None if ranking is None else ranking_json(ranking),
@@ -110,7 +96,7 @@ def identify(
             }
         )
         return
-    result("\n".join(identification.lines()))
+    result_lines(identification)
     for sentence in identification.notes:
         result(f"Note: {sentence}")
     if ranking is not None:

@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
-import numpy as np
 
-from ...api.common.text import fit_json
-from ...api.identifying.prediction import Prediction
 from ...api.identifying.prediction import predict as predict_records
-from ...ground.files import write_csv
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.options import read_records, record_files, record_options
-from ..shared.output import note, result, result_json, working
+from ..shared.output import note, result, result_json, result_lines, working
 from ..shared.paths import refuse_overwriting
-
-# Of the columns of a prediction in the file, with the factor from SI.
-_HEADINGS = {
-    "displacement": ("displacement [mm]", 1e3),
-    "force": ("force [N]", 1.0),
-    "predicted": ("predicted force [N]", 1.0),
-    "lower": ("lower [N]", 1.0),
-    "upper": ("upper [N]", 1.0),
-}
 
 
 @click.command()
@@ -60,28 +46,10 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
                 f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the "
                 "spring again with the refined method to have them."
             )
-        _write(Path(output), prediction)
+        prediction.save_csv(output)
     if as_json:
-        result_json(
-            {
-                "model": model,
-                **prediction.figures,
-                "records": [
-                    fit_json(*both, "smoothed") for both in zip(prediction.fits, prediction.smoothed, strict=True)
-                ],
-                "output": output,
-                "cautions": prediction.cautions,
-            }
-        )
+        result_json({"model": model, **prediction.as_json(), "output": output})
         return
-    result("\n".join(prediction.lines()))
+    result_lines(prediction)
     if output is not None:
         result(f"Prediction: {output}")
-
-
-def _write(path: Path, prediction: Prediction) -> None:
-    columns = prediction.columns()
-    numbers = columns.pop("record").astype(int).tolist()
-    values = np.column_stack([columns[name] * _HEADINGS[name][1] for name in columns]).tolist()
-    rows = ((number, *row) for number, row in zip(numbers, values, strict=True))
-    write_csv(path, ["record", *(_HEADINGS[name][0] for name in columns)], rows)

@@ -12,7 +12,7 @@ from ...ground.files import refuse_unwritable
 from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ..shared.options import FiniteRange
-from ..shared.output import reporting, result, result_json, terminal_width, working
+from ..shared.output import reporting, result, result_json, result_lines, working
 from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 
 
@@ -110,7 +110,7 @@ def simulate(
         written = {option[2:]: path for option, path in outputs.items()}
         result_json({"file": system, **found.as_json(), **written, "histories": [str(path) for path in courses]})
         return
-    result("\n".join(found.lines(terminal_width())))
+    result_lines(found)
     for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
         if path is not None:
             result(f"{title}: {path}")

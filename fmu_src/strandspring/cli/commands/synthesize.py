@@ -12,10 +12,9 @@ from ...model.modelfile import load_model
 from ...peers.ni import PAPER_NI
 from ...records.record import Record
 from ..shared.cautions import note_cautions
-from ..shared.options import FiniteRange
+from ..shared.options import FiniteRange, values_as_usage
 from ..shared.output import note, result
 from ..shared.paths import refuse_overwriting
-from ..shared.usage import values_as_usage
 
 
 @click.group()

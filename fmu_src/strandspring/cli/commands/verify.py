@@ -10,7 +10,7 @@ import click
 from ...api.common.text import counted
 from ...api.fmus.verifying import verify as verified
 from ...ground.files import readable
-from ..shared.output import note, result, result_json, working
+from ..shared.output import note, result_json, result_lines, working
 
 
 @click.command()
@@ -36,7 +36,7 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
         result_json({"fmus": [{"path": each.path, "findings": list(map(asdict, each.findings))} for each in found]})
     else:
         for each in found:
-            result(each.summary())
+            result_lines(each)
     problems = [(each.path, finding) for each in found for finding in each.problems]
     if problems:
         fmu, first = problems[0]

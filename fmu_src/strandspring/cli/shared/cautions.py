@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from ...records.record import Record
-from .output import note
+from .output import note, with_flags
 
 if TYPE_CHECKING:
     from ...api.identifying.identification import Identification
@@ -32,7 +32,7 @@ def note_cautions(sentences: Iterable[str]) -> None:
 def note_most_harmful(identification: Identification, *files: str | None) -> None:
     """Report the most harmful cautions of an identification in few words, and which files hold the others."""
     findings = list(identification.findings.items())
-    note_cautions(in_few_words(outcome.value, detail) for outcome, detail in findings[:_SHOWN])
+    note_cautions(in_few_words(with_flags(outcome.value), detail) for outcome, detail in findings[:_SHOWN])
     if (more := len(findings) - _SHOWN) > 0:
         note(f"{more} more caution{'s are' if more > 1 else ' is'} in {' and '.join(filter(None, files))}.")
 

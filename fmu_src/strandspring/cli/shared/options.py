@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from typing import Any, TypeVar
 
@@ -12,7 +13,7 @@ import click
 
 from ...campaigns.jobs.cluster import PATIENCE, Cluster
 from ...campaigns.jobs.runners import JobError
-from ...errors import ModelError, RecordError
+from ...errors import ModelError, RecordError, StrandspringError
 from ...identification.methods.method import Method
 from ...identification.methods.refined import KEEP, RefinedOptions
 from ...identification.methods.scan_options import ScanOptions
@@ -60,6 +61,17 @@ class FiniteRange(click.FloatRange):
         low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
+
+
+@contextmanager
+def values_as_usage() -> Iterator[None]:
+    """Make a ValueError one of usage, but for refusals of data and models."""
+    try:
+        yield
+    except StrandspringError:
+        raise
+    except ValueError as problem:
+        raise click.UsageError(str(problem)) from None
 
 
 METHODS: dict[str, type[Method]] = {

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
@@ -17,12 +18,23 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ...api.common.result import Result
 from ...api.common.text_table import table_lines
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
 Item = TypeVar("Item")
+# Advice in messages names options as Python has them.
+_OPTION = re.compile(r"`(\w+)=([^`]*)`")
+_UNSAID = ("...", "True")  # values that a flag stands for, or that the user chooses
+_OTHER_NAMES = {"time_window": "time"}
+# What is no option of the same name in Python.
+_OTHERWISE = {
+    "`options=RefinedOptions()`": "--method refined",
+    "`options=TwoStageOptions()`": "--method two-stage",
+    "`with_rivals()`": "--rivals",
+}
 
 
 def _is_watched() -> bool:
@@ -96,14 +108,38 @@ def _bar(rate: str = "") -> Progress:
     return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
 
 
+def with_flags(text: str) -> str:
+    """Advice with the options of the command line.
+
+    Examples
+    --------
+    >>> with_flags("Negate a column with `reverse=force`, or leave it with `keep=...` or `save_anyway=True`.")
+    'Negate a column with --reverse force, or leave it with --keep or --save-anyway.'
+    """
+    for python, flag in _OTHERWISE.items():
+        text = text.replace(python, flag)
+    return _OPTION.sub(_flag, text)
+
+
+def _flag(option: re.Match[str]) -> str:
+    name, value = option.groups()
+    flag = "--" + _OTHER_NAMES.get(name, name).replace("_", "-")
+    return flag if value in _UNSAID else f"{flag} {value}"
+
+
 def note(text: str) -> None:
     """A message on standard error."""
-    click.echo(text, err=True)
+    click.echo(with_flags(text), err=True)
 
 
 def result(text: str) -> None:
     """A line of the result on standard output."""
-    click.echo(text)
+    click.echo(with_flags(text))
+
+
+def result_lines(content: Result) -> None:
+    """A result in words on standard output; its tables are folded to the width of a terminal."""
+    result("\n".join(content.lines(terminal_width())))
 
 
 def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:

@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import click
 
-from ...api.common.placing import origin_of as origin_of
-from ...errors import StrandspringError
-from ...model.coordinates import given_zero
+from ...api.spring import origin_of as origin_of
+from ...core.parameters import LARGEST_DISPLACEMENT
 
 
-def _given(_context: click.Context, _option: click.Parameter, text: str | None) -> str | float | None:
+def given_zero(_context: click.Context, _option: click.Parameter, text: str | None) -> str | float | None:
+    """The zero as `origin_of` takes it: "rig", "middle" or a displacement [m]; raises click.BadParameter."""
+    if text is None or text in ("rig", "middle"):
+        return text
     try:
-        return None if text is None else given_zero(text)
-    except StrandspringError as refusal:
-        raise click.BadParameter(str(refusal)) from None
+        zero = 1e-3 * float(text)
+    except ValueError:
+        zero = float("nan")
+    if not abs(zero) <= LARGEST_DISPLACEMENT:
+        raise click.BadParameter(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
+    return zero
 
 
 zero_option = click.option(
     "--zero",
     metavar="rig|middle|MM",
-    callback=_given,
+    callback=given_zero,
     help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
     "the record [mm].  [default: as in X.fmu if that is given; else rig if it lies within the range, else middle]",
 )

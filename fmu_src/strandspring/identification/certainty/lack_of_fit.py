@@ -88,11 +88,11 @@ class LackOfFit:
         if self.elastic >= self.loop:
             return share + (
                 "mostly in the shape of the elastic force: identify a smaller range of displacement "
-                "(--displacement-range)"
+                "(`displacement_range=...`)"
             )
         return share + (
-            "mostly in the shape of the loop: compare other classes of models with --rivals, and repeat one amplitude "
-            "at another frequency"
+            "mostly in the shape of the loop: compare other classes of models with `with_rivals()`, and repeat one "
+            "amplitude at another frequency"
         )
 
     @property

@@ -35,8 +35,8 @@ def acceleration(record: Record) -> FloatArray:
     """
     if record.time is None:
         raise RecordError(
-            f"{record.path}: a moving mass needs times, and the record has none; name its time column with --time, or "
-            "go without --moving-mass."
+            f"{record.path}: a moving mass needs times, and the record has none; name its time column with `time=...`, "
+            "or go without `moving_mass=...`."
         )
     time = record.time
     steps = np.diff(time)
@@ -45,7 +45,7 @@ def acceleration(record: Record) -> FloatArray:
     if np.any(steps < 0.0) or time.size <= 2 * _LEAST or np.any(rises[2 * _LEAST :] < rises[: -2 * _LEAST] + 2):
         raise RecordError(
             f"{record.path}: a moving mass needs the acceleration, and the time column does not rise over "
-            f"{2 * _LEAST + 1} samples throughout; check it with --time."
+            f"{2 * _LEAST + 1} samples throughout; check it with `time=...`."
         )
     strokes = find_strokes(record.displacement)
     turning = strokes.turning

@@ -116,18 +116,19 @@ class KnownRig:
     def _refuse_delay(self, record: Record) -> None:
         if record.time is None:
             raise RecordError(
-                f"{record.path}: a delay needs times, and the record has none; name its time column with --time, or go "
-                "without --delay."
+                f"{record.path}: a delay needs times, and the record has none; name its time column with `time=...`, "
+                "or go without `delay=...`."
             )
         if record.rising_time is None:
             raise RecordError(
-                f"{record.path}: a delay needs times that rise from sample to sample, and they do not; check --time."
+                f"{record.path}: a delay needs times that rise from sample to sample, and they do not; check "
+                "`time=...`."
             )
         stroke = float(np.median(np.diff(record.time[find_strokes(record.displacement).turning])))
         if abs(self.delay or 0.0) >= stroke:
             raise RecordError(
                 f"{record.path}: the given delay of {1e3 * (self.delay or 0.0):.6g} ms is longer than a stroke "
-                f"({1e3 * stroke:.4g} ms); check the unit of --delay (ms) and of the time column."
+                f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
             )
 
 
@@ -146,13 +147,13 @@ def unknown_effects(records: Sequence[Record], known: KnownRig) -> tuple[str, ..
         if share > _WORTH:
             sentences.append(
                 f"{_MASS:g} kg between load cell and spring would change the stiffness by {_percent(share)} at "
-                f"{frequency:.2g} Hz (--moving-mass)."
+                f"{frequency:.2g} Hz (`moving_mass=...`)."
             )
     share = max(map(_stiffness, records)) / _FIXTURE
     if known.fixture_stiffness == math.inf and share > _WORTH:
         sentences.append(
             f"A fixture of {1e-6 * _FIXTURE:g} kN/mm would change the stiffness by {_percent(share)} "
-            "(--fixture-stiffness)."
+            "(`fixture_stiffness=...`)."
         )
     return tuple(sentences)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from ...errors import RecordError
 from ...kernel.arrays import FloatArray
-from ...records.columns import Column, asked_column, choose_unit, listed_columns, named_columns
+from ...records.choosing import asked_column
+from ...records.columns import Column, choose_unit, listed_columns, named_columns
 from ...records.content import Content
 from ...records.formats.opening import tables_of
 from ...records.tables import Table

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.result_columns import ResultColumn
 from ...model.joint import Quantiles
 
 
@@ -33,17 +36,25 @@ class Quantity(Enum):
     @property
     def unit(self) -> str:
         """In which figures are held; empty for a share."""
-        return _UNITS[self]
+        return self.column.unit
+
+    @property
+    def column(self) -> ResultColumn:
+        """How its figures are presented."""
+        unit, shown, factor = _UNITS[self]
+        return ResultColumn(self.name.lower(), unit, self.value, self.value, shown, factor)
 
 
+# In SI, for people, and the factor between them.
+_ACCELERATION, _LENGTH = ("m/s^2", "g", 1.0 / STANDARD_GRAVITY), ("m", "mm", 1e3)
 _UNITS = {
-    Quantity.ACCELERATION: "m/s^2",
-    Quantity.SWAY: "m",
-    Quantity.TILT: "rad",
-    Quantity.STROKE: "",
-    Quantity.FORCE: "N",
-    Quantity.RMS_ACCELERATION: "m/s^2",
-    Quantity.RMS_SWAY: "m",
+    Quantity.ACCELERATION: _ACCELERATION,
+    Quantity.SWAY: _LENGTH,
+    Quantity.TILT: ("rad", "deg", math.degrees(1.0)),
+    Quantity.STROKE: ("", "%", 100.0),
+    Quantity.FORCE: ("N", "N", 1.0),
+    Quantity.RMS_ACCELERATION: _ACCELERATION,
+    Quantity.RMS_SWAY: _LENGTH,
 }
 
 
@@ -56,7 +67,7 @@ class Figure:
     quantity : Quantity
     subject : str             Name of the point, body or axis of a mount.
     value, error : float      With its numerical error, in SI units.
-    least : float             The smallest among the static equilibria.
+    min : float               The smallest among the static equilibria.
     share : float             omega at rest of the worst, in the sense of each spring's static force.
     limit : float or None
     spread : Quantiles or None   By the uncertainty of the springs; None if nothing was drawn.
@@ -66,7 +77,7 @@ class Figure:
     subject: str
     value: float
     error: float
-    least: float
+    min: float
     share: float
     limit: float | None = None
     spread: Quantiles | None = None

@@ -13,15 +13,16 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..ground.files import bundled_file
-from ..records.channels import Channel, ChannelTable
-from ..records.formats.named_arrays import seconds
-from ..records.reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
-from ..records.record import Record
-from ..records.units import Quantity, unit_factor
+from .channels import Channel, ChannelTable
+from .formats.named_arrays import seconds
+from .reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
+from .record import Record
+from .units import Quantity, unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd
 
+_ARRAYS = "Arrays are given as displacement and force, in this order, and time if there is one."
 _BUNDLED = Path("records") / "rubber_stretch.csv"
 
 Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
@@ -116,7 +117,7 @@ def given_records(
         data, displacement = displacement, None
     if is_array(data):
         if displacement is not None or force is None:
-            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
+            raise TypeError(_ARRAYS)
         return [record_of_arrays(data, force, time, units, reverse)]
     in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
     columns = {"displacement": displacement, "force": force, "time": time, "reverse": reverse, **in_units}
@@ -142,9 +143,10 @@ def records_of(
     if not data:
         return []
     if is_array(data[0]):
-        if not 2 <= len(data) <= 3 or any(column is not None for column in (displacement, force, time)):
-            raise TypeError("Arrays are given as displacement and force, in this order, and time if there is one.")
-        return [record_of_arrays(data[0], data[1], data[2] if len(data) == 3 else None, units, reverse)]
+        if len(data) > 3 or any(column is not None for column in (displacement, force, time)):
+            raise TypeError(_ARRAYS)
+        moved, forces, times = (*data, None, None)[:3]
+        return given_records(moved, forces, times, None, units, reverse)
     return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
 
 
@@ -237,10 +239,10 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
         if given:
             raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
         return source
-    if isinstance(source, str | os.PathLike):
-        return read_record(source, **columns)
     if hasattr(source, "columns"):
         return record_of_frame(source, **columns)
+    if isinstance(source, str | os.PathLike):
+        return read_record(source, **columns)
     raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
 
 

@@ -1,0 +1,62 @@
+"""How the figures of results are presented: name, unit, factor and heading of each, for all forms of output."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class ResultColumn:
+    """One figure of a result.
+
+    Parameters
+    ----------
+    key : str        Attribute of what holds it, key of JSON, and column of data frames, in SI units.
+    unit : str       In SI.
+    words : str      In sentences and plots.
+    short : str      In headings of tables for a terminal.
+    shown : str      Unit for people; empty for a pure number.
+    factor : float   From SI to that unit.
+    digits : int     Significant digits for people.
+    """
+
+    key: str
+    unit: str
+    words: str
+    short: str
+    shown: str = ""
+    factor: float = 1.0
+    digits: int = 4
+
+    @property
+    def heading(self) -> str:
+        """Of a table for a terminal."""
+        return f"{self.short} {self.shown}".rstrip()
+
+    @property
+    def label(self) -> str:
+        """Of an axis of a plot."""
+        return f"{self.words} [{self.shown.replace('*', ' ') or '-'}]"
+
+    def drawn(self, figures: Any) -> float:
+        """Its value among figures, in the unit for people."""
+        return self.factor * float(getattr(figures, self.key))
+
+    def text(self, value: float | None, sign: str = "") -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined."""
+        if value is None:
+            return ""
+        return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
+
+
+def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:
+    """A row of a table for a terminal; empty where these figures lack one."""
+    return [column.text(getattr(figures, column.key, None), sign) for column in columns]
+
+
+def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:
+    """The figures by their keys, for JSON and data frames."""
+    return {column.key: getattr(figures, column.key) for column in columns}
