@@ -14,7 +14,7 @@ from strandspring.api.vibration import simulating
 from strandspring.errors import MountedSystemError
 from strandspring.examples import systems
 from strandspring.vibration.description.system_file import load_system_file
-from strandspring.vibration.verdicts.verdicts import Quantity, Verdict
+from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind
 
 EXAMPLES = Path(systems.__path__[0])
 CRADLE = EXAMPLES / "gun_cradle.toml"
@@ -30,7 +30,7 @@ def test_every_example_is_answered_in_full(path: Path) -> None:
     file = load_system_file(path)
     found = simulate(file, courses=False)
     assert len(found.answers) == len(file.candidates) * len(file.cases)
-    assert not {answer.verdict for answer in found.answers} & {Verdict.REFUSED, Verdict.OUTSIDE}
+    assert not {answer.verdict for answer in found.answers} & {CaseVerdict.REFUSED, CaseVerdict.OUTSIDE}
     assert all(run.energies.relative_residual < 1e-2 for answer in found.answers for run in answer.runs)
     text = found.summary()
     assert text.startswith(f"{file.name}: ")
@@ -42,12 +42,12 @@ def test_every_example_is_answered_in_full(path: Path) -> None:
 def test_a_limit_that_is_exceeded_fails(cradle: Simulation) -> None:
     tight = replace(cradle.file, limits=replace(cradle.file.limits, sway={"breech": 0.1}))
     found = simulate(tight, cases="one round", courses=False)
-    values = {answer.candidate: answer.worst(Quantity.SWAY) for answer in found.answers}
+    values = {answer.candidate: answer.worst(FigureKind.SWAY) for answer in found.answers}
     for answer in found.answers:
         sway = values[answer.candidate]
         assert sway is not None
-        assert (answer.verdict is Verdict.FAILS) == (sway.value > 0.1)
-    assert {answer.verdict for answer in found.answers} == {Verdict.FAILS, Verdict.PASSES}
+        assert (answer.verdict is CaseVerdict.FAILS) == (sway.value > 0.1)
+    assert {answer.verdict for answer in found.answers} == {CaseVerdict.FAILS, CaseVerdict.PASSES}
 
 
 def test_frame_csv_and_json_hold_the_same_figures(cradle: Simulation, tmp_path: Path) -> None:
@@ -96,7 +96,7 @@ def test_histories_are_written_for_each_answer(cradle: Simulation, tmp_path: Pat
     with written[0].open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     largest = max(abs(float(row["breech acceleration x [m/s^2]"])) for row in rows)
-    figure = cradle.answers[0].worst(Quantity.ACCELERATION)
+    figure = cradle.answers[0].worst(FigureKind.ACCELERATION)
     assert figure is not None
     assert largest == pytest.approx(figure.value, rel=2e-3)  # the tolerance of the steps
 

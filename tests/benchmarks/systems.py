@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from strandspring import Spring, SpringParameters
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_once
 from strandspring.vibration.bodies.solving import solver
@@ -45,7 +45,7 @@ def fastest(work: Callable[[], object], rounds: int = ROUNDS) -> float:
 
 
 def case(name: str, duration: float, signal: Signal) -> LoadCase:
-    channel = Channel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0))
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0))
     return LoadCase(name, "pulse", duration, (channel,))
 
 

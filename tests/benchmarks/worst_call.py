@@ -24,7 +24,7 @@ from strandspring import SpringParameters
 from strandspring.compiled import zig
 from strandspring.compiled.images import FMI_HEADERS, FMU3, fmi_header, image
 from strandspring.compiled.targets import host_target
-from strandspring.fmu.native.block import Form, filled
+from strandspring.fmu.native.block import NativeForm, filled
 
 GUID = "{00000000-0000-0000-0000-000000000000}"
 console = Console(width=100)
@@ -58,7 +58,7 @@ def timed(
 ) -> np.ndarray:
     """Ticks of each step of one FMU, which is made and thrown away."""
     binary = folder / "spring.so"
-    form = Form(real_time=True, no_energy=not energies)
+    form = NativeForm(real_time=True, no_energy=not energies)
     binary.write_bytes(filled(image(FMU3, host_target()).read_bytes(), parameters, GUID, form))
     fmu = ctypes.CDLL(str(binary))
     fmu.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p

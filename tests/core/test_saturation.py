@@ -21,7 +21,7 @@ from strandspring.core.saturation import (
     stroke_start,
 )
 from strandspring.kernel.arrays import FloatArray
-from strandspring.kernel.saturation_table import Table
+from strandspring.kernel.saturation_table import SaturationTable
 
 # The design asks for 1e-10. The interpolants are good to this, and W' multiplies the rounding of xi.
 ACCURACY = 1e-13
@@ -56,8 +56,8 @@ def table_of(n: float, sigma: float) -> Saturation:
 
 
 @cache
-def compiled_table_of(n: float, sigma: float) -> Table:
-    return Table(n, sigma)
+def compiled_table_of(n: float, sigma: float) -> SaturationTable:
+    return SaturationTable(n, sigma)
 
 
 def in_python(n: float, sigma: float) -> tuple[Elementwise, Elementwise]:

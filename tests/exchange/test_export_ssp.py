@@ -15,7 +15,7 @@ from fmpy.validation import validate_fmu
 from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
 from strandspring.examples import ssp_system
 from strandspring.exchange.shaken_mass_slave import ShakenMass as ShakenMassSlave
-from strandspring.exchange.ssp import ShakenMass
+from strandspring.exchange.ssp import ShakenMassValues
 from strandspring.fmu.description.ssv import parameter_values
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.model.coordinates import placed
@@ -36,10 +36,10 @@ def ssp(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     return path
 
 
-def own(folder: Path) -> tuple[ShakenMass, Motion]:
+def own(folder: Path) -> tuple[ShakenMassValues, Motion]:
     """The plant's values as the command chooses them, and the motion by `Jacobi()`, which couples as SSP tools do."""
     model = load_model(HINGE)
-    plant = ShakenMass.suited(placed(model, None)[0].parameters, MASS)
+    plant = ShakenMassValues.suited(placed(model, None)[0].parameters, MASS)
 
     def base(t: float) -> float:
         return plant.amplitude * math.sin(2.0 * math.pi * plant.frequency * t)

@@ -16,7 +16,7 @@ import pytest
 from fmu_tools import OTHER, SPRING, built, instance, run_python, status_of
 from kernel_tools import HERE, build_folder, compiled
 from strandspring.core.instance import RefusedCallError
-from strandspring.exchange.ssp import ShakenMass, write_system
+from strandspring.exchange.ssp import ShakenMassValues, write_system
 from strandspring.kernel.path import PathSolver
 from strandspring.model.modelfile import ModelFile
 
@@ -300,7 +300,7 @@ if sys.argv[3] == "without":
 @pytest.mark.parametrize("slave", ["spring", "plant"])
 def test_the_end_of_the_process_frees_nothing_twice(fmu, tmp_path, slave, care, status):
     preloaded = compiled(build_folder() / "freed_twice.so", "-O1", "-shared", "-fPIC", HERE / "freed_twice.c")
-    system = write_system(tmp_path / "s.ssp", fmu, ModelFile("spring", SPRING), ShakenMass(1.0, 0.0, 0.0, 1.0))
+    system = write_system(tmp_path / "s.ssp", fmu, ModelFile("spring", SPRING), ShakenMassValues(1.0, 0.0, 0.0, 1.0))
     with zipfile.ZipFile(system) as archive:
         file = archive.extract(f"resources/{slave}.fmu", tmp_path)
     done = subprocess.run(

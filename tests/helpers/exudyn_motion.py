@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
-from strandspring.vibration.bodies.mounted import BASE, Motion, Mount, MountAxis, MountedSystem
+from strandspring.vibration.bodies.mounted import BASE, MotionKind, Mount, MountAxis, MountedSystem
 
 FloatArray = NDArray[np.float64]
 
@@ -90,7 +90,7 @@ def exudyn_motion(
     import exudyn.itemInterface as items  # noqa: N813
 
     (body,) = system.bodies
-    assert body.motion is Motion.SIX
+    assert body.motion is MotionKind.SIX
     assert all(mount.support == BASE and len(mount.axes) == 3 for mount in system.mounts)
     assert all(channel.kind is ChannelKind.BASE_ACCELERATION for channel in case.channels)
     container = exudyn.SystemContainer()

@@ -32,7 +32,7 @@ from native_tools import library, write_file, write_native
 from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.compiled.images import FMU3, SYSTEM3, fmi_headers
-from strandspring.fmu.native.block import USUAL, Form, values_source
+from strandspring.fmu.native.block import USUAL, NativeForm, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.model.modelfile import ModelFile
 from strandspring.system_fmu.system_native import system_contents
@@ -63,9 +63,9 @@ FORMS = {"native": (SPRING, False), "table": (TABLE, False), "states": (SPRING, 
 FORMS3 = {
     "fmi3": (SPRING, USUAL),
     "fmi3-table": (TABLE, USUAL),
-    "fmi3-states": (SPRING, Form(with_states=True)),
-    "fmi3-real-time": (SPRING, Form(real_time=True)),
-    "fmi3-no-energy": (SPRING, Form(real_time=True, no_energy=True)),
+    "fmi3-states": (SPRING, NativeForm(with_states=True)),
+    "fmi3-real-time": (SPRING, NativeForm(real_time=True)),
+    "fmi3-no-energy": (SPRING, NativeForm(real_time=True, no_energy=True)),
 }
 
 # How often each call was done, discarded and refused, and other counts.
@@ -100,7 +100,7 @@ def write_system_pair_sources(folder: Path) -> Path:
     return folder
 
 
-def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: Form = USUAL) -> Path:
+def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: NativeForm = USUAL) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one spring, which have one GUID here."""
     write_sources(folder, parameters, form.with_states)
     for path, content in {**FMU3.sources(), **fmi_headers(3)}.items():

@@ -13,7 +13,7 @@ from strandspring import SpringParameters
 from strandspring.kernel.motion import Histories, MotionFigures
 from strandspring.vibration.bodies.loads import LoadCase
 from strandspring.vibration.bodies.mounted import (
-    Motion,
+    MotionKind,
     Mount,
     MountAxis,
     MountedSystem,
@@ -51,7 +51,7 @@ def hysteretic(n: float, kappa_omega: float, half: float = 0.03, sigma: float = 
 
 def one_mass(axis: MountAxis, mass: float = 1.0, gravity: Vector = NO_WEIGHT) -> MountedSystem:
     """A mass on one spring that acts and moves along z."""
-    body = RigidBody("mass", mass, motion=Motion.AXIS, direction=UP)
+    body = RigidBody("mass", mass, motion=MotionKind.AXIS, direction=UP)
     return MountedSystem(
         (body,), (Mount("mount", 0, (0.0, 0.0, 0.0), (axis,)),), (Point("mass", 0, (0.0, 0.0, 0.0)),), gravity
     )
@@ -99,7 +99,7 @@ def plane_box() -> MountedSystem:
     stops = Stops(-0.006, 0.006, 2e5)
     soft, stiff = three_axes()[:2], three_axes(2)[:2]
     axes = (replace(stiff[0], stops=stops), stiff[1])
-    body = RigidBody("box", 20.0, inertia=ASYMMETRIC, motion=Motion.PLANE, direction=(0.0, 1.0, 0.0))
+    body = RigidBody("box", 20.0, inertia=ASYMMETRIC, motion=MotionKind.PLANE, direction=(0.0, 1.0, 0.0))
     mounts = (Mount("soft", 0, (-0.15, 0.0, -0.12), soft), Mount("stiff", 0, (0.15, 0.0, -0.12), axes))
     return MountedSystem((body,), mounts, box().points)
 

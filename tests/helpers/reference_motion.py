@@ -33,7 +33,7 @@ from scipy.spatial.transform import Rotation
 
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
-from strandspring.vibration.bodies.mounted import BASE, Motion, MountedSystem
+from strandspring.vibration.bodies.mounted import BASE, MotionKind, MountedSystem
 
 FloatArray = NDArray[np.float64]
 
@@ -150,7 +150,7 @@ class _Equations:
         self.mass = np.array([body.mass for body in system.bodies])
         self.inertia = np.array([body.inertia for body in system.bodies])
         self.turns = any(channel.kind is ChannelKind.BASE_ANGULAR_VELOCITY for channel in case.channels)
-        assert not self.turns or all(body.motion is Motion.SIX for body in system.bodies), "a base that turns"
+        assert not self.turns or all(body.motion is MotionKind.SIX for body in system.bodies), "a base that turns"
         self.size = 13 * self.bodies
 
     def pose(self, t: float, z: FloatArray) -> _Pose:
@@ -214,9 +214,9 @@ class _Equations:
             n, W = np.array(body.direction), pose.W[b]
             free = force[b] / self.mass[b] + pull_of_base
             spin = pose.R[b].T @ moment[b] - _cross(W, self.inertia[b] @ W)
-            if body.motion is Motion.SIX:
+            if body.motion is MotionKind.SIX:
                 angular[b] = np.linalg.solve(self.inertia[b], spin)
-            elif body.motion is Motion.PLANE:
+            elif body.motion is MotionKind.PLANE:
                 free = free - n * (n @ free)
                 angular[b] = n * (n @ spin) / (n @ self.inertia[b] @ n)
             else:
@@ -301,9 +301,9 @@ def start_of(system: MountedSystem, case: LoadCase, omega: FloatArray) -> FloatA
         for b, body in enumerate(system.bodies):
             direction = np.outer(body.direction, body.direction)
             shift, turn = pose.reshape(n, 6)[b, :3], pose.reshape(n, 6)[b, 3:]
-            if body.motion is not Motion.SIX:
-                shift = (np.eye(3) - direction if body.motion is Motion.PLANE else direction) @ shift
-                turn = direction @ turn if body.motion is Motion.PLANE else 0.0 * turn
+            if body.motion is not MotionKind.SIX:
+                shift = (np.eye(3) - direction if body.motion is MotionKind.PLANE else direction) @ shift
+                turn = direction @ turn if body.motion is MotionKind.PLANE else 0.0 * turn
             moving[b, :3] = equations.centers[b] + shift
             moving[b, 6:10] = Rotation.from_rotvec(turn).as_quat()
         return np.concatenate([moving.ravel(), (0.0, 0.0, 0.0, 1.0), omega, np.zeros(equations.count)])
@@ -315,9 +315,9 @@ def start_of(system: MountedSystem, case: LoadCase, omega: FloatArray) -> FloatA
             # What cannot move is held where it is.
             direction = np.outer(body.direction, body.direction)
             held = {
-                Motion.SIX: (0.0 * direction, 0.0 * direction),
-                Motion.PLANE: (direction, np.eye(3) - direction),
-                Motion.AXIS: (np.eye(3) - direction, np.eye(3)),
+                MotionKind.SIX: (0.0 * direction, 0.0 * direction),
+                MotionKind.PLANE: (direction, np.eye(3) - direction),
+                MotionKind.AXIS: (np.eye(3) - direction, np.eye(3)),
             }[body.motion]
             for half, what in enumerate(held):
                 slack[b, 3 * half : 3 * half + 3] = what @ pose.reshape(n, 6)[b, 3 * half : 3 * half + 3]

@@ -16,7 +16,7 @@ from strandspring import SpringParameters
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.system_fmu.system_native import build_system_fmu
 from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions
-from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
 
 VERTICAL = SpringParameters((0.0, 20_000.0, 0.0, 1e7), (1.0, 2.0), 30.0, 700.0, 0.8, 0.7, 0.0, -0.03, 0.03)
 SHEAR = SpringParameters((0.0, 9000.0, 0.0, 2e7), (1.0,), 20.0, 800.0, 1.0, 1.0, 0.0, -0.03, 0.03)
@@ -39,8 +39,8 @@ BOX_OPTIONS = SystemFmuOptions(1e-4, 1e-3, forces=(ForceInput("recoil", 0, (0.0,
 # Two bodies that move along z alone, the upper one in a plane, on springs in series, a table and stops.
 STAGES = MountedSystem(
     (
-        RigidBody("lower", 30.0, motion=Motion.AXIS),
-        RigidBody("upper", 8.0, (0.0, 0.0, 0.3), ((0.1, 0.0, 0.0), (0.0, 0.12, 0.0), (0.0, 0.0, 0.1)), Motion.PLANE,
+        RigidBody("lower", 30.0, motion=MotionKind.AXIS),
+        RigidBody("upper", 8.0, (0.0, 0.0, 0.3), ((0.1, 0.0, 0.0), (0.0, 0.12, 0.0), (0.0, 0.0, 0.1)), MotionKind.PLANE,
                   (0.0, 1.0, 0.0)),
     ),
     (

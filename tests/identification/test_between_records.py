@@ -10,7 +10,7 @@ import pytest
 from rig import Fault
 from rig_causes import at_frequencies, lagging, less_friction, moving_mass, rubber, wearing
 from strandspring import Outcome
-from strandspring.identification.causes.between_records import Difference, differences
+from strandspring.identification.causes.between_records import RecordDifference, differences
 from strandspring.identification.rig.rig import Effect
 
 ONE, THREE = (0.5, 0.5, 0.5), (0.2, 0.7, 2.0)
@@ -29,7 +29,7 @@ def found_in(fault: Faults, frequencies: tuple[float, ...], amplitudes: tuple[fl
     return found
 
 
-def only(found: list[list[Difference]]) -> list[Difference]:
+def only(found: list[list[RecordDifference]]) -> list[RecordDifference]:
     assert [len(each) for each in found] == [1] * len(found)
     return [each[0] for each in found]
 

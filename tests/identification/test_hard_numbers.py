@@ -22,7 +22,7 @@ from strandspring.errors import ModelError
 from strandspring.identification.certainty.intervals import around
 from strandspring.identification.certainty.prediction_interval import _halves, prediction_error
 from strandspring.identification.points.direction import correlation
-from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.rig import Effect, Rig
 from strandspring.model.joint import JointCovariance, joint_names
@@ -153,12 +153,16 @@ def test_the_interval_of_an_amplifier_near_zero_takes_smaller_steps() -> None:
     )  # fmt: skip
     path = np.linspace(-0.01, 0.01, 9)
     small, large = (
-        prediction_error(p, JointCovariance.of(p, joint_of(p, [0.0, 0.0, error, 0.0, 0.0, 0.0, 0.0])), path, 0.0)
+        prediction_error(
+            p, JointCovariance.from_uncertainty(p, joint_of(p, [0.0, 0.0, error, 0.0, 0.0, 0.0, 0.0])), path, 0.0
+        )
         for error in (0.1, 5.0)
     )
     assert large == pytest.approx(50.0 * small, rel=1e-6)  # linear, whatever the step
     with pytest.raises(ModelError, match="is not possible: at 1e-06 standard deviations"):
-        prediction_error(p, JointCovariance.of(p, joint_of(p, [0.0, 0.0, 1e9, 0.0, 0.0, 0.0, 0.0])), path, 0.0)
+        prediction_error(
+            p, JointCovariance.from_uncertainty(p, joint_of(p, [0.0, 0.0, 1e9, 0.0, 0.0, 0.0, 0.0])), path, 0.0
+        )
 
 
 @pytest.mark.parametrize("place", [0, 2, 3])
@@ -167,10 +171,10 @@ def test_absurd_standard_deviations_are_refused(place: int) -> None:
     deviations = [0.1] * 7
     deviations[place] = 1e200
     with pytest.raises(ModelError, match="standard deviations of at most 1e"):
-        JointCovariance.of(p, joint_of(p, deviations))
+        JointCovariance.from_uncertainty(p, joint_of(p, deviations))
     deviations[place] = 10**400
     with pytest.raises(ModelError, match="rows of a lower triangular matrix"):
-        JointCovariance.of(p, joint_of(p, deviations))
+        JointCovariance.from_uncertainty(p, joint_of(p, deviations))
 
 
 def test_a_constant_selection_does_not_hide_a_reversed_force() -> None:
@@ -199,7 +203,7 @@ def test_cycles_are_counted_where_nothing_of_a_record_is_left(gone: int) -> None
     record, strokes = np.repeat([0, 1, 2], 5), np.arange(15)
     stroke = np.repeat(strokes, 2)
     points, rows = np.zeros(stroke.size), np.ones(strokes.size)
-    loops = Loops(
+    loops = SamplePoints(
         points, points, points, points, stroke, points, rows.astype(np.int64), rows, rows, record
     ).only(record[stroke] != gone)  # fmt: skip
     assert loops.cycles().tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3]

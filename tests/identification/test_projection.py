@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from strandspring.identification.least_squares.projection import Problem, Refinement, vector
 from strandspring.identification.least_squares.stages import Hysteresis
-from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.polynomials import Basis
 from strandspring.kernel.arrays import FloatArray
 
@@ -22,8 +22,8 @@ START = Hysteresis(3.0, 1.7, 0.6)
 ONES = np.ones(STROKE.size)
 
 
-def loops(force: FloatArray) -> Loops:
-    return Loops(
+def loops(force: FloatArray) -> SamplePoints:
+    return SamplePoints(
         PLACE, force, ONES, TRAVEL, STROKE, np.arange(float(PLACE.size)), DIRECTION, BEGIN, LENGTH, np.zeros(4, np.intp)
     )
 

@@ -11,7 +11,7 @@ from judgement import judge_case
 from rig import UNDECIDED, Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, Record, RefinedOptions, identify, read_record
-from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.polynomials import Basis
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.rig import Rig
@@ -35,7 +35,7 @@ def identified() -> list[tuple[Case, Identification]]:
     return [(case, identify(case.records)) for case in map(single, CASES)]
 
 
-def points(case: Case) -> Loops:
+def points(case: Case) -> SamplePoints:
     return Rig.from_parts([find_steady_part(record) for record in case.records], 160).loops
 
 

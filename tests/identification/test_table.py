@@ -13,7 +13,7 @@ from strandspring.identification.least_squares.linearised import Linearised
 from strandspring.identification.least_squares.projection import Refinement
 from strandspring.identification.least_squares.refinement import Samples, refine
 from strandspring.identification.least_squares.stages import Hysteresis
-from strandspring.identification.points.loops import Loops
+from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.noise import force_noise
 from strandspring.identification.points.polynomials import Basis
 from strandspring.identification.points.steady_part import find_steady_part
@@ -33,7 +33,7 @@ def tabulated(intervals: int, kink: float) -> SpringParameters:
     return replace(known_spring(0.6, 1.5), kE=(), FE_knots=tuple(knots.tolist()), FE_forces=tuple(forces.tolist()))
 
 
-def fitted(record: Record, basis: Basis, start: Hysteresis) -> tuple[Loops, Refinement]:
+def fitted(record: Record, basis: Basis, start: Hysteresis) -> tuple[SamplePoints, Refinement]:
     part = find_steady_part(record)
     samples = Samples(part.loops_with(500), (force_noise(part.record.force),))
     return samples.loops, refine(samples, basis, start)
@@ -95,7 +95,7 @@ def test_standard_errors_of_the_forces_are_those_of_repeated_records() -> None:
         noisy = Record(sine(4, 3001), force + 0.2 * random.standard_normal(force.size), path="noisy.csv")
         loops, refinement = fitted(noisy, basis, start)
         found.append(refinement.backbone.elastic)
-        errors.append(uncertainty(Linearised.of(loops, basis, refinement)).elastic)
+        errors.append(uncertainty(Linearised.from_refinement(loops, basis, refinement)).elastic)
     # A standard deviation of 40 values is known to 11 %, and these are nine.
     ratio = np.std(found, axis=0, ddof=1) / np.mean(errors, axis=0)
     assert np.all((ratio > 0.7) & (ratio < 1.3)), ratio

@@ -26,7 +26,7 @@ from strandspring import (
 )
 from strandspring.identification.certainty.figures import predict_record
 from strandspring.identification.certainty.intervals import quantile_95
-from strandspring.identification.certainty.prediction_interval import PredictionInterval, prediction_error
+from strandspring.identification.certainty.prediction_interval import ForceInterval, prediction_error
 from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.points.loops import gather
 from strandspring.identification.points.repetition import repeated_share
@@ -172,7 +172,7 @@ def test_the_joint_covariance_has_the_standard_errors(smooth: Identification) ->
 def test_drawn_springs_scatter_in_force_as_the_band_says(smooth: Identification) -> None:
     """FE and FA are drawn with rho and n: alone, each would scatter far more than the force does."""
     spring = smooth.parameters
-    joint = JointCovariance.of(spring, smooth.uncertainty)
+    joint = JointCovariance.from_uncertainty(spring, smooth.uncertainty)
     assert joint is not None
     path = sine(2, 200)
     rng = np.random.default_rng(0)
@@ -196,7 +196,7 @@ def cut(record: Record, first: int, last: int) -> Record:
 def held_out(found: Identification, record: Record) -> float:
     """Share of the samples inside the prediction interval."""
     spring, content = found.parameters, found.uncertainty
-    interval, joint = PredictionInterval.of(content), JointCovariance.of(spring, content)
+    interval, joint = ForceInterval.from_uncertainty(content), JointCovariance.from_uncertainty(spring, content)
     assert interval is not None
     assert joint is not None
     fit = predict_record(PathSolver(spring), record)
@@ -249,7 +249,7 @@ def test_the_prediction_interval_counts_all_cycles_where_none_can_be_left_out() 
     clean = record_of(spring_of(1.0, 1.0), displacement)
     noise = np.random.default_rng(0).standard_normal(displacement.size) * np.repeat([1.0, 2.0], 1500)
     found = identify(Record(displacement, clean.force + noise), CUBIC)
-    interval = PredictionInterval.of(found.uncertainty)
+    interval = ForceInterval.from_uncertainty(found.uncertainty)
     assert interval is not None
     assert interval.coverage is None
     assert interval.sentence.endswith("because half of the cycles does not show what the others need")
@@ -263,20 +263,22 @@ def test_an_interval_that_misses_held_out_cycles_is_cautioned() -> None:
     found = identify(Record(record.displacement, record.force + noise), CUBIC)
     assert found.uncertainty["prediction_interval"]["held_out_coverage"] < 0.8
     assert Outcome.INTERVAL_TOO_NARROW in found.outcomes
-    sentence = PredictionInterval.of(found.uncertainty).sentence
+    sentence = ForceInterval.from_uncertainty(found.uncertainty).sentence
     assert sentence.endswith("(each half of the 6 in turn): it is too narrow")
     even = identify(record_of(spring_of(1.0, 1.0), sine(6, 1800), noise=0.01), CUBIC)
     assert Outcome.INTERVAL_TOO_NARROW not in even.outcomes
 
 
 def test_one_cycle_leaves_the_coverage_open() -> None:
-    interval = PredictionInterval.of(identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.01)).uncertainty)
+    interval = ForceInterval.from_uncertainty(
+        identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.01)).uncertainty
+    )
     assert interval is not None
     assert interval.coverage is None
     assert "there is one only" in interval.sentence
     # A file may leave it out.
     content = {name: value for name, value in interval.as_json().items() if name != "held_out_coverage"}
-    assert PredictionInterval.of({"prediction_interval": content}) == interval
+    assert ForceInterval.from_uncertainty({"prediction_interval": content}) == interval
 
 
 def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:

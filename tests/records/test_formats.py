@@ -39,7 +39,7 @@ from scipy.io.matlab import MatlabObject
 
 from strandspring.errors import RecordError
 from strandspring.records import content
-from strandspring.records.content import Content
+from strandspring.records.content import FileContent
 from strandspring.records.formats import matlab, reader_process
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
@@ -591,7 +591,7 @@ def test_what_unpacks_to_too_much_is_refused(made: Path, monkeypatch: pytest.Mon
         assert "must unpack to at most 2000 bytes, and holds more" in refusal(made)
     elif made.name == "mat":  # read in another process, which knows nothing of the patch
         with pytest.raises(RecordError, match="must unpack to at most 2000 bytes, and holds more"):
-            matlab.read_tables(Content("a.mat", made.read_bytes(), ""))
+            matlab.read_tables(FileContent("a.mat", made.read_bytes(), ""))
 
 
 @pytest.mark.parametrize("name", ["xlsx", "ods"])

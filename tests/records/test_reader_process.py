@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from strandspring.errors import RecordError
-from strandspring.records.content import Content
+from strandspring.records.content import FileContent
 from strandspring.records.formats import reader_process
 from strandspring.records.formats.reader_process import read_in_process
 from strandspring.records.reading import read_record
@@ -61,8 +61,8 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert not list((tmp_path / "temporary").iterdir())
 
 
-def content(text: str) -> Content:
-    return Content("a.dat", text.encode(), "")
+def content(text: str) -> FileContent:
+    return FileContent("a.dat", text.encode(), "")
 
 
 def test_values_come_from_the_other_process() -> None:

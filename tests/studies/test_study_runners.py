@@ -204,7 +204,7 @@ def half_done(tmp_path: Path) -> Path:
     return results
 
 
-UNCORRELATED = JointCovariance.of(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))
+UNCORRELATED = JointCovariance.from_uncertainty(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))
 
 
 @pytest.mark.parametrize(
@@ -215,7 +215,9 @@ UNCORRELATED = JointCovariance.of(SPRING, uncertainty_of_hysteresis(SPRING, ERRO
         (replace(CHEAP, excitation=Excitation.FORCE), '"base displacement" instead of "force"'),
         (replace(CHEAP, spring=replace(SPRING, rho=1.01 * SPRING.rho)), r"\(another model\)"),
         (
-            replace(CHEAP, spread=JointCovariance.of(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))),
+            replace(
+                CHEAP, spread=JointCovariance.from_uncertainty(SPRING, uncertainty_of_hysteresis(SPRING, ERRORS, {}))
+            ),
             r"\(another model\)",
         ),
     ],

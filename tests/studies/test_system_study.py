@@ -38,7 +38,7 @@ from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description, system_of_content
 from strandspring.vibration.verdicts.answers import answer_case
 from strandspring.vibration.verdicts.drawn_springs import Drawn
-from strandspring.vibration.verdicts.verdicts import Verdict
+from strandspring.vibration.verdicts.verdicts import CaseVerdict
 from studies import Counter
 from terminal import Terminal
 
@@ -219,7 +219,7 @@ def test_draws_are_the_same_springs_everywhere() -> None:
     for point in range(4):
         file = planned.described(point)
         for _, system in file.candidates:
-            drawn = Drawn.of(system, file.models)
+            drawn = Drawn.from_models(system, file.models)
             assert drawn.missing == ()
             for k in range(3):
                 for (_, before), (_, after) in zip(system.axes(), drawn.system(system, 5, k).axes(), strict=True):
@@ -236,7 +236,7 @@ def test_a_drawn_run_is_that_of_the_drawn_system() -> None:
     assert planned.place(run) == (2, 1, 1, 0)
     file = planned.described(2)
     name, system = file.candidates[1]
-    drawn = Drawn.of(system, file.models).system(system, 2, 1)
+    drawn = Drawn.from_models(system, file.models).system(system, 2, 1)
     case = next(case for case in file.cases if case.name == "drop")
     assert planned.rows([run]) == [system_row(run, answer_case(name, drawn, case, file.limits, step=5e-4))]
     assert replace(planned, seed=3).rows([run]) != planned.rows([run])
@@ -385,7 +385,7 @@ def test_files_travel_to_a_cluster(tmp_path: Path) -> None:
 def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws(tmp_path: Path) -> None:
     planned = study({"body.box.mass": [15.0, 20.0]}, cases=["drop", "shock"], draws=7)
     generator = np.random.default_rng(3)
-    verdicts = [verdict.value for verdict in Verdict]
+    verdicts = [verdict.value for verdict in CaseVerdict]
     rows = []
     for run in range(len(planned)):
         verdict = verdicts[int(generator.choice(5, p=[0.6, 0.1, 0.1, 0.1, 0.1]))]

@@ -11,9 +11,9 @@ import pytest
 from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_axes, unit
 from strandspring.examples import systems
 from strandspring.model import modelfile
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.mounted import (
-    Motion,
+    MotionKind,
     Mount,
     MountAxis,
     MountedSystem,
@@ -33,7 +33,7 @@ from strandspring.vibration.signals.shock_spectra import shock_spectrum
 from strandspring.vibration.verdicts.answers import CaseAnswer, answer_candidate, answer_case
 from strandspring.vibration.verdicts.case_cautions import CautionKind
 from strandspring.vibration.verdicts.draws import CaseDraws, Drawn
-from strandspring.vibration.verdicts.verdicts import Figure, Quantity, Verdict, judged
+from strandspring.vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind, judged
 
 X: Vector = (1.0, 0.0, 0.0)
 DOWN: Vector = (0.0, 0.0, -1.0)
@@ -43,7 +43,7 @@ FREE = Limits(stroke=1.0)
 def shaken(
     signal: Signal, direction: Vector = X, duration: float = 0.3, settling: float = 0.0, kind: str = "pulse"
 ) -> LoadCase:
-    return LoadCase("case", kind, duration, (Channel(ChannelKind.BASE_ACCELERATION, signal, direction),), settling)
+    return LoadCase("case", kind, duration, (LoadChannel(ChannelKind.BASE_ACCELERATION, signal, direction),), settling)
 
 
 def kinds(answer: CaseAnswer) -> set[CautionKind]:
@@ -56,19 +56,19 @@ def kinds(answer: CaseAnswer) -> set[CautionKind]:
 @pytest.mark.parametrize(
     ("value", "error", "limit", "is_outside", "verdict"),
     [
-        (0.9, 0.0, 1.0, False, Verdict.PASSES),
-        (0.9, 0.0, None, False, Verdict.PASSES),
-        (1.1, 0.0, 1.0, False, Verdict.FAILS),
-        (0.99, 0.02, 1.0, False, Verdict.CLOSE),
-        (1.01, 0.02, 1.0, False, Verdict.CLOSE),
-        (0.5, 0.0, 1.0, True, Verdict.OUTSIDE),
-        (1.5, 0.0, 1.0, True, Verdict.OUTSIDE),
+        (0.9, 0.0, 1.0, False, CaseVerdict.PASSES),
+        (0.9, 0.0, None, False, CaseVerdict.PASSES),
+        (1.1, 0.0, 1.0, False, CaseVerdict.FAILS),
+        (0.99, 0.02, 1.0, False, CaseVerdict.CLOSE),
+        (1.01, 0.02, 1.0, False, CaseVerdict.CLOSE),
+        (0.5, 0.0, 1.0, True, CaseVerdict.OUTSIDE),
+        (1.5, 0.0, 1.0, True, CaseVerdict.OUTSIDE),
     ],
 )
 def test_a_verdict_follows_from_figures_limits_and_ranges(
-    value: float, error: float, limit: float | None, is_outside: bool, verdict: Verdict
+    value: float, error: float, limit: float | None, is_outside: bool, verdict: CaseVerdict
 ) -> None:
-    figure = Figure(Quantity.SWAY, "point", value, error, value, 0.0, limit)
+    figure = Figure(FigureKind.SWAY, "point", value, error, value, 0.0, limit)
     assert judged([figure], is_outside) is verdict
     assert figure.margin == (None if limit is None else pytest.approx(1.0 - value / limit))
 
@@ -77,15 +77,15 @@ def test_a_spring_beyond_its_range_is_outside_and_never_passes() -> None:
     system = one_mass(MountAxis(hysteretic(0.6, 60.0, half=0.01), (0.0, 0.0, 1.0), 0.0), 5.0)
     strong = shaken(HalfSine(1000.0, 0.01), (0.0, 0.0, 1.0))
     answer = answer_case("one", system, strong, FREE)
-    assert answer.verdict is Verdict.OUTSIDE
+    assert answer.verdict is CaseVerdict.OUTSIDE
     assert CautionKind.OUTSIDE in kinds(answer)
-    worst = answer.worst(Quantity.STROKE)
+    worst = answer.worst(FigureKind.STROKE)
     assert worst is not None
     assert worst.value > 1.0
     weak = answer_case(
         "one", system, replace(strong, channels=shaken(HalfSine(100.0, 0.01), (0, 0, 1.0)).channels), FREE
     )
-    assert weak.verdict is Verdict.PASSES
+    assert weak.verdict is CaseVerdict.PASSES
     assert CautionKind.OUTSIDE not in kinds(weak)
 
 
@@ -135,21 +135,21 @@ def test_axes_that_swing_together_are_told() -> None:
 def guided_box() -> MountedSystem:
     """The box, moving in a plane without turning visibly, so that a shock along x moves the axes along x only."""
     heavy = ((1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (0.0, 0.0, 1e3))
-    return replace(box(), bodies=(replace(box().bodies[0], inertia=heavy, motion=Motion.PLANE),))
+    return replace(box(), bodies=(replace(box().bodies[0], inertia=heavy, motion=MotionKind.PLANE),))
 
 
 def test_what_cannot_rest_or_be_run_is_refused_in_a_sentence() -> None:
     system = replace(one_mass(MountAxis(hysteretic(0.6, 60.0), DOWN, 0.0), 1000.0), gravity=(0.0, 0.0, -9.80665))
     assert answer_candidate("heavy", system, {}).refusal
     answer = answer_case("heavy", system, shaken(HalfSine(50.0, 0.02)), FREE)
-    assert (answer.verdict, answer.figures) == (Verdict.REFUSED, ())
+    assert (answer.verdict, answer.figures) == (CaseVerdict.REFUSED, ())
     assert "identified range" in answer.refusal or "cannot rest" in answer.refusal
 
 
 def test_a_worst_figure_is_that_of_the_worst_of_all_runs() -> None:
     answer = answer_case("box", box(), shaken(HalfSine(150.0, 0.011), (0.0, 0.0, 1.0)), FREE)
     assert [run.start.share for run in answer.runs] == [0.0, 1.0, -1.0]
-    for k, figure in enumerate(answer.of(Quantity.SWAY)):
+    for k, figure in enumerate(answer.figures_of(FigureKind.SWAY)):
         values = [float(run.figures.sway[k]) for run in answer.runs]
         assert (figure.min, figure.value) == (min(values), max(values))
         assert figure.share == answer.runs[int(np.argmax(values))].start.share
@@ -189,11 +189,11 @@ def test_power_spectra_hold_the_root_mean_squares() -> None:
     answer = answer_case("box", box(), case, FREE, with_courses=True)
     assert answer.courses is not None
     found = np.array([[one.root_mean_square for one in each] for each in answer.courses.power])
-    expected = np.array([figure.value for figure in answer.of(Quantity.RMS_ACCELERATION)]).reshape(2, 3)
+    expected = np.array([figure.value for figure in answer.figures_of(FigureKind.RMS_ACCELERATION)]).reshape(2, 3)
     # Welch's windows weigh the ends of the history less.
     np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=0.05)
     # Settled motion forgets omega at rest in its root mean squares.
-    for figure in answer.of(Quantity.RMS_ACCELERATION):
+    for figure in answer.figures_of(FigureKind.RMS_ACCELERATION):
         assert figure.min == pytest.approx(figure.value, rel=0.02)
 
 
@@ -204,7 +204,7 @@ def test_power_spectra_hold_the_root_mean_squares() -> None:
 def recoil() -> tuple[CaseAnswer, Drawn]:
     file = load_system_file(Path(systems.__path__[0]) / "gun_cradle.toml")
     name, system = file.candidates[0]
-    return answer_case(name, system, file.cases[0], file.limits), Drawn.of(system, file.models)
+    return answer_case(name, system, file.cases[0], file.limits), Drawn.from_models(system, file.models)
 
 
 def test_a_draw_is_the_case_with_the_drawn_springs(recoil: tuple[CaseAnswer, Drawn]) -> None:
@@ -231,7 +231,7 @@ def test_draws_give_quantiles_of_all_figures(recoil: tuple[CaseAnswer, Drawn]) -
     draws = CaseDraws(answer, drawn, 5)
     spread = draws.answered([draws.figures(k) for k in range(40)])
     for figure in spread.figures:
-        if figure.quantity is not Quantity.TILT:
+        if figure.quantity is not FigureKind.TILT:
             assert figure.spread is not None
             assert figure.spread.low < figure.spread.median < figure.spread.high
             # Springs that are known to a percent or so.
@@ -245,7 +245,7 @@ def test_draws_give_quantiles_of_all_figures(recoil: tuple[CaseAnswer, Drawn]) -
 
 def test_a_model_without_uncertainty_is_taken_as_known_and_told() -> None:
     system = box()
-    drawn = Drawn.of(system, {"": modelfile.ModelFile("bare", system.springs()[0])})
+    drawn = Drawn.from_models(system, {"": modelfile.ModelFile("bare", system.springs()[0])})
     assert not drawn.spreads
     assert len(drawn.missing) == 3
     assert all("taken as known" in sentence for sentence in drawn.missing)

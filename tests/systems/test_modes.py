@@ -15,7 +15,7 @@ from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
 from strandspring.vibration.bodies.modes import modes, secant_stiffness, tangent_stiffness
-from strandspring.vibration.bodies.mounted import BASE, Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
+from strandspring.vibration.bodies.mounted import BASE, MotionKind, Mount, MountAxis, MountedSystem, RigidBody, Stops
 from strandspring.vibration.bodies.small_motion import SmallMotion, nominal_pose
 
 UNIT = np.eye(3)
@@ -123,7 +123,7 @@ def test_a_body_that_hangs_is_a_pendulum() -> None:
 
 def test_two_masses_one_on_the_other() -> None:
     """Chain of masses 3 and 1 kg on springs of 900 and 400 N/m."""
-    bodies = tuple(RigidBody(f"stage {k}", mass, motion=Motion.AXIS) for k, mass in enumerate((3.0, 1.0)))
+    bodies = tuple(RigidBody(f"stage {k}", mass, motion=MotionKind.AXIS) for k, mass in enumerate((3.0, 1.0)))
     axes = [(MountAxis(linear(k), (0.0, 0.0, 1.0), 0.0, damping=2.0),) for k in (900.0, 400.0)]
     mounts = (Mount("lower", 0, (0.0, 0.0, 0.0), axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
     system = MountedSystem(bodies, mounts)
@@ -136,7 +136,7 @@ def test_two_masses_one_on_the_other() -> None:
 
 def test_damping_of_one_axis() -> None:
     axis = MountAxis(MOUNT, (0.0, 0.0, 1.0), 0.05, parallel=3, series=2, damping=40.0)
-    mass = RigidBody("mass", 5.0, motion=Motion.AXIS)
+    mass = RigidBody("mass", 5.0, motion=MotionKind.AXIS)
     system = MountedSystem((mass,), (Mount("foot", 0, (0.0, 0.0, 0.0), (axis,)),))
     pose = nominal_pose(system)
     (tangent,) = modes(system, pose)

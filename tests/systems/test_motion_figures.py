@@ -26,7 +26,7 @@ from mounted_examples import (
 )
 from reference_motion import Course, half_sine, sine
 from strandspring import SpringParameters
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Vector
 
 # Of MotionRecord.of_points, of_axes in motion.h.
@@ -40,7 +40,7 @@ def drop(duration: float, *velocity: float) -> LoadCase:
 
 
 def shaken(signal: Course, duration: float, direction: Vector = UP, settling: float = 0.0) -> LoadCase:
-    channel = Channel(ChannelKind.BASE_ACCELERATION, signal, direction)
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, direction)
     return LoadCase("shaken", "sine", duration, (channel,), settling)
 
 
@@ -152,7 +152,7 @@ class WhiteNoise:
 
 
 def random_case(density: float, duration: float, seed: int, settling: float = 0.0) -> LoadCase:
-    channel = Channel(ChannelKind.BASE_ACCELERATION, WhiteNoise(density, seed), UP)
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, WhiteNoise(density, seed), UP)
     return LoadCase("random", "random", duration, (channel,), settling)
 
 
@@ -237,7 +237,7 @@ def test_six_natural_frequencies_by_time_stepping() -> None:
     mounts = tuple(Mount(f"corner {i}", 0, place, axes) for i, place in enumerate(CORNERS))
     points = (Point("one", 0, (0.1, 0.0, 0.05)), Point("another", 0, (0.0, -0.1, 0.2)))
     system = MountedSystem((body,), mounts, points, NO_WEIGHT)
-    push = Channel(ChannelKind.FORCE, half_sine(0.05, 0.02), unit(1.0, 2.0, 1.0), 0, (0.1, -0.15, 0.1))
+    push = LoadChannel(ChannelKind.FORCE, half_sine(0.05, 0.02), unit(1.0, 2.0, 1.0), 0, (0.1, -0.15, 0.1))
     case = LoadCase("pushed", "force", 4.0, (push,), velocity=(1e-4, 1e-4, 1e-4))
     accelerations = kernel_motion(system, case, 1e-4, every=2e-3).histories.acceleration
     rows = accelerations[15:].reshape(-1, 6)

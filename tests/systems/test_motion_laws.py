@@ -24,8 +24,8 @@ from mounted_examples import (
     unit,
 )
 from strandspring import SpringParameters
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
-from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
+from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, RigidBody, Stops, Vector
 from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
 
 LAW = settings(derandomize=True, deadline=None, max_examples=40, phases=[Phase.generate])
@@ -80,12 +80,12 @@ def cases(draw: st.DrawFn) -> LoadCase:
     """A shock of the base, which may turn, a recoil, and a throw."""
     peak = GRAVITY * draw(st.floats(2.0, 20.0))
     shock: Signal = draw(st.sampled_from([HalfSine(peak, 0.011), TerminalSawtooth(peak, 0.008)]))
-    channels = [Channel(ChannelKind.BASE_ACCELERATION, shock, draw(directions()))]
+    channels = [LoadChannel(ChannelKind.BASE_ACCELERATION, shock, draw(directions()))]
     if draw(st.booleans()):
-        channels.append(Channel(ChannelKind.BASE_ANGULAR_VELOCITY, HalfSine(2.0, 0.03), draw(directions())))
+        channels.append(LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, HalfSine(2.0, 0.03), draw(directions())))
     if draw(st.booleans()):
         channels.append(
-            Channel(ChannelKind.FORCE, TerminalSawtooth(3000.0, 0.006), draw(directions()), 0, (0.05, 0.02, 0.1))
+            LoadChannel(ChannelKind.FORCE, TerminalSawtooth(3000.0, 0.006), draw(directions()), 0, (0.05, 0.02, 0.1))
         )
     velocity = vector(*(draw(st.sampled_from([0.0, 0.7])) * np.array(draw(directions()))))
     return LoadCase("drawn", "pulse", DURATION, tuple(channels), velocity=velocity)
@@ -296,7 +296,7 @@ def held_and_free(one: Drawn, body: RigidBody, normals: tuple[Vector, ...], load
     case = LoadCase("symmetric", "pulse", DURATION, (shock,))
     return [
         Drawn(MountedSystem((each,), mounts, one.system.points[:1]), case, one.omega).motion()
-        for each in (body, replace(body, motion=Motion.SIX))
+        for each in (body, replace(body, motion=MotionKind.SIX))
     ]
 
 
@@ -307,7 +307,7 @@ Y = (0.0, 1.0, 0.0)
 @given(drawn(), st.floats(-1.0, 1.0))
 def test_body_in_a_plane_of_symmetry_stays_there(one: Drawn, slope: float) -> None:
     inertia = ((0.25, 0.0, 0.02), (0.0, 0.30, 0.0), (0.02, 0.0, 0.35))
-    body = RigidBody("box", 20.0, inertia=inertia, motion=Motion.PLANE, direction=Y)
+    body = RigidBody("box", 20.0, inertia=inertia, motion=MotionKind.PLANE, direction=Y)
     held, free = held_and_free(one, body, (Y,), unit(1.0, 0.0, slope))
     assert_same(held.histories.acceleration, free.histories.acceleration, 1e-8)
     assert_same(held.figures.of_axes, free.figures.of_axes, 1e-8)
@@ -318,7 +318,11 @@ def test_body_in_a_plane_of_symmetry_stays_there(one: Drawn, slope: float) -> No
 @given(drawn())
 def test_body_on_an_axis_of_symmetry_stays_there(one: Drawn) -> None:
     body = RigidBody(
-        "box", 20.0, inertia=((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35)), motion=Motion.AXIS, direction=UP
+        "box",
+        20.0,
+        inertia=((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35)),
+        motion=MotionKind.AXIS,
+        direction=UP,
     )
     held, free = held_and_free(one, body, (Y, (1.0, 0.0, 0.0)), UP)
     assert_same(held.histories.acceleration, free.histories.acceleration, 1e-8)

@@ -30,22 +30,22 @@ from mounted_examples import (
     unit,
 )
 from reference_motion import Course, ReferenceMotion, half_sine, reference_motion, sine, start_of
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Stops, Vector
 
 DURATION, EVERY = 0.05, 2e-3
 TIMES = np.arange(0.0, DURATION + 0.5 * EVERY, EVERY)
 
 
-def base(signal: Course, *direction: float) -> Channel:
-    return Channel(ChannelKind.BASE_ACCELERATION, signal, unit(*direction))
+def base(signal: Course, *direction: float) -> LoadChannel:
+    return LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(*direction))
 
 
 SHOCK = base(half_sine(15.0 * GRAVITY, 0.011), 1.0, 2.0, 3.0)
 ALONG = base(half_sine(20.0 * GRAVITY, 0.008), 0.0, 0.0, 1.0)
-TURNING = Channel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(3.0, 7.0), unit(1.0, -2.0, 1.0))
-AT_ONCE = Channel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(1.0, 7.0, 0.5 * math.pi), unit(1.0, -2.0, 1.0))
-RECOIL = Channel(ChannelKind.FORCE, half_sine(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1))
+TURNING = LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(3.0, 7.0), unit(1.0, -2.0, 1.0))
+AT_ONCE = LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, sine(1.0, 7.0, 0.5 * math.pi), unit(1.0, -2.0, 1.0))
+RECOIL = LoadChannel(ChannelKind.FORCE, half_sine(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1))
 WEIGHT: Vector = (0.0, 0.0, -GRAVITY)
 
 
@@ -57,7 +57,7 @@ class Comparison:
     """
 
     system: MountedSystem
-    channels: tuple[Channel, ...] = ()
+    channels: tuple[LoadChannel, ...] = ()
     omega: float = 0.0
     velocity: Vector = NO_WEIGHT
     weightless: bool = False
@@ -172,7 +172,7 @@ def test_largest_acceleration_under_a_force_that_ends_at_its_peak() -> None:
         (duration,),
     )
     system = one_mass(MountAxis(elastic(0.0, stiffness), UP, 0.0), 1.5)
-    case = LoadCase("recoil", "force", 0.03, (Channel(ChannelKind.FORCE, sawtooth, UP),))
+    case = LoadCase("recoil", "force", 0.03, (LoadChannel(ChannelKind.FORCE, sawtooth, UP),))
     circular = math.sqrt(stiffness / 1.5)
     # z = F/(k T) (t - sin(omega t)/omega), whose second derivative is F omega/(k T) sin(omega t).
     expected = peak * circular / (stiffness * duration) * math.sin(circular * duration)
@@ -189,7 +189,7 @@ def test_free_rotation_keeps_momentum_and_energy() -> None:
     body = RigidBody("free", 2.0, inertia=inertia)
     mount = Mount("thread", 0, (0.0, 0.0, 0.0), (MountAxis(elastic(0.0, half=100.0), UP, 0.0),))
     system = MountedSystem((body,), (mount,), (Point("p", 0, (0.2, 0.1, 0.3)),), NO_WEIGHT)
-    kick = Channel(ChannelKind.FORCE, half_sine(300.0, 0.01), unit(0.0, 1.0, 0.1), 0, (0.3, 0.0, 0.2))
+    kick = LoadChannel(ChannelKind.FORCE, half_sine(300.0, 0.01), unit(0.0, 1.0, 0.1), 0, (0.3, 0.0, 0.2))
     case = LoadCase("kick", "force", 2.0, (kick,))
     times = np.linspace(0.0, 2.0, 41)
     exact = reference_motion(system, case, times, rtol=1e-11)

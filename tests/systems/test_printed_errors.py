@@ -9,7 +9,7 @@ import pytest
 
 from mounted_examples import GRAVITY, FloatArray, box, inclined_box, plane_box, three_axes, two_stages, unit
 from reference_motion import half_sine, reference_motion
-from strandspring.vibration.bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.run_figures import RunFigures
@@ -35,12 +35,12 @@ class Loaded:
     step: float = 1e-4
 
 
-def of_base(signal: Signal) -> tuple[Channel, ...]:
-    return (Channel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0)),)
+def of_base(signal: Signal) -> tuple[LoadChannel, ...]:
+    return (LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0)),)
 
 
 SHOCK = LoadCase("half-sine", "pulse", 0.05, of_base(HalfSine(15.0 * GRAVITY, 0.011)))
-RECOIL = Channel(
+RECOIL = LoadChannel(
     ChannelKind.FORCE, TerminalSawtooth(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1)
 )  # fmt: skip
 FLAT = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
@@ -48,8 +48,8 @@ FLAT = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
 TIMES = np.arange(0.0, 0.1, 0.005)
 ROUGH = RecordedSignal(TIMES, np.random.default_rng(3).normal(0.0, 1.0, TIMES.size))
 TURNING = (
-    Channel(ChannelKind.BASE_ANGULAR_VELOCITY, ROUGH, unit(1.0, -2.0, 1.0)),
-    Channel(ChannelKind.BASE_ACCELERATION, ROUGH, unit(1.0, 2.0, 3.0)),
+    LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, ROUGH, unit(1.0, -2.0, 1.0)),
+    LoadChannel(ChannelKind.BASE_ACCELERATION, ROUGH, unit(1.0, 2.0, 3.0)),
 )  # fmt: skip
 CASES = {
     "half-sine": Loaded(inclined_box(), SHOCK),
@@ -89,7 +89,9 @@ def test_printed_error_is_within_20_percent_of_the_true_one(name: str) -> None:
     kernel = solver(loaded.system)
     begin = rest(loaded.system, 0.0, loaded.case.weightless, kernel)
     count = round(loaded.case.duration / step)
-    finer = RunFigures.of(run_once(loaded.system, kernel, loaded.case, begin, step, loaded.case.averages(step, count)))
+    finer = RunFigures.from_motion_figures(
+        run_once(loaded.system, kernel, loaded.case, begin, step, loaded.case.averages(step, count))
+    )
     for kind in KINDS:
         found, right = getattr(run.figures, kind), getattr(finer, kind)
         true = np.abs(found - right)
@@ -101,7 +103,7 @@ def test_printed_error_is_within_20_percent_of_the_true_one(name: str) -> None:
 def test_printed_error_of_the_energy_absorbed_against_the_reference() -> None:
     loaded = CASES["half-sine"]
     run = halved(loaded)
-    channel = Channel(ChannelKind.BASE_ACCELERATION, half_sine(15.0 * GRAVITY, 0.011), unit(1.0, 2.0, 3.0))
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, half_sine(15.0 * GRAVITY, 0.011), unit(1.0, 2.0, 3.0))
     case = LoadCase("half-sine", "pulse", 0.05, (channel,))
     exact = reference_motion(loaded.system, case, np.array([0.0, case.duration]), rtol=1e-9)
     true = np.abs(run.figures.absorbed - exact.absorbed[-1])

@@ -25,8 +25,8 @@ from strandspring.vibration.description.quantity_text import (
     STIFFNESS,
     TIME,
     VELOCITY,
-    Quantity,
     QuantityError,
+    QuantityKind,
     in_si,
     measured,
     unit_in_si,
@@ -78,7 +78,7 @@ INCH = 0.0254
         ("10 Hz/s", FREQUENCY_RATE, 10.0),
     ],
 )
-def test_is_what_people_mean(text: str, quantity: Quantity, expected: float) -> None:
+def test_is_what_people_mean(text: str, quantity: QuantityKind, expected: float) -> None:
     assert in_si(text, quantity) == pytest.approx(expected, rel=1e-14)
 
 
@@ -90,7 +90,7 @@ def test_number_is_in_si_and_rate_says_of_which_kind_it_is() -> None:
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES[:-1], ids=lambda quantity: quantity.name)
-def test_its_own_unit_is_one_and_its_example_is_read(quantity: Quantity) -> None:
+def test_its_own_unit_is_one_and_its_example_is_read(quantity: QuantityKind) -> None:
     assert in_si(f"1 {quantity.unit}", quantity) == 1.0
     assert in_si(quantity.example, quantity) > 0.0
 

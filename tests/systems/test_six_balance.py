@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from springs import MOUNT
 from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
-from strandspring.vibration.bodies.loads import Channel, ChannelKind
-from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.loads import ChannelKind, LoadChannel
+from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
 from strandspring.vibration.bodies.shaken_system import ShakenSystem
 from strandspring.vibration.bodies.shaking import Shaking
 from strandspring.vibration.bodies.six_response import system_response
@@ -45,8 +45,8 @@ def inclined(seed: int = 3) -> MountedSystem:
 
 def two_stages() -> MountedSystem:
     """A mass in a plane on a stage that moves along an axis."""
-    stage = RigidBody("stage", 8.0, motion=Motion.AXIS)
-    engine = RigidBody("engine", 5.0, (0.0, 0.0, 0.1), INERTIA, Motion.PLANE, (0.0, 1.0, 0.0))
+    stage = RigidBody("stage", 8.0, motion=MotionKind.AXIS)
+    engine = RigidBody("engine", 5.0, (0.0, 0.0, 0.1), INERTIA, MotionKind.PLANE, (0.0, 1.0, 0.0))
     up, across = MountAxis(STRAIGHT, (0.0, 0.0, 1.0), 0.0), MountAxis(STRAIGHT, (1.0, 0.0, 0.0), 0.0, damping=5.0)
     mounts = (
         Mount("below", 0, (0.0, 0.0, 0.0), (replace(up, parallel=3, damping=20.0),)),
@@ -59,7 +59,7 @@ def two_stages() -> MountedSystem:
 def against_a_stop() -> MountedSystem:
     """A mass along one axis that meets a stop."""
     axis = MountAxis(STRAIGHT, (0.0, 0.0, 1.0), 0.0, damping=15.0, stops=Stops(-0.002, 0.02, 4e4))
-    mass = RigidBody("mass", 2.5, motion=Motion.AXIS)
+    mass = RigidBody("mass", 2.5, motion=MotionKind.AXIS)
     foot = Mount("foot", 0, (0.0, 0.0, 0.0), (axis,))
     return MountedSystem((mass,), (foot,), (Point("top", 0, (0.0, 0.0, 0.3)),))
 
@@ -82,7 +82,7 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
     mass = IsolatedMass(MOUNT, 5.0, 50.0, parallel=3, series=2, damping=damping)
     equilibrium = static_equilibrium(mass)
     axis = MountAxis(MOUNT, (0.0, 0.0, -1.0), 0.05, parallel=3, series=2, damping=damping)
-    body = RigidBody("mass", 5.0, motion=Motion.AXIS)
+    body = RigidBody("mass", 5.0, motion=MotionKind.AXIS)
     system = MountedSystem((body,), (Mount("foot", 0, (0.0, 0.0, 0.0), (axis,)),), gravity=(0.0, 0.0, -10.0))
     pose = (np.array([[0.0, 0.0, -2.0 * (equilibrium.displacement - 0.05)]]), np.eye(3)[None])
     band = np.geomspace(2.0, 40.0, 40)
@@ -169,7 +169,7 @@ def test_other_coordinates_change_nothing(about: tuple[float, float, float] | No
 
 
 def in_time(
-    system: MountedSystem, pose: np.ndarray, channel: Channel, level: float, frequency: float, periods: int
+    system: MountedSystem, pose: np.ndarray, channel: LoadChannel, level: float, frequency: float, periods: int
 ) -> np.ndarray:
     """First harmonic of the points' accelerations after so many periods under level*cos or, of rates, -level*sin."""
     per_period, kept = 2000, 4
@@ -211,13 +211,13 @@ def test_motion_in_time(case: str, frequency: float) -> None:
     place = (0.05, -0.1, 0.1)
     if case == "rotation":
         shaking = Shaking(Excitation.BASE_DISPLACEMENT, direction, (0.0, 0.0, 0.0))
-        channel, amplitude = Channel(ChannelKind.BASE_ANGULAR_VELOCITY, _Unused(), direction), level * circular
+        channel, amplitude = LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, _Unused(), direction), level * circular
     elif case == "force":
         shaking = Shaking(Excitation.FORCE, direction, place=place)
-        channel, amplitude = Channel(ChannelKind.FORCE, _Unused(), direction, place=place), level
+        channel, amplitude = LoadChannel(ChannelKind.FORCE, _Unused(), direction, place=place), level
     else:
         shaking = Shaking(Excitation.BASE_ACCELERATION, direction)
-        channel, amplitude = Channel(ChannelKind.BASE_ACCELERATION, _Unused(), direction), level
+        channel, amplitude = LoadChannel(ChannelKind.BASE_ACCELERATION, _Unused(), direction), level
     found = system_response(system, pose, shaking, level, [0.99 * frequency, frequency, 1.01 * frequency])
     at = int(np.flatnonzero(np.isclose(found.frequency, frequency))[0])
     # Acceleration over displacement is -Omega^2, and the base's acceleration is what excites.
@@ -263,7 +263,7 @@ def test_an_excitation_that_moves_nothing() -> None:
     shaking = Shaking(Excitation.BASE_DISPLACEMENT, (1.0, 0.0, 0.0))
     with pytest.raises(MountedSystemError, match="base displacement along x moves nothing, because no body is free"):
         system_response(system, pose, shaking, 1e-3, [3.0, 4.0])
-    guided = RigidBody("mass", 2.5, motion=Motion.AXIS, direction=(0.6, 0.0, 0.8))
+    guided = RigidBody("mass", 2.5, motion=MotionKind.AXIS, direction=(0.6, 0.0, 0.8))
     with pytest.raises(MountedSystemError, match=r"along \(0.8, 0, -0.6\) moves nothing"):
         system_response(
             replace(system, bodies=(guided,)), pose, replace(shaking, direction=(0.8, 0.0, -0.6)), 1e-3, [3.0, 4.0]

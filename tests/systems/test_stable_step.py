@@ -12,7 +12,7 @@ from springs import EXAMPLES
 from strandspring import SpringParameters
 from strandspring.kernel.path import PathSolver
 from strandspring.vibration.bodies.axis_laws import AxisLaws
-from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, RigidBody, Stops
+from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, RigidBody, Stops
 from strandspring.vibration.bodies.small_motion import SmallMotion, nominal_pose
 from strandspring.vibration.bodies.solving import solver
 from strandspring.vibration.bodies.stable_step import largest_stable_step
@@ -77,7 +77,7 @@ def test_one_axis_by_hand() -> None:
     spring = SpringParameters((0.0, 900.0), (1.0,), 10.0, 50.0, 2.0, 1.0, 0.0, -0.1, 0.1)
     axis = MountAxis(spring, (0.0, 0.0, 1.0), 0.0, parallel=4, series=2, damping=30.0, stops=Stops(-0.05, 0.05, 7e3))
     foot = Mount("foot", 0, (0.0, 0.0, 0.0), (axis,))
-    system = MountedSystem((RigidBody("mass", 3.0, motion=Motion.AXIS),), (foot,))
+    system = MountedSystem((RigidBody("mass", 3.0, motion=MotionKind.AXIS),), (foot,))
     stiffness = 2.0 * (900.0 + 2.0 * 2.0 * 10.0 * 50.0) + 7e3
     expected = (-120.0 + np.sqrt(120.0**2 + 48.0 * stiffness)) / (2.0 * stiffness)
     assert largest_stable_step(system) == pytest.approx(expected, rel=1e-12)
@@ -90,7 +90,9 @@ def test_one_axis_by_hand() -> None:
 def test_the_bound_holds_and_is_near(name: str) -> None:
     spring = EXAMPLES[name]
     axis = MountAxis(spring, (0.0, 0.0, 1.0), spring.displacement_offset)
-    system = MountedSystem((RigidBody("mass", 1.0, motion=Motion.AXIS),), (Mount("m", 0, (0.0, 0.0, 0.0), (axis,)),))
+    system = MountedSystem(
+        (RigidBody("mass", 1.0, motion=MotionKind.AXIS),), (Mount("m", 0, (0.0, 0.0, 0.0), (axis,)),)
+    )
     bound = float(AxisLaws(system).steepest()[0])
     rng = np.random.default_rng(5)
     path = rng.uniform(spring.displacement_min, spring.displacement_max, 20_000)

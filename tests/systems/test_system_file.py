@@ -25,7 +25,7 @@ from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.model.modelfile import ModelFile, load_model, save_model
 from strandspring.vibration.bodies.loads import ChannelKind
-from strandspring.vibration.bodies.mounted import BASE, Motion
+from strandspring.vibration.bodies.mounted import BASE, MotionKind
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.system_file import SystemFile, load_system_file, system_schema
 from strandspring.vibration.description.system_tables import SystemTable
@@ -116,7 +116,7 @@ def test_what_the_file_says_is_built(folder: Path) -> None:
     ((name, system),) = file.candidates
     assert (file.name, name, sorted(file.models)) == ("box", "as described", ["hardening.json", "wire_rope.json"])
     (body,) = system.bodies
-    assert (body.mass, body.motion, body.inertia[2][2]) == (20.0, Motion.SIX, 0.35)
+    assert (body.mass, body.motion, body.inertia[2][2]) == (20.0, MotionKind.SIX, 0.35)
     assert [mount.name for mount in system.mounts] == [f"corner {k}" for k in range(1, 5)]
     assert all(mount.support == BASE and mount.body == 0 for mount in system.mounts)
     compression, x, y = system.mounts[0].axes
@@ -176,7 +176,7 @@ def test_bodies_stand_on_bodies_and_move_in_planes(folder: Path) -> None:
     content["mount"][0]["body"] = "box"
     content["mount"].append({"name": "upper", "type": "foot", "body": "top", "on": "box", "place": [0, 0, 0.2]})
     system = loaded(content, folder).candidates[0][1]
-    assert [body.motion for body in system.bodies] == [Motion.PLANE, Motion.AXIS]
+    assert [body.motion for body in system.bodies] == [MotionKind.PLANE, MotionKind.AXIS]
     assert (system.mounts[-1].body, system.mounts[-1].support, system.mounts[-1].name) == (1, 0, "upper")
     assert [point.name for point in system.points] == ["board", "top"]
     assert system.points[1].place == (0.0, 0.0, 0.3)

@@ -16,7 +16,7 @@ from fmpy.validation import validate_fmu
 from scipy.spatial.transform import Rotation
 
 from native_tools import OK
-from strandspring.core.variables import Unit, Variable
+from strandspring.core.variables import FmiUnit, Variable
 from strandspring.fmu.archive import write_archive
 from strandspring.fmu.description.model_description import Backend, Content, described
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -81,7 +81,7 @@ def plant(folder: Path, body: dict[str, Any]) -> Path:
                 for name, unit in outputs.items()
             ),
         ),
-        (Unit("m", m=1), Unit("N", kg=1, m=1, s=-2)),
+        (FmiUnit("m", m=1), FmiUnit("N", kg=1, m=1, s=-2)),
         {f"force_{k}": 0.0 for k in range(count)},
     )
     backend = Backend({"canNotUseMemoryManagementFunctions": "true", "needsExecutionTool": "false"})

@@ -43,7 +43,7 @@ _KEPT_FOR = 30 * 24 * 3600.0  # [s]
 
 
 @dataclass(frozen=True)
-class Unit:
+class CompiledUnit:
     """C sources of the package that become one shared library.
 
     Attributes
@@ -83,20 +83,20 @@ class Unit:
 
 # Vectors of three are slower in pairs, and a spring's force through a call.
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
-KERNEL = Unit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
+KERNEL = CompiledUnit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
-FMU = Unit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
+FMU = CompiledUnit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
 # The same for FMI 3, whose header declares two callbacks without a prototype.
-FMU3 = Unit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
+FMU3 = CompiledUnit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
 # The binary of the FMU of bodies on mounts, the same for all systems.
-SYSTEM = Unit("system", "system_fmu/c/system_all.c", FMU.flags, fmi=2)
-SYSTEM3 = Unit("system3", "system_fmu/c/system_all3.c", FMU3.flags, fmi=3)
+SYSTEM = CompiledUnit("system", "system_fmu/c/system_all.c", FMU.flags, fmi=2)
+SYSTEM3 = CompiledUnit("system3", "system_fmu/c/system_all3.c", FMU3.flags, fmi=3)
 # Those that become binaries of FMUs.
 OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 
 
 @cache
-def image(unit: Unit, target: Target) -> Path:
+def image(unit: CompiledUnit, target: Target) -> Path:
     """The image of a unit for a target, compiled now if there is none.
 
     Raises
@@ -130,7 +130,7 @@ def image(unit: Unit, target: Target) -> Path:
     raise BuildError(f"{problem}Set XDG_CACHE_HOME to a folder that can be written, for what is compiled.")
 
 
-def contents(unit: Unit, targets: Collection[Target]) -> dict[Target, bytes]:
+def contents(unit: CompiledUnit, targets: Collection[Target]) -> dict[Target, bytes]:
     """The images of a unit for several targets; those that must be compiled are compiled at once.
 
     Raises
@@ -150,7 +150,7 @@ def contents(unit: Unit, targets: Collection[Target]) -> dict[Target, bytes]:
             raise
 
 
-def compiled(unit: Unit, target: Target) -> bytes:
+def compiled(unit: CompiledUnit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
     sources = unit.sources()
     if unit.fmi:

@@ -53,7 +53,7 @@ _NEWTON_STEPS = 3  # quadratic convergence from a linear start within a cell: 1e
 
 
 @dataclass(frozen=True)
-class Branch:
+class SaturationBranch:
     """Quadrature grid and interpolation cells of one of the two integrals.
 
     Attributes
@@ -136,7 +136,7 @@ def _logit(table: Saturation, xi: float) -> float:
     return t + _interpolate(table.rising, t)
 
 
-def _interpolate(branch: Branch, abscissa: float) -> float:
+def _interpolate(branch: SaturationBranch, abscissa: float) -> float:
     cell = _cell_of(branch.edges, abscissa)
     low, high = branch.edges[cell], branch.edges[cell + 1]
     theta = min(max((2.0 * abscissa - low - high) / (high - low), -1.0), 1.0)
@@ -146,7 +146,7 @@ def _interpolate(branch: Branch, abscissa: float) -> float:
     return total
 
 
-def _integral_to(branch: Branch, p: float) -> float:
+def _integral_to(branch: SaturationBranch, p: float) -> float:
     """The integral up to p; below the grid it is proportional to e^p."""
     if p <= branch.grid[0]:
         return branch.integral[0] * math.exp(p - branch.grid[0])
@@ -159,7 +159,7 @@ def _cell_of(edges: Sequence[float], value: float) -> int:
     return bisect_right(edges, value, 1, len(edges) - 1) - 1
 
 
-def _rising_branch(n: float) -> Branch:
+def _rising_branch(n: float) -> SaturationBranch:
     def rate(q: float) -> float:
         """d(xi)/dq = u*(1 - u)/(1 - u^n) with u = logistic(q), free of cancellation at both ends."""
         decay = math.exp(-q)
@@ -204,7 +204,7 @@ def _falling_series(n: float, curvature: float, w: float) -> float:
     return total
 
 
-def _falling_branch(n: float, curvature: float) -> Branch:
+def _falling_branch(n: float, curvature: float) -> SaturationBranch:
     def rate(y: float) -> float:
         """d(-xi)/dy = w/(1 + (2 sigma - 1) w^n) with w = exp(y)."""
         return math.exp(y) / (1.0 + curvature * math.exp(n * y))
@@ -241,13 +241,13 @@ def _branch(
     integral: list[float],
     edges: list[float],
     xi_of: Callable[[float], float],
-) -> Branch:
+) -> SaturationBranch:
     """The branch with the interpolant p - a on each cell of the abscissa a, where `xi_of` gives |xi|."""
     polynomials = []
     for low, high in pairwise(edges):
         points = [0.5 * ((1.0 - theta) * low + (1.0 + theta) * high) for theta in _CHEBYSHEV]
         polynomials.append(_interpolant([_invert(rate, grid, integral, xi_of(a)) - a for a in points]))
-    return Branch(rate, grid, integral, edges, polynomials)
+    return SaturationBranch(rate, grid, integral, edges, polynomials)
 
 
 def _invert(rate: Callable[[float], float], grid: Sequence[float], integral: Sequence[float], target: float) -> float:

@@ -19,7 +19,7 @@ from .parameters import ARRAYS, N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
 
 
 @dataclass(frozen=True)
-class Unit:
+class FmiUnit:
     """A unit in kg, m and s, and the units it may be displayed in: displayed = factor * value."""
 
     name: str
@@ -92,12 +92,14 @@ def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = 
 
 
 @cache
-def units(elastic: int, amplifier: int, with_states: bool = False) -> tuple[Unit, ...]:
+def units(elastic: int, amplifier: int, with_states: bool = False) -> tuple[FmiUnit, ...]:
     """The units that the table uses, with any number of knots."""
     elastic_units = [
-        Unit(_per_length("N", i), kg=1, m=1 - i, s=-2, displayed=_per_millimetre("N", i)) for i in range(2, elastic)
+        FmiUnit(_per_length("N", i), kg=1, m=1 - i, s=-2, displayed=_per_millimetre("N", i)) for i in range(2, elastic)
     ]
-    amplifier_units = [Unit(_per_length("1", i), m=-i, displayed=_per_millimetre("1", i)) for i in range(2, amplifier)]
+    amplifier_units = [
+        FmiUnit(_per_length("1", i), m=-i, displayed=_per_millimetre("1", i)) for i in range(2, amplifier)
+    ]
     return (*_UNITS, *(_UNITS_OF_RATES if with_states else ()), *elastic_units, *amplifier_units)
 
 
@@ -248,15 +250,15 @@ _SCALAR_PARAMETERS = (
 )
 
 _UNITS = (
-    Unit("1"),
-    Unit("m", m=1, displayed=(("mm", 1e3),)),
-    Unit("1/m", m=-1, displayed=_per_millimetre("1", 1)),
-    Unit("N", kg=1, m=1, s=-2, displayed=(("kN", 1e-3),)),
-    Unit("N/m", kg=1, s=-2, displayed=_per_millimetre("N", 1)),
-    Unit("J", kg=1, m=2, s=-2, displayed=(("mJ", 1e3), ("kJ", 1e-3))),
+    FmiUnit("1"),
+    FmiUnit("m", m=1, displayed=(("mm", 1e3),)),
+    FmiUnit("1/m", m=-1, displayed=_per_millimetre("1", 1)),
+    FmiUnit("N", kg=1, m=1, s=-2, displayed=(("kN", 1e-3),)),
+    FmiUnit("N/m", kg=1, s=-2, displayed=_per_millimetre("N", 1)),
+    FmiUnit("J", kg=1, m=2, s=-2, displayed=(("mJ", 1e3), ("kJ", 1e-3))),
 )
 _UNITS_OF_RATES = (
-    Unit("m/s", m=1, s=-1, displayed=(("mm/s", 1e3),)),
-    Unit("W", kg=1, m=2, s=-3),
-    Unit("1/s", s=-1),
+    FmiUnit("m/s", m=1, s=-1, displayed=(("mm/s", 1e3),)),
+    FmiUnit("W", kg=1, m=2, s=-3),
+    FmiUnit("1/s", s=-1),
 )

@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from ..core.parameters import SpringParameters
-from ..core.variables import Unit
+from ..core.variables import FmiUnit
 from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
 from ..fmu.description.ssv import parameter_set, parameter_values
@@ -20,7 +20,12 @@ from ..ground.scratch import TemporaryFolder
 from ..kernel.path import PathSolver, as_path
 from ..model.modelfile import ModelFile
 
-_UNITS = (Unit("kg", kg=1), Unit("m", m=1), Unit("N", kg=1, m=1, s=-2), Unit("Hz", s=-1))
+_UNITS = (
+    FmiUnit("kg", kg=1),
+    FmiUnit("m", m=1),
+    FmiUnit("N", kg=1, m=1, s=-2),
+    FmiUnit("Hz", s=-1),
+)
 _PERIODS = 10
 
 _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
@@ -61,7 +66,7 @@ _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
 
 
 @dataclass(frozen=True)
-class ShakenMass:
+class ShakenMassValues:
     """A mass on the spring under a constant load, above a base that moves as amplitude*sin(2 pi frequency t).
 
     Parameters
@@ -75,7 +80,7 @@ class ShakenMass:
     frequency: float
 
     @classmethod
-    def suited(cls, spring: SpringParameters, mass: float) -> ShakenMass:
+    def suited(cls, spring: SpringParameters, mass: float) -> ShakenMassValues:
         """A mass in equilibrium at displacement 0, shaken by 1 % of the range at the resonance of small motion.
 
         Raises
@@ -105,7 +110,7 @@ class ShakenMass:
         return parameter_set("plant", "A mass above a base that vibrates harmonically", rows, _UNITS)
 
 
-def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) -> Path:
+def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMassValues) -> Path:
     """Write an .ssp file; the same arguments give the same bytes.
 
     Parameters
@@ -113,7 +118,7 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMass) 
     path : Path
     spring : Path        The FMU of the spring.
     model : ModelFile    What is applied to it, with its displacement counted as by the FMU.
-    plant : ShakenMass
+    plant : ShakenMassValues
 
     Returns
     -------

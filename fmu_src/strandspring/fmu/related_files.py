@@ -199,7 +199,7 @@ def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[
                     f'field "uncertainty.interval_95": its {name} ends are no spring: {problem} Correct the field, or '
                     "remove it."
                 ) from None
-    joint = JointCovariance.of(spring, uncertainty)
+    joint = JointCovariance.from_uncertainty(spring, uncertainty)
     drawn = () if joint is None else islice(_draws(joint, spring), _DRAWN)
     for number, one in enumerate(drawn, start=1):
         found[f"drawn_{number}"] = (one, f"Drawn from the joint covariance, number {number} of seed {_SEED}")

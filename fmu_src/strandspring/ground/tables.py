@@ -32,7 +32,7 @@ def suggestion(name: str, known: Sequence[str]) -> str:
     return f"use one of {', '.join(map(quoted, known[:_LISTED]))}{more}."
 
 
-class Table(BaseModel):
+class StrictTable(BaseModel):
     """A table of a file; unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)

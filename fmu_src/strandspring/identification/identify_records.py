@@ -27,13 +27,13 @@ from .certainty.figures import (
     periodic_start,
     record_fit,
 )
-from .certainty.prediction_interval import PredictionInterval
+from .certainty.prediction_interval import ForceInterval
 from .certainty.recorded_energies import recorded_energies
 from .certainty.saved_spring import differences, is_worse_than_a_line
 from .identified_model import IdentifiedModel
 from .methods.method import Method, checked_method
 from .methods.refined import RefinedOptions
-from .points.loops import Loops, join
+from .points.loops import SamplePoints, join
 from .points.steady_part import SteadyRecord, find_steady_part
 from .points.turns import turns_between_samples
 from .points.unit_check import refuse_differing_units
@@ -204,7 +204,7 @@ def _steady_part(record: Record, method: Method) -> SteadyRecord:
     return find_steady_part(method.prepare(record), method.known_delay, method.seeks_delay)
 
 
-def _gaps(loops: Loops) -> str:
+def _gaps(loops: SamplePoints) -> str:
     """Displacements between those of the records, in words; empty if there are none."""
     points = [loops.displacement[own] for _, own in loops.by_record if own.start < own.stop]
     ranges = sorted((float(own.min()), float(own.max())) for own in points)
@@ -218,7 +218,7 @@ def _gaps(loops: Loops) -> str:
 
 def _of_saved_spring(uncertainty: dict[str, Any], rmse: float, fitted: float) -> dict[str, Any]:
     """Content of the model file's field, with the prediction interval of the spring alone, whose error is larger."""
-    interval = PredictionInterval.of(uncertainty)
+    interval = ForceInterval.from_uncertainty(uncertainty)
     if interval is None or rmse <= _LARGER * fitted:
         return uncertainty
     widened = interval.widened(math.sqrt(rmse**2 - fitted**2))

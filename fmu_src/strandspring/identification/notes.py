@@ -17,7 +17,7 @@ from .rig.known_rig import KnownRig, unknown_effects
 def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
     """The notes as sentences."""
     records = identification.records
-    known = KnownRig.of(identification.effects, identification.options)
+    known = KnownRig.from_effects(identification.effects, identification.options)
     seeks_effects = identification.method == RefinedOptions.name
     return (
         *implausible_sizes(identification.parts),

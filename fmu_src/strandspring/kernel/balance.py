@@ -141,7 +141,7 @@ class BalancedSystem:
         )  # fmt: skip
         if not moves:
             raise ValueError("`z` must describe a motion, got constant displacements.")
-        return Balance(residual, jacobian, by_frequency, scale.value, motions.of(z, 0))
+        return Balance(residual, jacobian, by_frequency, scale.value, motions.motion_of(z, 0))
 
     def solve(self, guess: FloatArray, frequency: float) -> BalancedMotion | None:
         """The steady motion at a fixed Omega [rad/s] by Newton's method; None if it does not converge.
@@ -152,7 +152,7 @@ class BalancedSystem:
         """
         z, motions = np.array(guess, dtype=np.float64), self._motions(1)
         is_solved = library().balance_solve(self._address, frequency, address(z), motions.address)
-        return motions.of(z, 0) if is_solved else None
+        return motions.motion_of(z, 0) if is_solved else None
 
     def sweep(self, log: float, z: FloatArray, logs: FloatArray) -> list[BalancedMotion]:
         """Steady motions at rising frequencies, as far as each is continuous with the one before.
@@ -172,7 +172,7 @@ class BalancedSystem:
         reached = library().balance_sweep(
             self._address, log, address(z), logs.size, address(logs), address(found), motions.address
         )
-        return [motions.of(found[k], k) for k in range(reached)]
+        return [motions.motion_of(found[k], k) for k in range(reached)]
 
     def _motions(self, count: int) -> _Motions:
         return _Motions(count, len(self.axes), self.degrees, self.basis.samples)
@@ -210,6 +210,6 @@ class _Motions:
         """Where the kernel finds it; valid while it lives."""
         return ctypes.addressof(self._memory)
 
-    def of(self, z: FloatArray, number: int) -> BalancedMotion:
+    def motion_of(self, z: FloatArray, number: int) -> BalancedMotion:
         """The motion of a number with its coefficients."""
         return BalancedMotion(z, self._figures[number], self._force[number])

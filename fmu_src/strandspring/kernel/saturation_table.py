@@ -17,7 +17,7 @@ from .structures import structures
 WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
 
 
-class Table:
+class SaturationTable:
     """W and its inverse for one pair (n, sigma); some 170 kB, made in a third of a millisecond.
 
     Parameters
@@ -61,11 +61,13 @@ class Table:
         return xi
 
 
-def table(n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False) -> Table:
+def table(
+    n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
+) -> SaturationTable:
     """The table of a pair (n, sigma), which springs share."""
     shared = _coarse if coarse and not derivatives and not energies else _shared
     return shared(n, sigma, derivatives, energies, coarse)
 
 
-_shared = lru_cache(maxsize=16)(Table)
-_coarse = lru_cache(maxsize=48)(Table)  # the scan asks for the same 28 ever again
+_shared = lru_cache(maxsize=16)(SaturationTable)
+_coarse = lru_cache(maxsize=48)(SaturationTable)  # the scan asks for the same 28 ever again

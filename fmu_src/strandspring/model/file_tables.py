@@ -19,7 +19,7 @@ from ..core.parameters import (
     N_RANGE,
     SIGMA_RANGE,
 )
-from ..ground.tables import TAG, Table
+from ..ground.tables import TAG, StrictTable
 from .joint import LEVEL
 from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION
 
@@ -37,7 +37,7 @@ _Elastic = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_DEGREE 
 _Knots = Annotated[list[float], Field(min_length=KNOTS[0], max_length=KNOTS[1])]
 
 
-class _Common(Table):
+class _Common(StrictTable):
     """Parameters that every spring has."""
 
     kA: _Amplifier = Field(
@@ -86,7 +86,7 @@ def _form_of_elastic_force(content: Any) -> str:
     return f"{TAG}table" if isinstance(content, dict) and {"FE_knots", "FE_forces"} & set(content) else f"{TAG}kE"
 
 
-class _Open(Table):
+class _Open(StrictTable):
     """A table that may hold more than what is read."""
 
     model_config = ConfigDict(extra="allow")
@@ -199,7 +199,7 @@ class Fit(_Open):
     )
 
 
-class FileTable(Table):
+class FileTable(StrictTable):
     """Content of a model file.
 
     `fit` and `uncertainty` hold figures of the identification; `provenance` names the records with sha256, the method,

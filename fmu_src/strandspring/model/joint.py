@@ -51,7 +51,7 @@ class JointCovariance:
     root: tuple[tuple[float, ...], ...]
 
     @classmethod
-    def of(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> JointCovariance | None:
+    def from_uncertainty(cls, spring: SpringParameters, uncertainty: Mapping[str, Any]) -> JointCovariance | None:
         """The covariance in a model file's `uncertainty`; None if it holds none.
 
         Parameters
@@ -97,7 +97,7 @@ class JointCovariance:
         ------
         ModelError   If there is none, or if a parameter is hardly known.
         """
-        joint = cls.of(spring, uncertainty)
+        joint = cls.from_uncertainty(spring, uncertainty)
         if joint is None:
             raise ModelError(
                 'field "uncertainty" holds no joint covariance of the coefficients to draw from; identify with the '

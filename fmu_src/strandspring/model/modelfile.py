@@ -211,7 +211,7 @@ def _check_uncertainty(spring: SpringParameters, uncertainty: Json) -> None:
         given, count = uncertainty.get(name), len(getattr(spring, name))
         if given is not None and len(given) != count:
             raise _wrong(f"uncertainty.{name}", f"must have {count} numbers, one for each coefficient", given)
-    JointCovariance.of(spring, uncertainty)
+    JointCovariance.from_uncertainty(spring, uncertainty)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from ..errors import RecordError
 from ..identification.least_squares.stages import Backbone, Hysteresis
 from ..identification.methods.fitted import Fitted, fitted
 from ..identification.methods.method import Method
-from ..identification.points.loops import Loops
+from ..identification.points.loops import SamplePoints
 from ..identification.points.polynomials import Basis
 from ..identification.points.steady_part import SteadyRecord
 from ..identification.search.solution import Solution
@@ -77,7 +77,7 @@ class NiOptions(Method):
         return fitted(loops, Solution(basis, backbone, hysteresis, omega, 0.0), where, cautions)
 
 
-def _backbone(p: NiParameters, basis: Basis, loops: Loops) -> Backbone:
+def _backbone(p: NiParameters, basis: Basis, loops: SamplePoints) -> Backbone:
     """Polynomials for FE = F2*F1 and G = z0*F2 over the range."""
     grid = basis.offset + basis.half * np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
     columns_E, columns_A = basis.columns(grid)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from ..identification.points.loops import Loops, single_branch
+from ..identification.points.loops import SamplePoints, single_branch
 from ..identification.points.polynomials import Basis, Columns
 from ..identification.points.smoothing import automatic_half_width, moving_average
 from ..identification.points.steady_part import mean_loop
@@ -25,14 +25,14 @@ _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
 
 
 def three_point_stages(
-    loops: Loops, basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
+    loops: SamplePoints, basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
 ) -> list[tuple[Hysteresis, float] | None]:
     """Both stages by the paper's formulas; arguments and result as `identification.two_stage.Stages` says."""
     return [_both_stages(loops, basis, columns, travel, smoothing) for travel in steady_travels]
 
 
 def _both_stages(
-    loops: Loops, basis: Basis, columns: Columns, steady_travel: float, smoothing: int | None
+    loops: SamplePoints, basis: Basis, columns: Columns, steady_travel: float, smoothing: int | None
 ) -> tuple[Hysteresis, float] | None:
     backbone = fit_backbone_paper(loops, basis, columns, steady_travel)
     if backbone is None:
@@ -52,12 +52,12 @@ def _both_stages(
     return hysteresis, loops.rms(backbone.misfit(loops.force, omega))
 
 
-def fit_backbone_paper(loops: Loops, basis: Basis, columns: Columns, steady_travel: float) -> Backbone | None:
+def fit_backbone_paper(loops: SamplePoints, basis: Basis, columns: Columns, steady_travel: float) -> Backbone | None:
     """Stage 1 by paper eqs. (14)-(20): both branches at the same x, where both have travelled far enough.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     basis : Basis
     columns : Columns       Basis functions at the points of the loops.
     steady_travel : float   Distance from a reversal beyond which a branch counts as saturated [m].

@@ -44,7 +44,7 @@ class Channel:
     timed: bool = False
 
     @classmethod
-    def of(cls, group: str, name: str, values: FloatArray, unit: str | None = None) -> Channel:
+    def from_values(cls, group: str, name: str, values: FloatArray, unit: str | None = None) -> Channel:
         """A channel whose values are read already."""
         return cls(group, name, unit, values.size, lambda: (values, None))
 
@@ -76,7 +76,7 @@ class ChannelTable:
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
-        """See `Table.read`."""
+        """See `SourceTable.read`."""
         own = [column for column in wanted if column.number <= len(self.channels)]
         values, times = {}, {}
         for column in own:

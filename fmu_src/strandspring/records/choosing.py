@@ -11,7 +11,7 @@ from ..errors import RecordError
 from ..ground.quoting import quoted
 from .channels import ChannelTable
 from .columns import Column, listed_columns, named_columns, split_unit
-from .tables import Table
+from .tables import SourceTable
 from .units import Quantity
 
 _LISTED = 6  # tables
@@ -19,7 +19,9 @@ _LISTED = 6  # tables
 Asked = Mapping[Quantity, int | str | None]
 
 
-def choose_table(tables: Sequence[Table], asked: Asked, where: str) -> tuple[Table, dict[Quantity, Column], list[str]]:
+def choose_table(
+    tables: Sequence[SourceTable], asked: Asked, where: str
+) -> tuple[SourceTable, dict[Quantity, Column], list[str]]:
     """Find the table and its columns.
 
     A column of one of several tables is named "sheet/column" or "group/channel", with the name or the number of the
@@ -27,13 +29,13 @@ def choose_table(tables: Sequence[Table], asked: Asked, where: str) -> tuple[Tab
 
     Parameters
     ----------
-    tables : sequence of Table   At least one.
-    asked : mapping              Name or 1-based number per quantity, None to detect it.
-    where : str                  File, for messages.
+    tables : sequence of SourceTable   At least one.
+    asked : mapping                    Name or 1-based number per quantity, None to detect it.
+    where : str                        File, for messages.
 
     Returns
     -------
-    (Table, dict, list of str)   The table, its column per quantity, sentences about the decisions.
+    (SourceTable, dict, list of str)   The table, its column per quantity, sentences about the decisions.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def choose_table(tables: Sequence[Table], asked: Asked, where: str) -> tuple[Tab
     )
 
 
-def _owner(tables: Sequence[Table], wanted: int | str | None) -> tuple[Table | None, int | str | None]:
+def _owner(tables: Sequence[SourceTable], wanted: int | str | None) -> tuple[SourceTable | None, int | str | None]:
     """The table that a column's name begins with, and the rest of the name."""
     if not isinstance(wanted, str):
         return None, wanted
@@ -95,14 +97,14 @@ def _owner(tables: Sequence[Table], wanted: int | str | None) -> tuple[Table | N
     return owner, text[len(owner.name) + 1 :]
 
 
-def _united(tables: Sequence[Table], where: str) -> ChannelTable | None:
+def _united(tables: Sequence[SourceTable], where: str) -> ChannelTable | None:
     """All channels of a file as one table, whose columns are called "group/channel"; None for sheets."""
     groups = [table for table in tables if isinstance(table, ChannelTable)]
     channels = [channel for table in groups for channel in table.timed_channels()]
     return ChannelTable(channels, where, qualified=True) if channels else None
 
 
-def _names(tables: Sequence[Table]) -> str:
+def _names(tables: Sequence[SourceTable]) -> str:
     names = ", ".join(quoted(table.name) for table in tables[:_LISTED])
     return names + (f" and {len(tables) - _LISTED} more" if len(tables) > _LISTED else "")
 

@@ -30,7 +30,7 @@ _OF_FORMATS = ("[Content_Types].xml", "mimetype")
 
 
 @dataclass(frozen=True)
-class Content:
+class FileContent:
     """What a record file holds.
 
     Attributes
@@ -47,7 +47,7 @@ class Content:
     notes: tuple[str, ...] = ()
 
 
-def read_content(path: str | os.PathLike[str]) -> Content:
+def read_content(path: str | os.PathLike[str]) -> FileContent:
     """Read a file, and unpack it if it is compressed (gzip, bzip2, xz) or a zip archive of records.
 
     Of an archive with several files one is named as if the archive were a folder: "campaign.zip/a13.csv".
@@ -59,7 +59,7 @@ def read_content(path: str | os.PathLike[str]) -> Content:
     file, member = _member_of_archive(Path(path))
     name = readable(path)
     raw = read_bytes(file, MAX_BYTES, "a record file", RecordError)
-    content = Content(name, raw, hashlib.sha256(raw).hexdigest())
+    content = FileContent(name, raw, hashlib.sha256(raw).hexdigest())
     for _ in range(_MAX_LAYERS):
         unpacked = _unpacked(content, member)
         if unpacked is None:
@@ -117,7 +117,7 @@ def _member_of_archive(path: Path) -> tuple[Path, str | None]:
     return path, None
 
 
-def _unpacked(content: Content, member: str | None) -> Content | None:
+def _unpacked(content: FileContent, member: str | None) -> FileContent | None:
     for magic, (kind, opened) in _COMPRESSED.items():
         if content.data.startswith(magic):
             return _decompressed(content, kind, opened)
@@ -131,7 +131,7 @@ _COMPRESSED: Mapping[bytes, tuple[str, Callable[[IO[bytes]], Any]]] = {
 }
 
 
-def _decompressed(content: Content, kind: str, opened: Callable[[IO[bytes]], Any]) -> Content | None:
+def _decompressed(content: FileContent, kind: str, opened: Callable[[IO[bytes]], Any]) -> FileContent | None:
     try:
         with opened(io.BytesIO(content.data)) as stream:
             data = bounded(stream, content.path)
@@ -146,7 +146,7 @@ def _decompressed(content: Content, kind: str, opened: Callable[[IO[bytes]], Any
     return replace(content, data=data, notes=(*content.notes, f"unpacked from {kind}"))
 
 
-def _from_zip(content: Content, member: str | None) -> Content | None:
+def _from_zip(content: FileContent, member: str | None) -> FileContent | None:
     where = content.path
     try:
         with zipfile.ZipFile(io.BytesIO(content.data)) as archive:

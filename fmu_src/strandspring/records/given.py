@@ -181,10 +181,10 @@ def record_of_frame(
     for k, (name, dtype) in enumerate(zip(frame.columns, frame.dtypes, strict=True)):
         if dtype.kind in "mM":
             moments = frame.iloc[:, k].to_numpy(dtype=f"{'timedelta' if dtype.kind == 'm' else 'datetime'}64[ns]")
-            channels.append(Channel.of("", str(name), seconds(moments), "s"))
+            channels.append(Channel.from_values("", str(name), seconds(moments), "s"))
         elif pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu":
             with np.errstate(over="ignore"):  # infinity is refused where it is read
-                channels.append(Channel.of("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64)))
+                channels.append(Channel.from_values("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64)))
         else:
             others.append(f"{name!r} ({dtype})")
     if len(channels) < 2 and others:

@@ -17,7 +17,7 @@ from .content import read_content
 from .formats.opening import tables_of
 from .record import Record, is_finite_number
 from .spikes import find_spikes, spikes_of
-from .tables import Table
+from .tables import SourceTable
 from .units import Quantity, unit_factor
 
 # Beyond any rig: the unit is wrong.
@@ -104,7 +104,7 @@ def check_reverse(reverse: str | None) -> None:
 
 
 def record_of_tables(
-    tables: Sequence[Table],
+    tables: Sequence[SourceTable],
     where: str,
     sha256: str | None,
     notes: Sequence[str],
@@ -118,7 +118,7 @@ def record_of_tables(
 
     Parameters
     ----------
-    tables : sequence of Table   Of one file.
+    tables : sequence of SourceTable  Of one file.
     where : str                  The file, for messages.
     sha256 : str or None         Its digest.
     notes : sequence of str      What was found before.
@@ -192,7 +192,7 @@ def _is_a_clock(time: NDArray[np.float64]) -> bool:
     return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
-def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: Table) -> list[str]:
+def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: SourceTable) -> list[str]:
     """A sentence about the isolated outliers of each quantity, with their rows."""
     notes = []
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
@@ -210,7 +210,7 @@ def _refuse_impossible(
     values: Mapping[Quantity, NDArray[np.float64]],
     columns: Mapping[Quantity, Column],
     units: Mapping[Quantity, str],
-    table: Table,
+    table: SourceTable,
     where: str,
 ) -> None:
     """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""

@@ -12,7 +12,7 @@ import re
 from dataclasses import dataclass
 
 from ..errors import RecordError
-from .content import Content
+from .content import FileContent
 
 MAX_ROWS = 50_000_000
 HEAD_BYTES = 64 * 1024
@@ -52,7 +52,7 @@ class Source:
         return [line.decode(self.encoding, errors="replace") for line in head.split(b"\n")]
 
 
-def text_source(content: Content) -> Source:
+def text_source(content: FileContent) -> Source:
     """The normalized text of a record file.
 
     Raises

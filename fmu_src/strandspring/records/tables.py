@@ -26,7 +26,7 @@ _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
 FloatArray = NDArray[np.float64]
 
 
-class Table(Protocol):
+class SourceTable(Protocol):
     """One table of a file: its text, a sheet, a group of channels.
 
     Attributes
@@ -99,7 +99,7 @@ class TextTable:
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
-        """See `Table.read`."""
+        """See `SourceTable.read`."""
         for column in wanted:
             self._refuse_thousands(column)
         return read_numbers(self.source, self.dialect, wanted, optional)
@@ -135,7 +135,7 @@ class Sheet:
     data: bytes
 
 
-def sheet_tables(sheets: Sequence[Sheet], where: str) -> list[Table]:
+def sheet_tables(sheets: Sequence[Sheet], where: str) -> list[SourceTable]:
     """The sheets that hold numbers.
 
     Parameters
@@ -147,7 +147,7 @@ def sheet_tables(sheets: Sequence[Sheet], where: str) -> list[Table]:
     ------
     RecordError                  If none holds numbers; what is wrong with the first.
     """
-    tables: list[Table] = []
+    tables: list[SourceTable] = []
     problems = []
     for sheet in sheets:
         try:

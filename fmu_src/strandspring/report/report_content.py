@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..identification.certainty.prediction_interval import PredictionInterval
+from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
 from ..model.modelfile import ModelFile
@@ -213,7 +213,7 @@ def _model(of: Evaluation) -> Iterator[Block]:
     yield Gallery(tuple(charts))
     yield tables.parameters(of)
     yield Facts(tables.ranges(of))
-    interval = PredictionInterval.of(of.identification.uncertainty)
+    interval = ForceInterval.from_uncertainty(of.identification.uncertainty)
     if interval is not None:
         yield Text(prose(f"{interval.sentence}."))
     further = (*_sampled(of.identification.uncertainty), *_effects(of.identification.effects))

@@ -11,14 +11,14 @@ from .._version import __version__
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.static_answer import SECANT_SHARE
-from ..vibration.verdicts.verdicts import Figure, Quantity, Verdict
+from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts as charts
 from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
 from .content.chart import Figure as Drawing
 from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
 
-_JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
+_JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 _MOST_TILES, _MOST_ROWS, _MOST_MODES = 8, 400, 12
 _NOTHING = 1e-9  # of rounding, in display units
 
@@ -95,7 +95,7 @@ def _verdict(of: SimulationContent) -> Iterator[Block]:
     by_candidate: dict[str, list[CaseAnswer]] = {}
     for answer in of.answers:
         by_candidate.setdefault(answer.candidate, []).append(answer)
-    good = [name for name, own in by_candidate.items() if all(one.verdict is Verdict.PASSES for one in own)]
+    good = [name for name, own in by_candidate.items() if all(one.verdict is CaseVerdict.PASSES for one in own)]
     if good:
         yield Notice(Level.GOOD, f"Within all limits in all load cases: {', '.join(good)}.")
     elif of.answers:
@@ -117,7 +117,7 @@ def _verdict(of: SimulationContent) -> Iterator[Block]:
 
 
 def _tile(name: str, own: Sequence[CaseAnswer]) -> Tile:
-    passed = sum(answer.verdict is Verdict.PASSES for answer in own)
+    passed = sum(answer.verdict is CaseVerdict.PASSES for answer in own)
     limited = [
         (figure.value / figure.limit, figure, answer) for answer in own for figure in answer.figures if figure.limit
     ]
@@ -132,7 +132,7 @@ def _verdict_table(of: SimulationContent) -> Table:
     header = ["candidate and case", "verdict"]
     for quantity in _JUDGED:
         header.append(f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]")
-        if of.draws and quantity is not Quantity.TILT:
+        if of.draws and quantity is not FigureKind.TILT:
             header.append("5 to 95 %")
     if of.draws:
         header.append("draws beyond a limit")
@@ -142,7 +142,7 @@ def _verdict_table(of: SimulationContent) -> Table:
         for quantity in _JUDGED:
             figure = answer.worst(quantity)
             row.append(_cell(figure))
-            if of.draws and quantity is not Quantity.TILT:
+            if of.draws and quantity is not FigureKind.TILT:
                 row.append(_spread(figure))
         if of.draws:
             row.append("–" if answer.spread is None else percent(answer.spread.failing, 3))
@@ -159,7 +159,7 @@ def _cell(figure: Figure | None) -> str:
     if figure is None:
         return "–"
     limit = "" if figure.limit is None else f" ({_share(figure)})"
-    subject = "" if figure.quantity is Quantity.TILT else f" {figure.subject}"
+    subject = "" if figure.quantity is FigureKind.TILT else f" {figure.subject}"
     return f"{_number(figure.quantity, figure.value)}{limit}{subject}"
 
 
@@ -169,7 +169,7 @@ def _share(figure: Figure) -> str:
     return "0 %" if share < _NOTHING else percent(share, 3)
 
 
-def _number(quantity: Quantity, value: float) -> str:
+def _number(quantity: FigureKind, value: float) -> str:
     shown = quantity.column.factor * value
     return "0" if abs(shown) < _NOTHING else number(shown, 4)
 
@@ -266,8 +266,8 @@ def _settled(of: SimulationContent) -> Iterator[Block]:
     rows = []
     for answer in of.answers:
         values = [
-            [one.quantity.column.factor * one.value for one in answer.of(Quantity.RMS_ACCELERATION)],
-            [one.quantity.column.factor * one.value for one in answer.of(Quantity.RMS_SWAY)],
+            [one.quantity.column.factor * one.value for one in answer.figures_of(FigureKind.RMS_ACCELERATION)],
+            [one.quantity.column.factor * one.value for one in answer.figures_of(FigureKind.RMS_SWAY)],
         ]
         if not values[0]:
             continue
@@ -305,7 +305,7 @@ def _errors(of: SimulationContent) -> Iterator[Block]:
         if not answer.runs:
             continue
         row = [f"{answer.candidate}, {answer.case.name}"]
-        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure = answer.worst(quantity)
             row.append(
                 "–" if figure is None else

@@ -12,7 +12,7 @@ from pathlib import Path
 from ..compiled.images import SYSTEM, SYSTEM3, fmi_headers
 from ..fmu.archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
 from ..fmu.description.array_variables import scalar_variables
-from ..fmu.description.content import Backend, Content
+from ..fmu.description.content import Backend, DescriptionContent
 from ..fmu.description.fmi3 import NO_EVENTS
 from ..fmu.description.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..fmu.description.model_description import described
@@ -89,7 +89,7 @@ def system_contents(
     name, unit, fixed = system_identifier(system, fmi), UNITS[fmi], _fixed_sources(fmi)
     table = system_variables(system, options)
     tool = f"strandspring {installed_version('strandspring')}"
-    content = Content(
+    content = DescriptionContent(
         name,
         f"{system.name or 'Rigid bodies'}: base acceleration in, motion of points and forces of mounts out",
         scalar_variables(table) if fmi == 3 else table,

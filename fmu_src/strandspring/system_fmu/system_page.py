@@ -6,12 +6,14 @@ from importlib.resources import files
 
 from jinja2 import Environment, StrictUndefined
 
-from ..compiled.images import Unit
+from ..compiled.images import CompiledUnit
 from ..vibration.bodies.mounted import MountedSystem
 from .system_variables import SystemFmuOptions, system_start_values, system_variables
 
 
-def system_page(system: MountedSystem, options: SystemFmuOptions, unit: Unit, platforms: tuple[str, ...]) -> str:
+def system_page(
+    system: MountedSystem, options: SystemFmuOptions, unit: CompiledUnit, platforms: tuple[str, ...]
+) -> str:
     """HTML of one file: the system, the FMU's behaviour, its variables; the same arguments give the same text."""
     template = Environment(
         autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.variables import Unit, Variable, units
+from ..core.variables import FmiUnit, Variable, units
 from ..errors import MountedSystemError
 from ..ground.gravity import STANDARD_GRAVITY
 from ..ground.quoting import printable
@@ -24,8 +24,8 @@ _HELD = 1e-9  # of a unit vector
 
 _UNITS = (
     *(unit for unit in units(1, 1) if unit.name in ("1", "m", "N", "J")),
-    Unit("s", s=1, displayed=(("ms", 1e3),)),
-    Unit("m/s^2", m=1, s=-2, displayed=(("g", 1.0 / STANDARD_GRAVITY),)),
+    FmiUnit("s", s=1, displayed=(("ms", 1e3),)),
+    FmiUnit("m/s^2", m=1, s=-2, displayed=(("g", 1.0 / STANDARD_GRAVITY),)),
 )
 
 
@@ -160,7 +160,7 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
     )  # fmt: skip
 
 
-def system_units() -> tuple[Unit, ...]:
+def system_units() -> tuple[FmiUnit, ...]:
     """The units that the table uses."""
     return _UNITS
 

@@ -8,7 +8,7 @@ from typing import Any
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, both_figures
-from ...identification.certainty.prediction_interval import PredictionInterval
+from ...identification.certainty.prediction_interval import ForceInterval
 from ...loops.campaign import Overlap, RateIndependence
 from ...model.stated_figures import differ, in_words
 
@@ -71,7 +71,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
     if posterior := uncertainty.get("posterior"):
         lines += _posterior_lines(posterior)
-    interval = PredictionInterval.of(uncertainty)
+    interval = ForceInterval.from_uncertainty(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
     lines += [f"  {printable(sentence)}" for sentence in uncertainty.get("indistinct") or ()]

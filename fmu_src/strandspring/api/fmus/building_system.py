@@ -12,7 +12,7 @@ from ...fmu.native.platforms import Platform
 from ...system_fmu.system_check import examine_system_fmu
 from ...system_fmu.system_native import build_system_fmu, system_identifier
 from ...system_fmu.system_variables import ForceInput, SystemFmuOptions
-from ...vibration.bodies.loads import Channel, ChannelKind, LoadCase
+from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.stable_step import largest_stable_step
@@ -97,7 +97,7 @@ def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:
     return tuple(found.values())
 
 
-def _key(channel: Channel, sense: float) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
+def _key(channel: LoadChannel, sense: float) -> tuple[int, tuple[float, ...], tuple[float, ...]]:
     direction = tuple(round(sense * component, 9) + 0.0 for component in channel.direction)
     return channel.body, tuple(round(coordinate, 9) for coordinate in channel.place), direction
 

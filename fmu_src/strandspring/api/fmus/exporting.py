@@ -76,13 +76,13 @@ class Exports:
             write_text(self.ssv, parameter_values(content))
             written.append(self.ssv)
         if self.ssp is not None and self.ssp_mass is not None:
-            from ...exchange.ssp import ShakenMass, write_system
+            from ...exchange.ssp import ShakenMassValues, write_system
             from ...fmu.native.native_fmu import build_native_fmu
 
             progress("Building the FMU of the system", 0, 1)
             with TemporaryFolder() as folder:
                 fmu = build_native_fmu(self.model, folder, zero=self.zero)
-                write_system(self.ssp, fmu, content, ShakenMass.suited(content.parameters, self.ssp_mass))
+                write_system(self.ssp, fmu, content, ShakenMassValues.suited(content.parameters, self.ssp_mass))
             written.append(self.ssp)
         if self.record is not None:
             written.append(self.record)

@@ -47,7 +47,7 @@ class Identification(IdentifiedModel, Result):
     """
 
     @classmethod
-    def of(cls, model: IdentifiedModel) -> Identification:
+    def from_model(cls, model: IdentifiedModel) -> Identification:
         """The same content with what people ask of it."""
         return cls(**{field.name: getattr(model, field.name) for field in fields(IdentifiedModel)})
 
@@ -96,7 +96,7 @@ class Identification(IdentifiedModel, Result):
         if self.lack_of_fit is not None:
             lines.append(f"  {self.lack_of_fit.sentence}")
         lines.append(f"  {self.small_loops.sentence}")
-        removed = KnownRig.of(self.effects, self.options).sentence
+        removed = KnownRig.from_effects(self.effects, self.options).sentence
         if removed:
             lines.append(f"  {removed}")
         return lines
@@ -243,4 +243,4 @@ def identify(
     if isinstance(force, Method):
         force, options = None, force
     records = given_records(data, force, time, displacement, units, reverse)
-    return Identification.of(identify_records(records, options, save_anyway))
+    return Identification.from_model(identify_records(records, options, save_anyway))

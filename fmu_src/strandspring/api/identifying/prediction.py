@@ -16,7 +16,7 @@ from ...errors import ModelError
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn
 from ...identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
-from ...identification.certainty.prediction_interval import PredictionInterval, prediction_error
+from ...identification.certainty.prediction_interval import ForceInterval, prediction_error
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.strokes import find_strokes
@@ -64,7 +64,7 @@ class Prediction(Result):
     smoothed : tuple of RecordFit The same along the path without reversals below the noise of the displacement.
     cautions : tuple of str       Loops that run backwards, samples outside the identified range, reversals below the
                                   noise that change the error, effects of the rig removed from the records of the model.
-    interval : PredictionInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
+    interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
 
     source: str
@@ -73,7 +73,7 @@ class Prediction(Result):
     fits: tuple[RecordFit, ...]
     smoothed: tuple[RecordFit, ...]
     cautions: tuple[str, ...]
-    interval: tuple[PredictionInterval, JointCovariance] | None
+    interval: tuple[ForceInterval, JointCovariance] | None
 
     @property
     def rmse(self) -> float:
@@ -226,11 +226,11 @@ def predict(
     return Prediction(source, content, records, tuple(fits), tuple(smoothed), tuple(cautions), interval)
 
 
-def _interval(source: str, model: ModelFile) -> tuple[PredictionInterval, JointCovariance] | None:
+def _interval(source: str, model: ModelFile) -> tuple[ForceInterval, JointCovariance] | None:
     """What the prediction interval is made of; None if the model file does not hold all of it."""
     try:
-        interval = PredictionInterval.of(model.uncertainty)
-        joint = JointCovariance.of(model.parameters, model.uncertainty)
+        interval = ForceInterval.from_uncertainty(model.uncertainty)
+        joint = JointCovariance.from_uncertainty(model.parameters, model.uncertainty)
     except ModelError as problem:
         raise ModelError(f"{source}: {problem}") from None
     return None if interval is None or joint is None else (interval, joint)

@@ -18,7 +18,7 @@ from ...ground.files import readable
 from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.description.named_files import FilesOfFolder
 from ...vibration.description.system_file import read_description
-from ...vibration.verdicts.verdicts import Verdict
+from ...vibration.verdicts.verdicts import CaseVerdict
 from ..common.plotting import save_plot, some_axes
 from ..common.progress import Progress, unseen
 from ..common.text import counted
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 _SIZE = (8.0, 5.5)  # of the plot [inches]
 _COLORS = {
-    Verdict.PASSES: "tab:green",
-    Verdict.CLOSE: "tab:olive",
-    Verdict.FAILS: "tab:red",
-    Verdict.OUTSIDE: "tab:purple",
-    Verdict.REFUSED: "tab:gray",
+    CaseVerdict.PASSES: "tab:green",
+    CaseVerdict.CLOSE: "tab:olive",
+    CaseVerdict.FAILS: "tab:red",
+    CaseVerdict.OUTSIDE: "tab:purple",
+    CaseVerdict.REFUSED: "tab:gray",
 }
 _MARKERS = "osD^vPX*<>"
 
@@ -117,7 +117,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         """What was run, in words, and how many candidates at grid points have each verdict."""
         study, found = self.study, self._executed.summaries
         springs = f"{study.draws} draws (seed {study.seed})" if study.draws else "the identified springs"
-        counts = ((verdict.value, (found["verdict"] == verdict.value).sum()) for verdict in Verdict)
+        counts = ((verdict.value, (found["verdict"] == verdict.value).sum()) for verdict in CaseVerdict)
         verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts if count)
         return (
             f"{self.name}: {counted(len(study), 'run')}: {springs} of {counted(len(study.candidates), 'candidate')} in "

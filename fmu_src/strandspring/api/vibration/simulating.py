@@ -19,7 +19,7 @@ from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import CaseDraws
-from ...vibration.verdicts.verdicts import Figure, Verdict
+from ...vibration.verdicts.verdicts import CaseVerdict, Figure
 from ..common.history_table import history_table, unique_names
 from ..common.plotting import save_plot, some_axes
 from ..common.progress import Progress, unseen
@@ -243,14 +243,14 @@ def simulate(
             room -= answer.courses.size
         answers.append(answer if room >= 0 else replace(answer, courses=None))
         progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
-    if answers and all(answer.verdict is Verdict.REFUSED for answer in answers):
+    if answers and all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
     refusals = [one.refusal for one in statics if one.refusal]
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
     if drawn:
         advance = partial(progress, "Drawing springs")
-        springs = {one.name: Drawn.of(one.system, file.models) for one in statics}
+        springs = {one.name: Drawn.from_models(one.system, file.models) for one in statics}
         statics = tuple(replace(one, cautions=(*one.cautions, *springs[one.name].missing)) for one in statics)
         chosen_seed = file.options.seed if seed is None else seed
         answers = list(_with_spreads(answers, springs, drawn, chosen_seed, workers, advance))

@@ -14,7 +14,7 @@ from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.case_cautions import Caution, CautionKind
 from ...vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer
-from ...vibration.verdicts.verdicts import Figure, Quantity, Verdict
+from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted
 from ..common.text_table import table_lines
 
@@ -22,7 +22,7 @@ NO_DRAWS = (
     "The spread by the uncertainty of the model files was not asked for; `draws=200` (`draws` of the file) shows it."
 )
 _NOTHING = 1e-9  # of rounding, in the unit for people
-_JUDGED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
+_JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 
 
 def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
@@ -30,7 +30,7 @@ def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
     candidates = len({answer.candidate for answer in answers})
     cases = len({answer.case.name for answer in answers})
     counts = Counter(answer.verdict for answer in answers)
-    verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in Verdict if counts[verdict])
+    verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in CaseVerdict if counts[verdict])
     where = f"{counted(candidates, 'candidate')} in {counted(cases, 'load case')}"
     return f"{name}: {where}: {verdicts}" if answers else f"{name}: no load case"
 
@@ -47,7 +47,7 @@ def verdict_table(answers: Sequence[CaseAnswer]) -> tuple[list[str], list[list[s
         for quantity in _JUDGED:
             figure = answer.worst(quantity)
             row += [_value(figure), _of_limit(figure)]
-            if quantity is not Quantity.TILT:
+            if quantity is not FigureKind.TILT:
                 row.append("-" if figure is None else figure.subject)
         rows.append([*row, _largest_error(answer)])
     return headings, rows, {"candidate", "case", "verdict", "at point", "of mount"}
@@ -70,9 +70,9 @@ def _largest_error(answer: CaseAnswer) -> str:
         return "-"
     errors = [
         figure.error / largest
-        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
-        if (largest := max((one.value for one in answer.of(quantity)), default=0.0)) > 0.0
-        for figure in answer.of(quantity)
+        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE)
+        if (largest := max((one.value for one in answer.figures_of(quantity)), default=0.0)) > 0.0
+        for figure in answer.figures_of(quantity)
     ]
     return f"{100.0 * max(errors, default=0.0):.2g}"
 
@@ -151,7 +151,7 @@ def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Itera
         if answer.refusal:
             continue
         row = [answer.case.name]
-        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure = answer.worst(quantity)
             row += ["-", "-"] if figure is None else [_range(figure), _omega(figure.share)]
         residual = max(run.energies.relative_residual for run in answer.runs)
@@ -175,8 +175,8 @@ def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterat
     rows = []
     for answer in answers:
         values = [
-            [quantity.column.factor * figure.value for figure in answer.of(quantity)]
-            for quantity in (Quantity.RMS_ACCELERATION, Quantity.RMS_SWAY)
+            [quantity.column.factor * figure.value for figure in answer.figures_of(quantity)]
+            for quantity in (FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)
         ]
         for k, point in enumerate(answer.system.points if values[0] else ()):
             cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
@@ -194,7 +194,7 @@ def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Ite
         if answer.spread is None:
             continue
         row = [answer.case.name]
-        for quantity in (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE):
+        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure, scale = answer.worst(quantity), quantity.column.factor
             known = None if figure is None else figure.spread
             row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")

@@ -70,7 +70,7 @@ def undrawn(study: SystemStudy) -> tuple[str, ...]:
     can_draw = False
     for file in study.distinct_files():
         for number, _ in study.candidates:
-            drawn = Drawn.of(file.candidates[number][1], file.models)
+            drawn = Drawn.from_models(file.candidates[number][1], file.models)
             can_draw = can_draw or bool(drawn.spreads)
             missing |= dict.fromkeys(drawn.missing)
     if not can_draw:

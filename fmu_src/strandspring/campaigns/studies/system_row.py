@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...vibration.verdicts.answers import CaseAnswer
-from ...vibration.verdicts.verdicts import Quantity, Verdict
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
 from .runs import DONE, finite
 
 OUTSIDE = "outside"
 # Figures of which the worst subject stands in a row; those with limits come first.
-LIMITED = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.TILT, Quantity.STROKE)
-_WITH_ERRORS = (Quantity.ACCELERATION, Quantity.SWAY, Quantity.STROKE)
+LIMITED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
+_WITH_ERRORS = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE)
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class SystemRow:
     acceleration_margin, sway_margin, tilt_margin, stroke_margin : float or None
                                           Least share of a limit that is left; None without a limit.
     governing : str or None               The limit with the least margin.
-    verdict : str                         See `Verdict`.
+    verdict : str                         See `CaseVerdict`.
     outcome : str                         `DONE`, `OUTSIDE` where figures are extrapolated, or why it is refused.
     """
 
@@ -50,7 +50,7 @@ class SystemRow:
     tilt_margin: float | None = None
     stroke_margin: float | None = None
     governing: str | None = None
-    verdict: str = Verdict.REFUSED.value
+    verdict: str = CaseVerdict.REFUSED.value
     outcome: str = DONE
 
 
@@ -58,32 +58,32 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     """A run of which there is an answer."""
     if answer.refusal:
         return SystemRow(run, outcome=answer.refusal)
-    worst = {quantity: max((one.value for one in answer.of(quantity)), default=None) for quantity in Quantity}
-    stroke = max(answer.of(Quantity.STROKE), key=lambda one: one.value)
+    worst = {quantity: max((one.value for one in answer.figures_of(quantity)), default=None) for quantity in FigureKind}
+    stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda one: one.value)
     margins = {
-        quantity: min((one.margin for one in answer.of(quantity) if one.margin is not None), default=None)
+        quantity: min((one.margin for one in answer.figures_of(quantity) if one.margin is not None), default=None)
         for quantity in LIMITED
     }
     limited = [one for one in answer.figures if one.margin is not None]
     nearest = min(limited, key=lambda one: one.margin or 0.0, default=None)
     return SystemRow(
         run=run,
-        accelerations=tuple(one.value for one in answer.of(Quantity.ACCELERATION)),
-        sway=worst[Quantity.SWAY],
-        tilt=worst[Quantity.TILT],
-        stroke=finite(worst[Quantity.STROKE]),
+        accelerations=tuple(one.value for one in answer.figures_of(FigureKind.ACCELERATION)),
+        sway=worst[FigureKind.SWAY],
+        tilt=worst[FigureKind.TILT],
+        stroke=finite(worst[FigureKind.STROKE]),
         mount=stroke.subject,
-        force=worst[Quantity.FORCE],
-        rms_acceleration=worst[Quantity.RMS_ACCELERATION],
-        rms_sway=worst[Quantity.RMS_SWAY],
+        force=worst[FigureKind.FORCE],
+        rms_acceleration=worst[FigureKind.RMS_ACCELERATION],
+        rms_sway=worst[FigureKind.RMS_SWAY],
         error=finite(_error(answer)),
-        acceleration_margin=margins[Quantity.ACCELERATION],
-        sway_margin=margins[Quantity.SWAY],
-        tilt_margin=margins[Quantity.TILT],
-        stroke_margin=finite(margins[Quantity.STROKE]),
+        acceleration_margin=margins[FigureKind.ACCELERATION],
+        sway_margin=margins[FigureKind.SWAY],
+        tilt_margin=margins[FigureKind.TILT],
+        stroke_margin=finite(margins[FigureKind.STROKE]),
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
         verdict=answer.verdict.value,
-        outcome=OUTSIDE if answer.verdict is Verdict.OUTSIDE else DONE,
+        outcome=OUTSIDE if answer.verdict is CaseVerdict.OUTSIDE else DONE,
     )
 
 
@@ -91,7 +91,7 @@ def _error(answer: CaseAnswer) -> float:
     """The largest numerical error of a figure, relative to the largest of its kind."""
     errors = [0.0]
     for quantity in _WITH_ERRORS:
-        figures = answer.of(quantity)
+        figures = answer.figures_of(quantity)
         largest = max((one.value for one in figures), default=0.0)
         if largest > 0.0:
             errors.append(max(one.error for one in figures) / largest)

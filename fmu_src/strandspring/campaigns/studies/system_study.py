@@ -21,7 +21,7 @@ from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.verdicts import Verdict
+from ...vibration.verdicts.verdicts import CaseVerdict
 from .runs import Place, RunColumn, Runs, StudyFigure
 from .summaries import most_frequent
 from .system_row import SystemRow, system_row
@@ -30,7 +30,7 @@ from .varied import Varied, with_texts
 if TYPE_CHECKING:
     import pandas as pd
 
-_VERDICTS = [verdict.value for verdict in Verdict]  # from the best to the worst
+_VERDICTS = [verdict.value for verdict in CaseVerdict]  # from the best to the worst
 
 
 # Of the fields of a row after the accelerations.
@@ -177,7 +177,7 @@ class SystemStudy(Runs[SystemRow]):
 
         ranks = runs["verdict"].map(_VERDICTS.index)
         of_draws = ranks.groupby([runs["group"], runs["draw"]]).max()
-        refused = runs[runs["verdict"] == Verdict.REFUSED.value]
+        refused = runs[runs["verdict"] == CaseVerdict.REFUSED.value]
         # Unknown where a spring without free travel has left its range, which is worse than any other.
         margin = runs[_MARGINS].min(axis=1).where(runs["stroke"].notna())
         acceleration = runs[[f"acceleration of {name}" for name in self.points]].max(axis=1)
@@ -281,6 +281,6 @@ class _Systems:
         key = place.candidate, place.draw
         if key not in self._systems:
             if place.candidate not in self._drawn:
-                self._drawn[place.candidate] = Drawn.of(system, file.models)
+                self._drawn[place.candidate] = Drawn.from_models(system, file.models)
             self._systems = {key: self._drawn[place.candidate].system(system, study.seed, place.draw)}
         return self._systems[key]

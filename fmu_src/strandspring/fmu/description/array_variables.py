@@ -13,7 +13,7 @@ from itertools import groupby
 from typing import TypeAlias
 
 from ...core.parameters import ARRAYS, SpringParameters
-from ...core.variables import Unit, Variable, start_values, units, variables
+from ...core.variables import FmiUnit, Variable, start_values, units, variables
 
 # One value, or those of an array.
 StartValue: TypeAlias = float | tuple[float, ...]
@@ -42,7 +42,7 @@ class TypedVariable(Variable):
         return "Float64" if self.unit or self.size else "Boolean"
 
 
-_SECOND = Unit("s", s=1)
+_SECOND = FmiUnit("s", s=1)
 _TIME = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
 _INDICATOR = TypedVariable(
     REVERSAL_INDICATOR, "local", "continuous",
@@ -82,7 +82,7 @@ def scalar_variables(table: Iterable[Variable]) -> tuple[TypedVariable, ...]:
 
 
 @cache
-def array_units(elastic: int, amplifier: int, knots: int = 0, with_states: bool = False) -> tuple[Unit, ...]:
+def array_units(elastic: int, amplifier: int, knots: int = 0, with_states: bool = False) -> tuple[FmiUnit, ...]:
     """The units that the table uses: an array of coefficients, each of another unit, has none."""
     used = {variable.unit for variable in array_variables(elastic, amplifier, knots, with_states)}
     return tuple(unit for unit in (*units(elastic, amplifier, with_states), _SECOND) if unit.name in used)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ...core.variables import Unit, Variable
+from ...core.variables import FmiUnit, Variable
 from .array_variables import StartValue
 
 # Of the categories that FMI names, those that a spring uses.
@@ -42,14 +42,14 @@ class Backend:
 
 
 @dataclass(frozen=True)
-class Content:
+class DescriptionContent:
     """What a model description says of the model itself.
 
     Attributes
     ----------
     name, about : str                 Identifier and description.
     table : tuple of Variable
-    units : tuple of Unit             Those that the table uses.
+    units : tuple of FmiUnit          Those that the table uses.
     start, nominal : mapping          Values by the name of a variable.
     log_categories : mapping          Description of each.
     step : float                      Of the default experiment [s].
@@ -58,7 +58,7 @@ class Content:
     name: str
     about: str
     table: tuple[Variable, ...]
-    units: tuple[Unit, ...]
+    units: tuple[FmiUnit, ...]
     start: Mapping[str, StartValue]
     nominal: Mapping[str, float] = field(default_factory=dict)
     log_categories: Mapping[str, str] = field(default_factory=lambda: LOG_CATEGORIES)
@@ -103,7 +103,9 @@ def common_attributes(variable: Variable, reference: str) -> dict[str, str | Non
     }
 
 
-def typed_attributes(variable: Variable, content: Content, places: Mapping[str, str]) -> dict[str, str | None]:
+def typed_attributes(
+    variable: Variable, content: DescriptionContent, places: Mapping[str, str]
+) -> dict[str, str | None]:
     """Attributes that depend on the type."""
     return {
         "unit": variable.unit,

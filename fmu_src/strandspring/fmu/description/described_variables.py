@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...core.parameters import SpringParameters
-from ...core.variables import Unit, Variable, start_values, units, variables
+from ...core.variables import FmiUnit, Variable, start_values, units, variables
 from .array_variables import StartValue, array_units, array_values, array_variables
 
 
@@ -14,7 +14,7 @@ class DescribedVariables(NamedTuple):
     """Variables in the order of their value references, the units that they use, and start values by name."""
 
     table: tuple[Variable, ...]
-    units: tuple[Unit, ...]
+    units: tuple[FmiUnit, ...]
     start: Mapping[str, StartValue]
 
 

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from .content import (
     Backend,
-    Content,
+    DescriptionContent,
     common_attributes,
     dependencies,
     given,
@@ -25,7 +25,7 @@ _ABILITIES = {
 _TITLES = {"Output": "Outputs", "Derivative": "Derivatives", "InitialUnknown": "InitialUnknowns"}
 
 
-def append_interfaces(root: Element, content: Content, backend: Backend) -> None:
+def append_interfaces(root: Element, content: DescriptionContent, backend: Backend) -> None:
     """Model exchange and co-simulation, with the sources of each."""
     interfaces = {}
     if backend.model_exchange is not None:
@@ -41,7 +41,7 @@ def append_interfaces(root: Element, content: Content, backend: Backend) -> None
                 SubElement(listed, "File", {"name": name})
 
 
-def append_variables(parent: Element, content: Content, backend: Backend) -> None:
+def append_variables(parent: Element, content: DescriptionContent, backend: Backend) -> None:
     """Variables, which the rest of the description refers to by their place among them."""
     listed, references = content.listed(backend), content.references
     places = _places(content, backend)
@@ -51,7 +51,7 @@ def append_variables(parent: Element, content: Content, backend: Backend) -> Non
         SubElement(element, variable.kind, given(typed_attributes(variable, content, places)))
 
 
-def append_structure(parent: Element, content: Content, backend: Backend) -> None:
+def append_structure(parent: Element, content: DescriptionContent, backend: Backend) -> None:
     """Outputs, derivatives of states and initial unknowns, with what they depend on."""
     places = _places(content, backend)
     for kind, unknowns in unknowns_of(content.listed(backend)).items():
@@ -63,6 +63,6 @@ def append_structure(parent: Element, content: Content, backend: Backend) -> Non
             SubElement(element, "Unknown", {"index": places[variable.name], **dependencies(names, places)})
 
 
-def _places(content: Content, backend: Backend) -> dict[str, str]:
+def _places(content: DescriptionContent, backend: Backend) -> dict[str, str]:
     """FMI counts variables from 1."""
     return {name: str(place) for place, name in enumerate(content.listed(backend), start=1)}

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 from .array_variables import REVERSAL_INDICATOR, TypedVariable
 from .content import (
     Backend,
-    Content,
+    DescriptionContent,
     common_attributes,
     dependencies,
     given,
@@ -33,14 +33,14 @@ NO_EVENTS = {
 _TITLES = {"Output": "Output", "Derivative": "ContinuousStateDerivative", "InitialUnknown": "InitialUnknown"}
 
 
-def append_interfaces(root: Element, content: Content, backend: Backend) -> None:
+def append_interfaces(root: Element, content: DescriptionContent, backend: Backend) -> None:
     """Model exchange and co-simulation; sources have a file of their own."""
     for kind, abilities in {"ModelExchange": backend.model_exchange, "CoSimulation": backend.co_simulation}.items():
         if abilities is not None:
             SubElement(root, kind, {"modelIdentifier": content.name, **_ABILITIES, **abilities})
 
 
-def append_variables(parent: Element, content: Content, backend: Backend) -> None:
+def append_variables(parent: Element, content: DescriptionContent, backend: Backend) -> None:
     """Variables, which the rest of the description refers to by their value references."""
     references = _references(content)
     for variable in content.listed(backend).values():
@@ -51,7 +51,7 @@ def append_variables(parent: Element, content: Content, backend: Backend) -> Non
             SubElement(element, "Dimension", {"start": str(variable.size)})
 
 
-def append_structure(parent: Element, content: Content, backend: Backend) -> None:
+def append_structure(parent: Element, content: DescriptionContent, backend: Backend) -> None:
     """Outputs, derivatives of states, initial unknowns and event indicators, with what they depend on."""
     listed, references = content.listed(backend), _references(content)
     indicators = [listed[REVERSAL_INDICATOR]] if REVERSAL_INDICATOR in listed else []
@@ -63,7 +63,7 @@ def append_structure(parent: Element, content: Content, backend: Backend) -> Non
             SubElement(parent, title, {"valueReference": reference, **dependencies(names, references)})
 
 
-def _references(content: Content) -> dict[str, str]:
+def _references(content: DescriptionContent) -> dict[str, str]:
     """Value reference of each variable: its place in the table, counted from 1.
 
     FMI 3.0 would allow 0, but OMSimulator up to 3.0.0.post198 reads dependencies as FMI 2.0 counts them.

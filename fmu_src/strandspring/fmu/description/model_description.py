@@ -6,11 +6,11 @@ import os
 from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement
 
-from ...core.variables import Unit, nominal_values
+from ...core.variables import FmiUnit, nominal_values
 from ...errors import BuildError
 from ...model.modelfile import ModelFile
 from . import fmi2, fmi3
-from .content import Backend, Content
+from .content import Backend, DescriptionContent
 from .described_variables import described_variables
 from .xml_parts import base_unit, xml_file
 
@@ -19,7 +19,7 @@ _VERSIONS = {2: fmi2, 3: fmi3}
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
-    content = Content(
+    content = DescriptionContent(
         model.name,
         model.description or "Hysteretic spring: displacement in, restoring force out",
         *described_variables(model.parameters, backend.with_states, backend.fmi),
@@ -28,7 +28,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     return described(content, guid, generation_tool, backend)
 
 
-def described(content: Content, guid: str, generation_tool: str, backend: Backend) -> bytes:
+def described(content: DescriptionContent, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """A model description as UTF-8 XML; the same arguments give the same bytes."""
     version = _VERSIONS[backend.fmi]
     root = Element(
@@ -79,7 +79,7 @@ def _generation_date() -> dict[str, str]:
     return {"generationDateAndTime": date.strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
-def _append_units(parent: Element, all_units: tuple[Unit, ...]) -> None:
+def _append_units(parent: Element, all_units: tuple[FmiUnit, ...]) -> None:
     for unit in all_units:
         element = SubElement(parent, "Unit", {"name": unit.name})
         SubElement(element, "BaseUnit", base_unit(unit))

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from ..._version import __version__
-from ...core.variables import Unit
+from ...core.variables import FmiUnit
 from ...model.modelfile import ModelFile
 from .array_variables import StartValue
 from .described_variables import described_variables
@@ -34,7 +34,7 @@ def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) 
     return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
 
 
-def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[Unit], ssp: int = 1) -> str:
+def parameter_set(name: str, about: str, rows: Iterable[Row], known: Iterable[FmiUnit], ssp: int = 1) -> str:
     """XML of an SSV file with these parameters, whose units are among those known, by a version of SSP."""
     root = Element(
         "ssv:ParameterSet",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, indent, tostring
 
-from ...core.variables import Unit
+from ...core.variables import FmiUnit
 
 
 def xml_file(root: Element) -> bytes:
@@ -13,7 +13,7 @@ def xml_file(root: Element) -> bytes:
     return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
 
 
-def base_unit(unit: Unit) -> dict[str, str]:
+def base_unit(unit: FmiUnit) -> dict[str, str]:
     """Attributes of the element BaseUnit: the exponents that are not 0."""
     exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s}
     return {name: str(power) for name, power in exponents.items() if power}

@@ -26,7 +26,7 @@ _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces":
 
 
 @dataclass(frozen=True)
-class Form:
+class NativeForm:
     """The forms of an FMU: with continuous states; for a step with a deadline; without absorbed energy."""
 
     with_states: bool = False
@@ -34,10 +34,10 @@ class Form:
     no_energy: bool = False
 
 
-USUAL = Form()
+USUAL = NativeForm()
 
 
-def filled(image: bytes, parameters: SpringParameters, guid: str, form: Form = USUAL) -> bytes:
+def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeForm = USUAL) -> bytes:
     """An image with the values of one spring in its block, and the form of its FMU.
 
     Raises
@@ -67,7 +67,7 @@ def with_block(image: bytes, magic: bytes, version: int, values: bytes) -> bytes
     return with_new_hashes(image) if is_macho(image) else image
 
 
-def values_source(parameters: SpringParameters, guid: str, form: Form = USUAL) -> str:
+def values_source(parameters: SpringParameters, guid: str, form: NativeForm = USUAL) -> str:
     """The text of spring_values.h."""
     start = start_values(parameters)
     # C11 has no empty initialisers.

@@ -20,7 +20,7 @@ from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
 from ..description.model_description import model_description
 from ..related_files import BuildSettings, model_version, related_files, sealed
-from .block import Form, filled, values_source
+from .block import NativeForm, filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
 _STATE_AND_DERIVATIVES = {
@@ -124,7 +124,7 @@ def native_contents(
         shorter = LONGEST_NAME - len(name) + len(model.name)
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
     model = replace(model, name=name)
-    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), Form(with_states, real_time, no_energy)
+    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy)
     listed = (unit.file.removeprefix(_C),)  # includes all other sources
     backend = Backend(
         co_simulation=None if with_states else _CO_SIMULATION[fmi],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ...compiled.images import OF_FMUS, PACKAGED, Unit, contents
+from ...compiled.images import OF_FMUS, PACKAGED, CompiledUnit, contents
 from ...compiled.targets import LINUX_ARM, LINUX_X86, MACOS_ARM, MACOS_X86, WINDOWS_X86, Target, host_target
 from ...errors import BuildError
 from .macho import universal
@@ -106,7 +106,7 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
 def binaries(
     name: str,
     platforms: Sequence[Platform],
-    unit: Unit,
+    unit: CompiledUnit,
     finished: Callable[[bytes], bytes] = bytes,
     fmi: int = 2,
 ) -> dict[str, bytes]:
@@ -116,7 +116,7 @@ def binaries(
     ----------
     name : str                          The FMU's model identifier.
     platforms : sequence of Platform
-    unit : Unit                         What the images are of.
+    unit : CompiledUnit                 What the images are of.
     finished : callable                 Makes the binary of one FMU of an image.
     fmi : int                           Version of FMI.
 

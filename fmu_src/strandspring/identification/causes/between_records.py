@@ -38,7 +38,7 @@ _LIKE_STEPS = (*_LIKE_RATES, Effect.PLAY, Effect.DRIFT, Effect.CURVED_DRIFT)
 
 
 @dataclass(frozen=True)
-class Difference:
+class RecordDifference:
     """A difference between loops that should be alike.
 
     Attributes
@@ -94,7 +94,7 @@ class _Figure:
     gradual: tuple[float, float]
 
 
-def differences(records: Sequence[Record]) -> list[Difference]:
+def differences(records: Sequence[Record]) -> list[RecordDifference]:
     """What differs between records or frequencies at like amplitudes, significantly and by more than 3 %.
 
     Parameters
@@ -102,7 +102,7 @@ def differences(records: Sequence[Record]) -> list[Difference]:
     records : sequence of Record   Of one spring, in the order of the test.
     """
     groups, changes = _groups(records)
-    compared = _Compared.of(groups, changes)
+    compared = _Compared.from_groups(groups, changes)
     if compared is None:
         return []
     of_stiffness, of_height, turned = _of_the_rate(compared)
@@ -190,7 +190,7 @@ class _Compared:
     scale: float
 
     @classmethod
-    def of(cls, groups: Sequence[_Group], changes: FloatArray) -> _Compared | None:
+    def from_groups(cls, groups: Sequence[_Group], changes: FloatArray) -> _Compared | None:
         """None where there is nothing to compare."""
         counts = np.bincount([group.amplitude for group in groups]) if groups else np.zeros(0, np.intp)
         kept = [group for group in groups if counts[group.amplitude] > 1]
@@ -264,12 +264,12 @@ def _gradual(changes: FloatArray, far: FloatArray, error: float) -> tuple[float,
     return slope, max(left, 2.0 * error) / math.sqrt(float(far @ far))
 
 
-def _one_alone(compared: _Compared, records: Sequence[Record]) -> Difference | None:
+def _one_alone(compared: _Compared, records: Sequence[Record]) -> RecordDifference | None:
     """The record whose loops differ from those of all others, which are alike; or of two of one frequency the second.
 
     Where the frequencies differ, at least two others must show that the frequency does not matter.
     """
-    found: list[Difference] = []
+    found: list[RecordDifference] = []
     for name, figure in (("height of the loops", compared.height), ("stiffness", compared.stiffness)):
         for number in np.unique(compared.record):
             own = compared.record == number
@@ -286,7 +286,7 @@ def _one_alone(compared: _Compared, records: Sequence[Record]) -> Difference | N
             if abs(step) > least:
                 path = PurePath(records[number].path).name
                 text = f"{name} in {path} {_more(step)} than in the others"
-                found.append(Difference(Outcome.RECORDS_DIFFER, step, error, text, _LIKE_STEPS))
+                found.append(RecordDifference(Outcome.RECORDS_DIFFER, step, error, text, _LIKE_STEPS))
     return max(found, key=lambda one: abs(one.size), default=None)
 
 
@@ -307,7 +307,7 @@ def _turned(compared: _Compared) -> float:
     return size * compared.loss if size > _LEAST and left < max(_EXACT, _FOLLOWED * size) else 0.0
 
 
-def _of_the_rate(compared: _Compared) -> tuple[Difference | None, Difference | None, float]:
+def _of_the_rate(compared: _Compared) -> tuple[RecordDifference | None, RecordDifference | None, float]:
     """How stiffness, and height alone, depend on the frequency, and the change of height that a delay may make.
 
     The last is a share of the elastic force's range: a delay and viscous damping turn elastic force into height,
@@ -332,13 +332,13 @@ def _of_the_rate(compared: _Compared) -> tuple[Difference | None, Difference | N
         factor = compared.scale / (2.0 * math.pi) ** 2 / float(np.ptp(f**2))
         mass, error = -square * factor, square_error * factor
         text = f"{mass:.3g} +- {error:.1g} kg, {-100.0 * square:.2g} % of the stiffness at {f.max():.3g} Hz"
-        return Difference(Outcome.INERTIA, mass, error, text, (*_LIKE_RATES, Effect.PLAY)), None, turned
+        return RecordDifference(Outcome.INERTIA, mass, error, text, (*_LIKE_RATES, Effect.PLAY)), None, turned
     height, height_error, _ = change(compared.height, np.log(f))
     of_height = f"height of the loops {_more(height)}"
     if abs(stiffness) > turned:
         text = f"stiffness {_more(stiffness)}" + (f" and {of_height}" if height else "") + between
-        return Difference(Outcome.RATE_DEPENDENT, stiffness, error, text, _LIKE_RATES), None, turned
+        return RecordDifference(Outcome.RATE_DEPENDENT, stiffness, error, text, _LIKE_RATES), None, turned
     if height and not turned:
         text = of_height + between
-        return None, Difference(Outcome.RATE_DEPENDENT, height, height_error, text, _LIKE_RATES), turned
+        return None, RecordDifference(Outcome.RATE_DEPENDENT, height, height_error, text, _LIKE_RATES), turned
     return None, None, turned

@@ -15,7 +15,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import Refinement
 from ..points.autocorrelation import autocorrelation_time
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.repetition import CELLS, branch_cells
 
 _REPORTED = 0.1  # misfit beyond noise that is reported, share of the hysteretic force
@@ -48,7 +48,7 @@ class LackOfFit:
     changes: float
 
     @classmethod
-    def of(cls, loops: Loops, fit: Refinement, noise: float) -> LackOfFit:
+    def from_fit(cls, loops: SamplePoints, fit: Refinement, noise: float) -> LackOfFit:
         """The misfit of a refined fit, given the rms that noise alone gives the residuals [N]."""
         residuals = fit.backbone.misfit(loops.force, fit.omega)
         hysteretic = fit.omega * fit.backbone.G
@@ -108,13 +108,13 @@ class LackOfFit:
         return asdict(self)
 
 
-def _work(loops: Loops, force: FloatArray) -> float:
+def _work(loops: SamplePoints, force: FloatArray) -> float:
     """Work of a force along the strokes [J], by the trapezoidal rule between points of one stroke."""
     within = np.diff(loops.stroke) == 0
     return float(np.sum((0.5 * (force[1:] + force[:-1]) * np.diff(loops.displacement))[within]))
 
 
-def _repeated(loops: Loops, residuals: FloatArray) -> tuple[float, float]:
+def _repeated(loops: SamplePoints, residuals: FloatArray) -> tuple[float, float]:
     """Mean squares of what mean loading and unloading residuals have in common, and of half their difference [N^2]."""
     cells = branch_cells(loops)
     weight = np.bincount(cells, weights=loops.weight, minlength=2 * CELLS)

@@ -36,7 +36,7 @@ from ...model.joint import LEVEL, JointCovariance
 from ..least_squares.linearised import Linearised
 from ..least_squares.refinement import Samples
 from ..least_squares.trust_region import triangle_of
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from .intervals import NORMAL_95, student_95
 
 _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called too narrow
@@ -50,7 +50,7 @@ _STEPS = (0.01, 1e-4, 1e-6)
 
 
 @dataclass(frozen=True)
-class PredictionInterval:
+class ForceInterval:
     """95 % interval of a measured force.
 
     Attributes
@@ -93,7 +93,7 @@ class PredictionInterval:
         beyond = np.maximum(error**2 - self.error**2, 0.0)
         return np.asarray(np.sqrt(self.factor**2 * scale + NORMAL_95**2 * beyond))
 
-    def widened(self, error: float) -> PredictionInterval:
+    def widened(self, error: float) -> ForceInterval:
         """The interval of a spring that has a further error beside the fit, rms [N]."""
         further = NORMAL_95 * error
         return replace(
@@ -116,7 +116,7 @@ class PredictionInterval:
         }
 
     @classmethod
-    def of(cls, uncertainty: Mapping[str, Any]) -> PredictionInterval | None:
+    def from_uncertainty(cls, uncertainty: Mapping[str, Any]) -> ForceInterval | None:
         """The interval in a checked `uncertainty` of a model file; None if it holds none."""
         given = uncertainty.get("prediction_interval")
         if given is None:
@@ -142,7 +142,7 @@ class PredictionBand:
     reach: FloatArray
 
     @classmethod
-    def of(cls, linear: Linearised, interval: PredictionInterval) -> PredictionBand:
+    def from_interval(cls, linear: Linearised, interval: ForceInterval) -> PredictionBand:
         """The band on the last two strokes."""
         loops, fit = linear.loops, linear.refinement
         last = loops.stroke >= loops.stroke[-1] - 1
@@ -151,7 +151,7 @@ class PredictionBand:
         return cls(loops.displacement[last], force - reach, force, force + reach, interval.reach(force, error))
 
 
-def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInterval:
+def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
     """The interval of a refined fit, calibrated on cycles left out of it."""
     loops, fit = linear.loops, linear.refinement
     force = fit.backbone.force(fit.omega)
@@ -191,7 +191,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> PredictionInter
             for own, other in ((first, second), (second, first))
         )
         coverage = held / float(weight[counted].sum())
-    return PredictionInterval(
+    return ForceInterval(
         factor, math.sqrt(additive), math.sqrt(relative), float(linear.force_error.max()),
         factor * loops.rms(scale), coverage, cycles,
     )  # fmt: skip
@@ -232,7 +232,7 @@ def _change(
     )
 
 
-def _halves(loops: Loops) -> tuple[NDArray[np.intp], int]:
+def _halves(loops: SamplePoints) -> tuple[NDArray[np.intp], int]:
     """Half of the cycles to which each point belongs, 0 or 1, and the number of cycles.
 
     Records are cut in the middle; those of a single cycle go to either half in turn.

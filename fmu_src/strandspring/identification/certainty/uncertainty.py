@@ -24,7 +24,7 @@ from ...model.joint import joint_names
 from ..least_squares.linearised import Linearised, is_sigma_free
 from ..least_squares.projection import Refinement
 from ..least_squares.stages import SIGMA_BOUNDS
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from .intervals import Interval, intervals_95
 
@@ -43,7 +43,7 @@ _MEANING = (
 
 
 @dataclass(frozen=True, eq=False)
-class Uncertainty:
+class StandardErrors:
     """Standard errors, one standard deviation each.
 
     Attributes
@@ -120,7 +120,7 @@ class Uncertainty:
         return sentences
 
 
-def uncertainty(linear: Linearised) -> Uncertainty:
+def uncertainty(linear: Linearised) -> StandardErrors:
     """Standard errors and intervals of a refined fit."""
     basis, refinement = linear.basis, linear.refinement
     change = _propagation(linear)
@@ -134,7 +134,7 @@ def uncertainty(linear: Linearised) -> Uncertainty:
     values = (float(basis.powers(refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
     own = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}
     varying = np.delete(natural, n_E, axis=0)  # kA[0] is 1
-    return Uncertainty(
+    return StandardErrors(
         basis.elastic_name,
         errors[:n_E],
         errors[n_E : n_E + n_A],
@@ -147,7 +147,7 @@ def uncertainty(linear: Linearised) -> Uncertainty:
     )
 
 
-def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bool:
+def is_sigma_uncertain(loops: SamplePoints, basis: Basis, refinement: Refinement) -> bool:
     """Whether sigma lies on a bound because the points do not show how the force recovers after a reversal.
 
     The lower bound is a physical one, which springs may lie on: there the standard error that sigma would have
@@ -155,7 +155,7 @@ def is_sigma_uncertain(loops: Loops, basis: Basis, refinement: Refinement) -> bo
     """
     if is_sigma_free(refinement.hysteresis):
         return False
-    linear = Linearised.of(loops, basis, refinement)
+    linear = Linearised.from_refinement(loops, basis, refinement)
     if refinement.hysteresis.sigma > SIGMA_BOUNDS[0] * 1.001 or not linear.free[2]:
         return True
     freed = linear.freed(1)

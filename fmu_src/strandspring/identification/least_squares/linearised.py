@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from ..points.repetition import repetition
 from .coloured_noise import CoefficientCovariance, coefficient_covariance
@@ -25,17 +25,17 @@ class Linearised:
 
     Attributes
     ----------
-    loops, basis, refinement : Loops, Basis, Refinement
+    loops, basis, refinement : SamplePoints, Basis, Refinement
     free : ndarray of bool, shape (3 + R,)   Which of ln(rho), ln(sigma), ln(n) and omega_start vary.
     """
 
-    loops: Loops
+    loops: SamplePoints
     basis: Basis
     refinement: Refinement
     free: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, loops: Loops, basis: Basis, refinement: Refinement) -> Linearised:
+    def from_refinement(cls, loops: SamplePoints, basis: Basis, refinement: Refinement) -> Linearised:
         """With those free that lie off their bounds and that the points depend on."""
         h = refinement.hysteresis
         free = np.ones(refinement.derivatives.shape[0], dtype=bool)

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
 from .trust_region import minimise, triangle_of
@@ -61,7 +61,7 @@ class Problem:
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     basis : Basis
     start : Hysteresis                        Limits rho.
     further : ndarray, shape (P, k), or None  Further columns, whose coefficients follow those of FE.
@@ -70,7 +70,7 @@ class Problem:
 
     def __init__(
         self,
-        loops: Loops,
+        loops: SamplePoints,
         basis: Basis,
         start: Hysteresis,
         further: FloatArray | None = None,

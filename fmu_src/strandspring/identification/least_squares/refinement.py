@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.noise import ForceNoise
 from ..points.polynomials import Basis
 from .projection import Problem, Refinement
@@ -38,7 +38,7 @@ _WEIGHT_TOLERANCE = 1e-4  # relative accuracy of the constant part of the varian
 class Samples:
     """The points that are refined on, with the noise of each record."""
 
-    loops: Loops
+    loops: SamplePoints
     noise: tuple[ForceNoise, ...]
 
     def noise_variance(self, force: FloatArray) -> FloatArray:

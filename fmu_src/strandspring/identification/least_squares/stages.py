@@ -29,7 +29,7 @@ from ...core.parameters import SIGMA_RANGE
 from ...kernel.arrays import FloatArray
 from ...kernel.line import IntegratedLines
 from ...loops.noise_levels import median
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Columns
 from ..points.smoothing import automatic_half_width, moving_average
 
@@ -78,13 +78,13 @@ class Backbone:
 
 
 def fit_backbone(
-    loops: Loops, columns: Columns, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
+    loops: SamplePoints, columns: Columns, omega: FloatArray, chosen: NDArray[np.bool_] | None = None
 ) -> Backbone | None:
     """Stage 1: FE and G by linear least squares on the chosen points; None if they are too few.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     columns : Columns                      Basis functions at the points.
     omega : ndarray, shape (P,)            omega at each point: +-1 in the steady section.
     chosen : ndarray of bool, shape (P,)   The steady section; all points if None.
@@ -99,7 +99,9 @@ def fit_backbone(
     return Backbone.from_coefficients(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
 
 
-def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> tuple[FloatArray, FloatArray] | None:
+def extract_omega(
+    loops: SamplePoints, backbone: Backbone, half_width: int | None
+) -> tuple[FloatArray, FloatArray] | None:
     """omega = (r - FE)/G (eq. 21) after smoothing, and the G it was divided by; None without a positive loop.
 
     Parameters
@@ -117,7 +119,7 @@ def extract_omega(loops: Loops, backbone: Backbone, half_width: int | None) -> t
 
 
 def fit_hysteresis(
-    loops: Loops, backbones: Sequence[Backbone | None], half_width: int | None = None
+    loops: SamplePoints, backbones: Sequence[Backbone | None], half_width: int | None = None
 ) -> list[tuple[Hysteresis, float] | None]:
     """Stage 2 for each backbone: rho, sigma, n and the rms misfit [N] of the integrated eq. (22).
 
@@ -131,7 +133,7 @@ def fit_hysteresis(
     return [None if each is None else next(fits) for each in extracted]
 
 
-def _fits(loops: Loops, omega: FloatArray, G: FloatArray) -> list[tuple[Hysteresis, float] | None]:
+def _fits(loops: SamplePoints, omega: FloatArray, G: FloatArray) -> list[tuple[Hysteresis, float] | None]:
     """Stage 2 from each omega and its G, both of shape (L, P); None without a rho > 0."""
     branches = _branches(loops)
     u, weight = loops.side * omega, loops.weight * G**2
@@ -200,7 +202,7 @@ class _Branches:
 
 
 @lru_cache(maxsize=2)  # several candidates for omega are fitted on the same points
-def _branches(loops: Loops) -> _Branches:
+def _branches(loops: SamplePoints) -> _Branches:
     first = loops.bounds[1:-1]
     follows = loops.stroke[first] == loops.stroke[first - 1] + 1
     follows &= loops.record[loops.stroke[first]] == loops.record[loops.stroke[first - 1]]

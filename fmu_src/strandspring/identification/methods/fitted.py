@@ -17,7 +17,7 @@ from ..certainty.prediction_interval import PredictionBand
 from ..certainty.uncertainty import is_sigma_uncertain
 from ..least_squares.projection import Problem
 from ..least_squares.stages import fit_backbone
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.steady_part import SteadyRecord
 from ..search.solution import Solution, cautions_of, is_positive, refuse_too_few, spring_of
 
@@ -60,12 +60,12 @@ class Fitted:
     turning: tuple[SteadyRecord, ...] = ()
 
 
-def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:
+def fitted(loops: SamplePoints, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:
     """The spring of a solution: the degree of FA is lowered until it is positive over the whole range.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     solution : Solution or None
     where : str                     Names of the records, for messages.
     cautions : sequence of Outcome  Further cautions of the method.
@@ -97,7 +97,7 @@ def fitted(loops: Loops, solution: Solution | None, where: str, cautions: Sequen
     return Fitted(spring_of(basis, backbone, hysteresis, where), dict.fromkeys(all_cautions, ""), solution.steady_share)
 
 
-def drifts(loops: Loops) -> bool:
+def drifts(loops: SamplePoints) -> bool:
     """Whether the mean force of the full strokes of a kind changes from the first to the last of a record."""
     used, first, samples = np.unique(loops.stroke, return_index=True, return_counts=True)
     spread = loops.force_deviation

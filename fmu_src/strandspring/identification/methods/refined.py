@@ -20,12 +20,12 @@ from ..certainty.bootstrap import bootstrap
 from ..certainty.figures import periodic_start
 from ..certainty.lack_of_fit import LackOfFit
 from ..certainty.posterior import posterior
-from ..certainty.prediction_interval import PredictionBand, PredictionInterval, prediction_interval
+from ..certainty.prediction_interval import ForceInterval, PredictionBand, prediction_interval
 from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Refinement
 from ..least_squares.refinement import Samples, refine
-from ..points.loops import POINTS_PER_STROKE, Loops
+from ..points.loops import POINTS_PER_STROKE, SamplePoints
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
 from ..points.steady_part import SteadyRecord
@@ -190,11 +190,11 @@ class RefinedOptions(Method):
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
         basis, refinement = self._refined(samples, best.fit, where)
-        linear = Linearised.of(loops, basis, refinement)
+        linear = Linearised.from_refinement(loops, basis, refinement)
         interval = prediction_interval(samples, linear)
         content = self._uncertainty(linear, interval, where)
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
-        lack = LackOfFit.of(loops, refinement, samples.noise_rms)
+        lack = LackOfFit.from_fit(loops, refinement, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
         findings = found.causes | {outcome: detail(outcome, effects) for outcome in cautions}
@@ -237,7 +237,7 @@ class RefinedOptions(Method):
             saturation_share(loops, refinement.hysteresis),
             tuple(refinement.omega_start.tolist()),
             content,
-            PredictionBand.of(linear, interval),
+            PredictionBand.from_interval(linear, interval),
             effects={**self.known.effects, **effects},
             predicted=predicted,
             lack_of_fit=lack,
@@ -274,7 +274,7 @@ class RefinedOptions(Method):
             rig, findings = rig.keeping(causes.forbidden), causes.findings
         return _Found(rig, *find_removable(rig, candidates, noise, self.degrees), findings)
 
-    def _uncertainty(self, linear: Linearised, interval: PredictionInterval, where: str) -> dict[str, Any]:
+    def _uncertainty(self, linear: Linearised, interval: ForceInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""
         errors = uncertainty(linear)
         content: dict[str, Any] = {
@@ -290,7 +290,7 @@ class RefinedOptions(Method):
         return content
 
     def _cautions(
-        self, linear: Linearised, interval: PredictionInterval, sizes: Sizes, content: dict[str, Any]
+        self, linear: Linearised, interval: ForceInterval, sizes: Sizes, content: dict[str, Any]
     ) -> list[Outcome]:
         """What the fit itself, and what was found beside it, call for."""
         loops, basis, refinement = linear.loops, linear.basis, linear.refinement
@@ -353,7 +353,7 @@ def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] 
     return found
 
 
-def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> Loops:
+def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> SamplePoints:
     """The samples of all records without the effects of the rig, averaged where there are very many."""
     strokes = sum(part.strokes.count for part in rig.parts)
     finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))

@@ -24,7 +24,7 @@ ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one
 
 
 @dataclass(frozen=True, eq=False)
-class Loops:
+class SamplePoints:
     """P points on S strokes; a stroke may have no points and still carry the memory to the next.
 
     Attributes
@@ -125,7 +125,7 @@ class Loops:
             first += count
         return cycle
 
-    def only(self, kept: NDArray[np.bool_]) -> Loops:
+    def only(self, kept: NDArray[np.bool_]) -> SamplePoints:
         """Some of the points; the strokes all stay."""
         names = ("displacement", "force", "weight", "travel", "stroke", "sample")
         return replace(self, **{name: getattr(self, name)[kept] for name in names})
@@ -140,11 +140,11 @@ class Loops:
         )
 
 
-def single_branch(displacement: FloatArray, force: FloatArray) -> Loops:
+def single_branch(displacement: FloatArray, force: FloatArray) -> SamplePoints:
     """One loading stroke given by its points, which must rise in displacement."""
     travel = displacement - displacement[0]
     one = np.ones(1, np.int64)
-    return Loops(
+    return SamplePoints(
         displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp), np.arange(float(force.size)),
         one, displacement[:1], travel[-1:], np.zeros(1, np.intp),
     )  # fmt: skip
@@ -156,7 +156,7 @@ def gather(
     first_used: int,
     points: int = POINTS_PER_STROKE,
     usable: NDArray[np.bool_] | None = None,
-) -> Loops:
+) -> SamplePoints:
     """Points of one record, averaged where a stroke has many samples.
 
     Parameters
@@ -172,7 +172,7 @@ def gather(
     if usable is not None:
         used &= usable
     # Travel rises within a stroke because the displacement was made monotone.
-    samples = Loops(
+    samples = SamplePoints(
         strokes.displacement[used], force[used], np.ones(np.count_nonzero(used)), strokes.travel[used],
         strokes.of_sample[used], np.flatnonzero(used).astype(np.float64),
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
@@ -180,18 +180,18 @@ def gather(
     return averaged(samples, points)
 
 
-def averaged(loops: Loops, points: int) -> Loops:
+def averaged(loops: SamplePoints, points: int) -> SamplePoints:
     """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
     cells = cells_of(loops, points)
     return loops if cells is None else averaged_over(loops, cells)
 
 
-def cells_of(loops: Loops, points: int) -> IndexArray | None:
+def cells_of(loops: SamplePoints, points: int) -> IndexArray | None:
     """Cell of each point of one record, numbered on from stroke to stroke; None where none has more points than cells.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     points : int    Cells of a stroke.
     """
     if np.bincount(loops.stroke).max(initial=0) <= points:
@@ -200,7 +200,7 @@ def cells_of(loops: Loops, points: int) -> IndexArray | None:
     return np.asarray(loops.stroke * points + np.minimum((share * points).astype(np.intp), points - 1))
 
 
-def averaged_over(loops: Loops, cells: IndexArray) -> Loops:
+def averaged_over(loops: SamplePoints, cells: IndexArray) -> SamplePoints:
     """The points of one record, averaged over runs of one stroke and one cell, however they have been moved since."""
     is_first = np.ones(cells.size, dtype=bool)
     is_first[1:] = (cells[1:] != cells[:-1]) | (loops.stroke[1:] != loops.stroke[:-1])
@@ -214,7 +214,7 @@ def averaged_over(loops: Loops, cells: IndexArray) -> Loops:
     return replace(loops, displacement=x, force=r, weight=weight, travel=s, stroke=stroke, sample=sample)
 
 
-def join(parts: Sequence[Loops]) -> Loops:
+def join(parts: Sequence[SamplePoints]) -> SamplePoints:
     """The loops of several records of one spring as one."""
     if len(parts) == 1:
         return parts[0]
@@ -224,7 +224,7 @@ def join(parts: Sequence[Loops]) -> Loops:
     def column(name: str) -> FloatArray:
         return np.concatenate([getattr(part, name) for part in parts])
 
-    return Loops(
+    return SamplePoints(
         column("displacement"), column("force"), column("weight"), column("travel"),
         np.concatenate([part.stroke + offset for part, offset in zip(parts, offsets, strict=True)]),
         column("sample"),

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from .loops import IndexArray, Loops
+from .loops import IndexArray, SamplePoints
 
 CELLS = 24  # over the range, on each branch
 
 
-def repetition(loops: Loops, residuals: FloatArray) -> float:
+def repetition(loops: SamplePoints, residuals: FloatArray) -> float:
     """Factor on the variance of coefficients: what comes back in every cycle does not average out over cycles.
 
     It is 1 for noise and the number of cycles where all of them have the same residuals.
@@ -18,19 +18,19 @@ def repetition(loops: Loops, residuals: FloatArray) -> float:
     return 1.0 + float(loops.cycles().max()) * repeated_share(loops, residuals)
 
 
-def branch_cells(loops: Loops) -> IndexArray:
+def branch_cells(loops: SamplePoints) -> IndexArray:
     """Cell of each point: CELLS over the range on unloading, then as many on loading."""
     low, high = loops.reach
     place = np.clip(((loops.displacement - low) / (high - low) * CELLS).astype(np.intp), 0, CELLS - 1)
     return np.asarray(place + CELLS * (loops.side > 0), np.intp)
 
 
-def repeated_share(loops: Loops, residuals: FloatArray) -> float:
+def repeated_share(loops: SamplePoints, residuals: FloatArray) -> float:
     """Correlation between the residuals of different cycles at the same place and in the same direction.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     residuals : ndarray, shape (P,)
 
     Returns

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
-from .loops import Loops
+from .loops import SamplePoints
 
 # Smooth until the noise is below this share of the loop's half height...
 _WANTED_NOISE = 0.01
@@ -17,12 +17,12 @@ _WANTED_NOISE = 0.01
 _LARGEST_SHARE = 0.05
 
 
-def moving_average(loops: Loops, values: FloatArray, half_width: int) -> FloatArray:
+def moving_average(loops: SamplePoints, values: FloatArray, half_width: int) -> FloatArray:
     """Weighted mean over 2*half_width + 1 neighbours; the window shrinks symmetrically at the ends of a stroke.
 
     Parameters
     ----------
-    loops : Loops                     Gives the stroke and weight of each point.
+    loops : SamplePoints              Gives the stroke and weight of each point.
     values : ndarray, shape (P,)
     half_width : int                  0 leaves the values as they are.
     """
@@ -34,7 +34,7 @@ def moving_average(loops: Loops, values: FloatArray, half_width: int) -> FloatAr
 
 
 @lru_cache(maxsize=4)  # several candidates for omega are smoothed on the same points
-def _windows(loops: Loops, half_width: int) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
+def _windows(loops: SamplePoints, half_width: int) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
     """Where the window of each point begins and ends, and its weight."""
     position = np.arange(loops.stroke.size)
     begin, end = (np.repeat(ends, np.diff(loops.bounds)) for ends in (loops.bounds[:-1], loops.bounds[1:] - 1))
@@ -44,7 +44,7 @@ def _windows(loops: Loops, half_width: int) -> tuple[NDArray[np.intp], NDArray[n
     return low, high, weights[high] - weights[low]
 
 
-def automatic_half_width(loops: Loops, omega: FloatArray) -> int:
+def automatic_half_width(loops: SamplePoints, omega: FloatArray) -> int:
     """Half width that brings the noise of `omega` below 1 % of its half height, which is 1."""
     wanted = (noise_level(omega) / _WANTED_NOISE) ** 2
     points_per_stroke = omega.size / (loops.bounds.size - 1)

@@ -15,7 +15,7 @@ from ...loops.turning import turning_points
 from ...model.outcomes import IdentificationError, Outcome
 from ...records.record import Record
 from .direction import correlation, least_lag, wrong_way
-from .loops import POINTS_PER_STROKE, Loops, gather
+from .loops import POINTS_PER_STROKE, SamplePoints, gather
 from .usable import usable_samples
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
@@ -42,7 +42,7 @@ class SteadyRecord:
     record : Record
     strokes : Strokes        Of the whole record.
     first_used : int         First stroke of the steady part.
-    loops : Loops            Points of the steady part, without a known delay; memory strokes included.
+    loops : SamplePoints     Points of the steady part, without a known delay; memory strokes included.
     periodic : bool          The record is one closed period.
     cautions : dict          Outcomes with their details, which may be empty.
     used : ndarray of bool, shape (K,)   Samples that are fitted; the others belong to the path only.
@@ -52,13 +52,13 @@ class SteadyRecord:
     record: Record
     strokes: Strokes
     first_used: int
-    loops: Loops
+    loops: SamplePoints
     periodic: bool
     cautions: dict[Outcome, str]
     used: NDArray[np.bool_]
     refusal: IdentificationError | None = None
 
-    def loops_with(self, points: int) -> Loops:
+    def loops_with(self, points: int) -> SamplePoints:
         """The points again, strokes averaged over another number of cells."""
         if points not in self._by_points:
             self._by_points[points] = _points_of(
@@ -71,10 +71,10 @@ class SteadyRecord:
         return self if self.periodic else replace(self, strokes=self.strokes.turning_between_samples(corners))
 
     @cached_property
-    def _by_points(self) -> dict[int, Loops]:
+    def _by_points(self) -> dict[int, SamplePoints]:
         return {}
 
-    def all_samples(self) -> Loops:
+    def all_samples(self) -> SamplePoints:
         """Every sample of the record as a point, those before the steady part too."""
         return gather(self.strokes, self.record.force, 0, len(self.record), np.ones(len(self.record), dtype=bool))
 
@@ -155,12 +155,12 @@ class MeanLoop:
         return float(np.mean(self.loading - self.unloading)) / 2.0
 
 
-def mean_loop(loops: Loops, shares: FloatArray = _SHARES, among: NDArray[np.intp] | None = None) -> MeanLoop:
+def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[np.intp] | None = None) -> MeanLoop:
     """Average the full strokes on common displacements, loading and unloading apart.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     shares : ndarray, shape (G,)             Where on the common range the loop is wanted, 0 to 1, rising.
     among : ndarray of int, shape (T,), or None   Strokes with points, of either direction; all if None.
     """
@@ -181,7 +181,7 @@ def mean_loop(loops: Loops, shares: FloatArray = _SHARES, among: NDArray[np.intp
     return MeanLoop(grid, *branches)
 
 
-def _paired(loops: Loops) -> NDArray[np.intp]:
+def _paired(loops: SamplePoints) -> NDArray[np.intp]:
     """Full strokes that follow each other and so form loops; of different cycles they need not meet."""
     used = np.unique(loops.stroke)
     full = used[loops.length[used] >= _FULL * loops.length[used].max()]
@@ -201,7 +201,7 @@ def _is_closed(record: Record, strokes: Strokes) -> bool:
 
 def _points_of(
     record: Record, strokes: Strokes, first_used: int, periodic: bool, points: int, used: NDArray[np.bool_]
-) -> Loops:
+) -> SamplePoints:
     if periodic:
         loops = _closed_loops(record, strokes, points, used)
     else:
@@ -212,7 +212,7 @@ def _points_of(
     return replace(loops, selected=(float(within.min()), float(within.max())))
 
 
-def _closed_loops(record: Record, strokes: Strokes, points: int, used: NDArray[np.bool_]) -> Loops:
+def _closed_loops(record: Record, strokes: Strokes, points: int, used: NDArray[np.bool_]) -> SamplePoints:
     """One period, begun at its first reversal and preceded by itself, so that the memory is steady."""
     turn = 0 if strokes.count == 2 else int(strokes.turning[1])
     order = np.concatenate([np.arange(turn, len(record.force)), np.arange(1, turn + 1)])
@@ -271,7 +271,7 @@ def _difference(strokes: Strokes, force: FloatArray, k: int) -> float:
     return difference(k, k + 2) - 2.0 * difference(k + 2, k + 4)
 
 
-def _refuse_impossible(record: Record, loops: Loops, strokes: Strokes) -> None:
+def _refuse_impossible(record: Record, loops: SamplePoints, strokes: Strokes) -> None:
     mean, reversals = mean_loop(loops), strokes.turning[1:-1]
 
     def refuse(outcome: Outcome, detail: str = "") -> None:

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..search.search import SATURATION, Candidate, force_floor, information
 from .rig import Effect, Sizes
 
@@ -36,12 +36,12 @@ class Corrected:
     Attributes
     ----------
     fit : Candidate
-    loops : Loops    The corrected points.
-    sizes : dict     Effects with their sizes.
+    loops : SamplePoints   The corrected points.
+    sizes : dict           Effects with their sizes.
     """
 
     fit: Candidate
-    loops: Loops
+    loops: SamplePoints
     sizes: Sizes
 
     @cached_property
@@ -78,11 +78,11 @@ def best_of(alternatives: Sequence[Corrected]) -> Corrected:
     return best
 
 
-def rms_in(cells: Loops, rms: float, loops: Loops) -> float:
+def rms_in(cells: SamplePoints, rms: float, loops: SamplePoints) -> float:
     """An rms of some points [N], if as much noise were left as in other cells than theirs."""
     return rms * _averaged_noise(cells) / _averaged_noise(loops)
 
 
-def _averaged_noise(loops: Loops) -> float:
+def _averaged_noise(loops: SamplePoints) -> float:
     """The rms that averaged white noise gives, share of that of single samples."""
     return float(np.sqrt(loops.force.size / loops.weight.sum()))

@@ -62,7 +62,7 @@ class KnownRig:
             raise ValueError(f"`delay` must be finite [s], got {self.delay}.")
 
     @classmethod
-    def of(cls, effects: Mapping[str, Any], options: Mapping[str, Any]) -> KnownRig:
+    def from_effects(cls, effects: Mapping[str, Any], options: Mapping[str, Any]) -> KnownRig:
         """What was given for an identification, by its effects and options."""
         given = {name: effects[name] for name in ("moving_mass", "fixture_stiffness") if name in effects}
         is_given = options.get(Effect.DELAY.value, "auto") != "auto"

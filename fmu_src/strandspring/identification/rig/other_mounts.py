@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import IndexArray, Loops
+from ..points.loops import IndexArray, SamplePoints
 from ..search.search import MARGIN, force_floor, information
 from .corrected import Corrected
 from .rig import Rig
@@ -107,7 +107,7 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
             yield name, np.asarray(columns), int(group.max())
 
 
-def _groups(rig: Rig, loops: Loops) -> IndexArray:
+def _groups(rig: Rig, loops: SamplePoints) -> IndexArray:
     """Number of the group of like amplitude, rate and record to which the stroke of each point belongs, shape (P,)."""
     duration = rig.durations(loops)
     keys = [loops.record.tolist(), _classes(loops.length), _classes(duration)]
@@ -130,7 +130,7 @@ def _classes(values: FloatArray) -> list[int]:
     return list(number.tolist())
 
 
-def stop_operators(loops: Loops, thresholds: FloatArray) -> FloatArray:
+def stop_operators(loops: SamplePoints, thresholds: FloatArray) -> FloatArray:
     """Stop operators: each follows the displacement within +-threshold, shape (P, J); 0 where a record begins [m]."""
     begin = np.zeros((loops.direction.size, thresholds.size))
     held = np.zeros(thresholds.size)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import Strokes
 from ..least_squares.projection import Problem
-from ..points.loops import Loops, averaged_over, cells_of, join
+from ..points.loops import SamplePoints, averaged_over, cells_of, join
 from ..points.steady_part import SteadyRecord
 from ..search.search import Candidate
 
@@ -74,7 +74,7 @@ class _Course:
     bend: FloatArray
 
     @classmethod
-    def of(cls, part: SteadyRecord) -> _Course:
+    def from_record(cls, part: SteadyRecord) -> _Course:
         """That of a record."""
         index = np.arange(len(part.record), dtype=np.float64)
         time = index if part.record.rising_time is None else part.record.rising_time
@@ -93,12 +93,12 @@ class _Course:
             return sample
         return np.interp(np.interp(sample, self.index, self.time) - delay, self.time, self.index)
 
-    def moved(self, loops: Loops, delay: float, whole: bool) -> Loops:
+    def moved(self, loops: SamplePoints, delay: float, whole: bool) -> SamplePoints:
         """Points with the displacement that held a delay earlier, exactly on the path.
 
         Parameters
         ----------
-        loops : Loops   Of this record alone.
+        loops : SamplePoints   Of this record alone.
         delay : float   [s]
         whole : bool    Points that would lie beyond the ends of the record stay at its ends; they are dropped if not.
         """
@@ -172,9 +172,9 @@ class Rig:
 
     Attributes
     ----------
-    loops : Loops                  As measured, but for a known delay.
+    loops : SamplePoints           As measured, but for a known delay.
     parts : tuple of SteadyRecord
-    fine : tuple of Loops          Of each record before the points were averaged.
+    fine : tuple of SamplePoints   Of each record before the points were averaged.
     points : int or None           Cells of a stroke that they are averaged over; None if they are not.
     courses : tuple of _Course     Of each record.
     delay : float or None          By which the force lags as far as it is known; the points allow for it [s].
@@ -185,9 +185,9 @@ class Rig:
                                    all records but the first; of all the first if empty.
     """
 
-    loops: Loops
+    loops: SamplePoints
     parts: tuple[SteadyRecord, ...]
-    fine: tuple[Loops, ...]
+    fine: tuple[SamplePoints, ...]
     points: int | None
     courses: tuple[_Course, ...]
     delay: float | None = None
@@ -199,7 +199,7 @@ class Rig:
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
         """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
-        return cls._of(tuple(parts), tuple(map(_Course.of, parts)), points, delay)
+        return cls._of(tuple(parts), tuple(map(_Course.from_record, parts)), points, delay)
 
     @classmethod
     def _of(
@@ -268,11 +268,11 @@ class Rig:
             impossible += _BETWEEN_RECORDS
         return tuple(effect for effect in Effect if effect not in impossible)
 
-    def velocity(self, loops: Loops) -> FloatArray:
+    def velocity(self, loops: SamplePoints) -> FloatArray:
         """Velocity of the path at the points, shape (P,) [m/s]; of no use without rising times."""
         return self._at(loops, 0.0, lambda course, place: np.interp(place, course.index, course.velocity))
 
-    def _at(self, loops: Loops, delay: float, value: Callable[[_Course, FloatArray], FloatArray]) -> FloatArray:
+    def _at(self, loops: SamplePoints, delay: float, value: Callable[[_Course, FloatArray], FloatArray]) -> FloatArray:
         """What belongs to places in the courses, at the points or a delay earlier, besides the known one [s]."""
         delay += self.delay or 0.0
         return np.concatenate(
@@ -282,7 +282,7 @@ class Rig:
             ]
         )
 
-    def elapsed(self, loops: Loops) -> FloatArray:
+    def elapsed(self, loops: SamplePoints) -> FloatArray:
         """Share of the test that is over at the points, 0 to 1: in time, or in samples where a record has no times."""
         elapsed = np.empty(loops.force.size)
         begun = 0.0
@@ -294,11 +294,11 @@ class Rig:
             begun += float(clock[-1])
         return elapsed / begun
 
-    def relaxing(self, loops: Loops, time: float) -> FloatArray:
+    def relaxing(self, loops: SamplePoints, time: float) -> FloatArray:
         """Spring deflection r of a Maxwell element at the points, dr/dt = dx/dt - r/time, shape (P,) [m]."""
         return self._at(loops, 0.0, lambda course, place: np.interp(place, course.index, course.relaxing(time)))
 
-    def durations(self, loops: Loops) -> FloatArray:
+    def durations(self, loops: SamplePoints) -> FloatArray:
         """Duration of each stroke [s], shape (S,); of samples where there are no times."""
         ends = [course.time[course.strokes.turning] for course in self.courses]
         found = np.concatenate([np.diff(own) for own in ends])
@@ -310,7 +310,7 @@ class Rig:
         duration = sum(float(course.time[-1] - course.time[0]) for course in self.courses)
         return 2.0 * duration / sum(part.strokes.count for part in self.parts)
 
-    def plain_columns(self, effect: Effect, loops: Loops) -> FloatArray:
+    def plain_columns(self, effect: Effect, loops: SamplePoints) -> FloatArray:
         """Derivatives of the force by the sizes of an effect that does not depend on the spring, shape (P, sizes)."""
         match effect:
             case Effect.VISCOSITY:
@@ -324,14 +324,14 @@ class Rig:
                 of_record = np.asarray(loops.record[loops.stroke][:, None] == others, np.float64)
                 return of_record - self.zeroed if self.zeroed else of_record
 
-    def columns(self, effect: Effect, fit: Candidate, loops: Loops, delay: float = 0.0) -> FloatArray:
+    def columns(self, effect: Effect, fit: Candidate, loops: SamplePoints, delay: float = 0.0) -> FloatArray:
         """Derivatives of the force by the sizes of any effect, shape (P, sizes).
 
         Parameters
         ----------
         effect : Effect
         fit : Candidate   Of these points.
-        loops : Loops     As placed.
+        loops : SamplePoints   As placed.
         delay : float     Of which they were placed, besides the known one [s].
         """
         h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
@@ -352,13 +352,13 @@ class Rig:
             return np.asarray(-(loops.side * (0.5 * slope + growth))[:, None])
         return np.asarray(-((slope + growth) * self._at(loops, delay, _Course.slope))[:, None])
 
-    def placed(self, sizes: Sizes) -> Loops:
+    def placed(self, sizes: Sizes) -> SamplePoints:
         """The points where the spring itself was when their force arose."""
         if not any(effect in sizes for effect in _MOVING):
             return self.loops
         return self._moved((self.delay or 0.0) + float(sizes.get(Effect.DELAY, [0.0])[0]), sizes)
 
-    def _moved(self, delay: float, sizes: Sizes) -> Loops:
+    def _moved(self, delay: float, sizes: Sizes) -> SamplePoints:
         """The points after a delay, play and zeros of the displacement; averaged last, as these move single samples.
 
         Those that were measured in one cell are averaged, so that sizes hardly change how much noise is left.
@@ -376,14 +376,14 @@ class Rig:
             pieces.append(moved if cells is None else averaged_over(moved, cells[kept]))
         return join(pieces)
 
-    def added(self, sizes: Sizes, fit: Candidate | None, loops: Loops) -> FloatArray:
+    def added(self, sizes: Sizes, fit: Candidate | None, loops: SamplePoints) -> FloatArray:
         """Force that the other effects add at the points, shape (P,) [N].
 
         Parameters
         ----------
         sizes : dict
         fit : Candidate or None   Of these points; needed for effects that depend on the spring.
-        loops : Loops             As placed.
+        loops : SamplePoints      As placed.
         """
         force = np.zeros(loops.force.size)
         for effect, size in sizes.items():
@@ -405,7 +405,7 @@ class Rig:
         moves = abs(delay) < _MOST_DELAY * self.period and play < 0.5 * self.loops.longest and shift <= high - low
         return moves and wear < _MOST_WEAR
 
-    def corrected(self, sizes: Sizes, fit: Candidate | None) -> Loops:
+    def corrected(self, sizes: Sizes, fit: Candidate | None) -> SamplePoints:
         """The points as a rig without these effects would have measured them.
 
         Parameters
@@ -430,7 +430,7 @@ def wears(sizes: Sizes) -> bool:
     return any(effect in sizes for effect in _WEAR)
 
 
-def _followed(loops: Loops, play: float) -> Loops:
+def _followed(loops: SamplePoints, play: float) -> SamplePoints:
     """The points of a spring that follows the measured path with a play [m]."""
     start = loops.start + 0.5 * play * loops.direction
     travel = np.maximum(loops.travel - play, 0.0)
@@ -439,18 +439,18 @@ def _followed(loops: Loops, play: float) -> Loops:
     return replace(loops, displacement=at, travel=travel, start=start, length=length)
 
 
-def _shifted(loops: Loops, zero: float) -> Loops:
+def _shifted(loops: SamplePoints, zero: float) -> SamplePoints:
     """The points in coordinates that begin at a displacement [m]."""
     return replace(loops, displacement=loops.displacement - zero, start=loops.start - zero)
 
 
-def transferred(fit: Candidate, loops: Loops, coarse: bool = False) -> Candidate:
+def transferred(fit: Candidate, loops: SamplePoints, coarse: bool = False) -> Candidate:
     """A fit at other points of the same records; omega to 1e-8 only, as it was fitted, if coarse."""
     refinement = Problem(loops, fit.basis, fit.refinement.hysteresis, coarse=coarse).at(fit.refinement)
     return replace(fit, refinement=refinement)
 
 
-def _cycles_over(loops: Loops) -> FloatArray:
+def _cycles_over(loops: SamplePoints) -> FloatArray:
     """Share of the cycles that are over at each point; the ends of a record may be parts of a stroke only."""
     share = np.ones(loops.length.size)
     for strokes, _ in loops.by_record:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
 from .solution import Solution
@@ -27,7 +27,7 @@ _WORTH = 0.85
 _GOOD_ENOUGH = 0.005
 
 
-def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | None]) -> Solution | None:
+def choose_degrees(loops: SamplePoints, solve: Callable[[tuple[int, int]], Solution | None]) -> Solution | None:
     """The leanest degrees that predict samples they were not fitted to nearly as well as the best.
 
     If the residuals of a pilot at middling degrees are noise, its omega serves to look for leaner degrees that do as
@@ -58,7 +58,7 @@ def choose_degrees(loops: Loops, solve: Callable[[tuple[int, int]], Solution | N
     return best
 
 
-def prediction_error(loops: Loops, basis: Basis, omega: FloatArray) -> float:
+def prediction_error(loops: SamplePoints, basis: Basis, omega: FloatArray) -> float:
     """rms error [N] of FE and FA on the cycles they were not fitted to, cycles being halved by parity.
 
     With a single cycle Akaike's final prediction error takes its place.

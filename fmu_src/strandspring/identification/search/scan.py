@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..least_squares.stages import Hysteresis, fit_backbone
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis, Columns
 from .degrees import choose_degrees
 from .solution import Solution, is_distinct, saturation_distance
@@ -23,36 +23,36 @@ _SCANNED = 300  # points on which local minima are looked for
 _SHARES = (0.03, 0.06, 0.12, 0.25, 0.4, 0.6, 0.8, 1.1, 1.6)
 
 
-def scan(loops: Loops, degrees: tuple[int, int] | None) -> Solution | None:
+def scan(loops: SamplePoints, degrees: tuple[int, int] | None) -> Solution | None:
     """The best point of the grid; None if none swings omega to both sides.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     degrees : (int, int) or None   Chosen from the data if None.
     """
     grid = _Grid(loops)
     return choose_degrees(loops, grid.best) if degrees is None else grid.best(degrees)
 
 
-def scan_minima(loops: Loops, columns: Columns) -> list[Hysteresis]:
+def scan_minima(loops: SamplePoints, columns: Columns) -> list[Hysteresis]:
     """The local minima of the misfit over n and the saturation length, the least first.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     columns : Columns   Basis functions at the points.
     """
     every = _thinning(loops)
     return _thinned(loops).minima(Columns(columns.elastic[every], columns.amplifier[every]))
 
 
-def _thinning(loops: Loops) -> slice:
+def _thinning(loops: SamplePoints) -> slice:
     return slice(None, None, max(1, loops.force.size // _SCANNED))
 
 
 @lru_cache(maxsize=2)  # the same points are scanned with several columns
-def _thinned(loops: Loops) -> _Grid:
+def _thinned(loops: SamplePoints) -> _Grid:
     """The grid on the points that are left of some loops."""
     kept = np.zeros(loops.force.size, dtype=bool)
     kept[_thinning(loops)] = True
@@ -68,7 +68,7 @@ def _saturation_distances() -> FloatArray:
 class _Grid:
     """omega of every grid point on a set of loops, where it swings to both sides; serves all degrees."""
 
-    def __init__(self, loops: Loops) -> None:
+    def __init__(self, loops: SamplePoints) -> None:
         self.loops = loops
         self.rates = _saturation_distances()[:, :, None] / (np.array(_SHARES) * loops.longest)
         omega = np.concatenate(

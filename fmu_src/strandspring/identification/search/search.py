@@ -25,7 +25,7 @@ from ..least_squares.projection import Problem, Refinement
 from ..least_squares.stages import Hysteresis
 from ..least_squares.trust_region import triangle_of
 from ..points.autocorrelation import autocorrelation_time
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from ..points.repetition import repeated_share
 from ..points.table import TableBasis
@@ -85,12 +85,12 @@ class Candidate:
         return self.basis.elastic + self.basis.amplifier + 2
 
 
-def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candidate]:
+def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[Candidate]:
     """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     degrees : (int, int) or None   Chosen if None.
     """
     pilots: list[Candidate] = []
@@ -113,7 +113,7 @@ def search(loops: Loops, degrees: tuple[int, int] | None = None) -> list[Candida
     return _distinct(loops, carried)
 
 
-def _distinct(loops: Loops, fits: Sequence[Candidate]) -> list[Candidate]:
+def _distinct(loops: SamplePoints, fits: Sequence[Candidate]) -> list[Candidate]:
     """The distinct ones of some fits by their criterion, the best first."""
     independent = loops.force.size / min(fits, key=lambda fit: fit.misfit).autocorrelation_time
     floor = force_floor(loops)
@@ -121,7 +121,7 @@ def _distinct(loops: Loops, fits: Sequence[Candidate]) -> list[Candidate]:
     return [fit for k, fit in enumerate(ranked) if not any(_alike(fit, other) for other in ranked[:k])]
 
 
-def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
+def _starts(loops: SamplePoints, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
     """The two-stage result, then the scan's minima, which take longer."""
     start = two_stage(loops, degrees)
     if start is not None:
@@ -130,7 +130,7 @@ def _starts(loops: Loops, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
 
 
 def refined(
-    loops: Loops,
+    loops: SamplePoints,
     basis: Basis,
     start: Hysteresis,
     tolerance: float = _TOLERANCE,
@@ -156,7 +156,7 @@ def refined(
     return Candidate(basis, fit, loops.rms(residuals), steady, time)
 
 
-def _all_with_degrees(loops: Loops, pilots: Sequence[Candidate], floor: float) -> list[Candidate]:
+def _all_with_degrees(loops: SamplePoints, pilots: Sequence[Candidate], floor: float) -> list[Candidate]:
     """The pilots with degrees of their own; those left as they are that promise far less than the first has reached."""
     first = with_degrees(loops, pilots[0])
     independent = loops.force.size / first.autocorrelation_time
@@ -167,7 +167,7 @@ def _all_with_degrees(loops: Loops, pilots: Sequence[Candidate], floor: float) -
     ]
 
 
-def with_degrees(loops: Loops, candidate: Candidate) -> Candidate:
+def with_degrees(loops: SamplePoints, candidate: Candidate) -> Candidate:
     """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
     floor = force_floor(loops)
     independent = loops.force.size / candidate.autocorrelation_time
@@ -187,7 +187,7 @@ def with_degrees(loops: Loops, candidate: Candidate) -> Candidate:
     return best
 
 
-def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float) -> tuple[float, int, int]:
+def _choose(loops: SamplePoints, candidate: Candidate, independent: float, floor: float) -> tuple[float, int, int]:
     """The least criterion by linear least squares, in which rho, sigma and n yield as well, and its degrees N, M."""
     basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
     columns = basis.columns(loops.displacement)
@@ -222,7 +222,7 @@ def _choose(loops: Loops, candidate: Candidate, independent: float, floor: float
     return criteria[best], *pairs[best]
 
 
-def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candidate | None:
+def with_richer_bases(loops: SamplePoints, candidate: Candidate, noise: float) -> Candidate | None:
     """A candidate with FE as a table or an FA of higher degree; None where that is not called for.
 
     It is if misfit is left that comes back in every cycle, or in the only one, and if the richer basis takes a good
@@ -230,7 +230,7 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     candidate : Candidate
     noise : float           The rms that noise alone gives the residuals [N].
     """
@@ -261,7 +261,7 @@ def with_richer_bases(loops: Loops, candidate: Candidate, noise: float) -> Candi
     return best if after < (1.0 - _WORTH) * before or is_explained(best, noise) else None
 
 
-def other_splits(loops: Loops, candidate: Candidate) -> list[Candidate]:
+def other_splits(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
     """The distinct minima with the same FE and an FA of any degree up to the candidate's, ranked, the best first.
 
     A rich FE can take over part of the loop of a single amplitude, so that quite different loops fit about as well.
@@ -277,7 +277,7 @@ def other_splits(loops: Loops, candidate: Candidate) -> list[Candidate]:
     return _distinct(loops, fits)
 
 
-def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
+def _exact(loops: SamplePoints, candidate: Candidate) -> Candidate | None:
     """A candidate with degrees that leave next to nothing, as on records of the model itself without noise."""
     fit = refined(
         loops, replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1]), candidate.refinement.hysteresis
@@ -288,7 +288,7 @@ def _exact(loops: Loops, candidate: Candidate) -> Candidate | None:
     return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
 
 
-def bending_more(loops: Loops, candidate: Candidate) -> list[Candidate]:
+def bending_more(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
     """The candidate again with the next degree of FA, unless it has the highest; both ranked anew, itself first."""
     amplifier = candidate.basis.amplifier + 1
     if amplifier > _DEGREES[1]:
@@ -304,7 +304,7 @@ def is_explained(candidate: Candidate, noise: float) -> bool:
     return candidate.misfit <= NOISE_ONLY * noise and candidate.autocorrelation_time <= WHITE
 
 
-def force_floor(loops: Loops) -> float:
+def force_floor(loops: SamplePoints) -> float:
     """The misfit that is not worth a coefficient [N]."""
     return _FLOOR * loops.force_deviation
 

@@ -13,7 +13,7 @@ from ...kernel.saturation_table import table
 from ...model.outcomes import IdentificationError, Outcome
 from ..least_squares.projection import RHO_BOUNDS
 from ..least_squares.stages import N_BOUNDS, Backbone, Hysteresis
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 
 # |omega| that full strokes must reach for a steady section to exist.
@@ -50,7 +50,7 @@ def saturation_distance(n: float, sigma: float) -> float:
     return float(steady - reversed_)
 
 
-def saturation_share(loops: Loops, hysteresis: Hysteresis) -> float:
+def saturation_share(loops: SamplePoints, hysteresis: Hysteresis) -> float:
     """Where the steady section begins, share of the longest stroke."""
     return saturation_distance(hysteresis.n, hysteresis.sigma) / (hysteresis.rho * loops.longest)
 
@@ -65,7 +65,7 @@ def least_points(basis: Basis, records: int) -> int:
     return basis.elastic + basis.amplifier + 2 + 3 + records + 1
 
 
-def refuse_too_few(loops: Loops, basis: Basis, where: str) -> None:
+def refuse_too_few(loops: SamplePoints, basis: Basis, where: str) -> None:
     """Raise IdentificationError if there are no more points than parameters."""
     least = least_points(basis, int(loops.record[-1]) + 1)
     if loops.force.size < least:
@@ -80,7 +80,7 @@ def is_positive(basis: Basis, backbone: Backbone) -> bool:
     return least > 1e-3 * abs(float(backbone.amplified[0])) and powers[0] > 0.0
 
 
-def cautions_of(loops: Loops, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
+def cautions_of(loops: SamplePoints, hysteresis: Hysteresis, omega: FloatArray) -> list[Outcome]:
     """Cautions about the saturation and the knee of the loop."""
     cautions = []
     full = loops.length[loops.stroke] >= 0.9 * loops.longest

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..least_squares.stages import Hysteresis, fit_backbone, fit_hysteresis
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..points.polynomials import Basis, Columns
 from .degrees import choose_degrees
 from .solution import Solution, is_distinct
@@ -26,11 +26,11 @@ _CARRIED = 2
 # Both stages with the steady section beginning at each of some travels [m]: loops, basis, its columns at the points,
 # travels, and half width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None
 # where they do not apply.
-Stages = Callable[[Loops, Basis, Columns, Sequence[float], int | None], list[tuple[Hysteresis, float] | None]]
+Stages = Callable[[SamplePoints, Basis, Columns, Sequence[float], int | None], list[tuple[Hysteresis, float] | None]]
 
 
 def whole_branches(
-    loops: Loops, _basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
+    loops: SamplePoints, _basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
 ) -> list[tuple[Hysteresis, float] | None]:
     """Both stages by least squares over whole branches; arguments and result as `Stages` says."""
     side = loops.side.astype(np.float64)
@@ -40,13 +40,13 @@ def whole_branches(
 
 
 def two_stage(
-    loops: Loops, degrees: tuple[int, int] | None, stages: Stages = whole_branches, smoothing: int | None = None
+    loops: SamplePoints, degrees: tuple[int, int] | None, stages: Stages = whole_branches, smoothing: int | None = None
 ) -> Solution | None:
     """Identify the spring on the steady points of its records; None if there is no steady section.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     degrees : (int, int) or None   Chosen from the data if None.
     stages : Stages
     smoothing : int or None        Half width of the moving average in points; from the noise if None.
@@ -58,7 +58,7 @@ def two_stage(
     return choose_degrees(loops, solve) if degrees is None else solve(degrees)
 
 
-def _solve(loops: Loops, degrees: tuple[int, int], stages: Stages, smoothing: int | None) -> Solution | None:
+def _solve(loops: SamplePoints, degrees: tuple[int, int], stages: Stages, smoothing: int | None) -> Solution | None:
     """Both stages for every candidate steady section, the best by the rms misfit of the closing fit."""
     basis = Basis(*loops.reach, *degrees)
     columns = basis.columns(loops.displacement)

@@ -123,7 +123,7 @@ def undecided_energy(
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
     void = _VOID * 2.0 * spring.kappa_omega * reach
     parts = []
-    joint = JointCovariance.of(spring, uncertainty)
+    joint = JointCovariance.from_uncertainty(spring, uncertainty)
     error = 0.0 if joint is None else _relative_error(energy, derivatives, joint)
     if error > _UNDECIDED and error * abs(energy) > void:
         known = f"known to +- {100.0 * error:.0f} %" if error < 1.0 else "undetermined"
@@ -165,7 +165,7 @@ def small_loops(
     others : sequence of float           Energies of small loops that the records do not rule out [J].
     """
     energy, derivatives = _energy_with_derivatives(spring)
-    joint = JointCovariance.of(spring, uncertainty)
+    joint = JointCovariance.from_uncertainty(spring, uncertainty)
     error = 0.0 if joint is None else min(_relative_error(energy, derivatives, joint), 1.0) * energy
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
     possible = [energy - error, energy + error, *others, *_from_recorded(recorded, amplitude)]

@@ -17,7 +17,7 @@ from ...kernel.arrays import FloatArray
 from ..least_squares.projection import Problem, Refinement
 from ..least_squares.trust_region import triangle_of
 from ..points.autocorrelation import autocorrelation_time
-from ..points.loops import Loops
+from ..points.loops import SamplePoints
 from ..rig.corrected import Corrected
 from ..rig.other_mounts import stop_operators
 from .small_loops import AMPLITUDE
@@ -94,13 +94,13 @@ def unrecorded(state: Corrected) -> Unrecorded:
 
 
 def _posterior(
-    loops: Loops, columns: FloatArray, own: int, residuals: FloatArray, hysteretic: float
+    loops: SamplePoints, columns: FloatArray, own: int, residuals: FloatArray, hysteretic: float
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and a root of the covariance of the coefficients, of which the first are the spring's own.
 
     Parameters
     ----------
-    loops : Loops
+    loops : SamplePoints
     columns : ndarray, shape (P, C)
     own : int                       Columns of the spring itself.
     residuals : ndarray, shape (P,) [N]
@@ -123,13 +123,13 @@ def _posterior(
     return mean / scale, inverse / scale[:, None]
 
 
-def _columns(state: Corrected, loops: Loops, fit: Refinement) -> tuple[FloatArray, int]:
+def _columns(state: Corrected, loops: SamplePoints, fit: Refinement) -> tuple[FloatArray, int]:
     """Derivatives of the force by the spring's own parameters and by what a wider class has, and how many are own.
 
     Parameters
     ----------
     state : Corrected   Of which they are derivatives.
-    loops : Loops       Its own points, or others.
+    loops : SamplePoints   Its own points, or others.
     fit : Refinement    At these points; derivatives by the records' omega_start are zero at other points than its own.
     """
     basis = state.fit.basis.columns(loops.displacement)
@@ -149,14 +149,14 @@ def _columns(state: Corrected, loops: Loops, fit: Refinement) -> tuple[FloatArra
     return np.hstack(parts), sum(part.shape[1] for part in parts[:3])
 
 
-def _along(state: Corrected, loops: Loops) -> Refinement:
+def _along(state: Corrected, loops: SamplePoints) -> Refinement:
     """The fit along another path."""
     fit = state.fit.refinement
     start = np.zeros(int(loops.record[-1]) + 1)
     return Problem(loops, state.fit.basis, fit.hysteresis, coarse=True).at(replace(fit, omega_start=start))
 
 
-def _through(turns: FloatArray, first: int) -> Loops:
+def _through(turns: FloatArray, first: int) -> SamplePoints:
     """Strokes through these reversals [m], with points on those from `first` on."""
     count = turns.size - 1
     moved = np.diff(turns)
@@ -166,13 +166,13 @@ def _through(turns: FloatArray, first: int) -> Loops:
     direction = np.where(moved >= 0.0, 1, -1).astype(np.int64)
     displacement = turns[:-1][stroke] + direction[stroke] * travel
     size = stroke.size
-    return Loops(
+    return SamplePoints(
         displacement, np.zeros(size), np.ones(size), travel, stroke, np.arange(float(size)), direction, turns[:-1],
         np.abs(moved), np.zeros(count, np.intp),
     )  # fmt: skip
 
 
-def _work(loops: Loops, force: FloatArray) -> float:
+def _work(loops: SamplePoints, force: FloatArray) -> float:
     """Work of a force along strokes [J]."""
     within = np.diff(loops.stroke) == 0
     return float(np.sum((0.5 * (force[1:] + force[:-1]) * np.diff(loops.displacement))[within]))

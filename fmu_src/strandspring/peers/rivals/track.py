@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...identification.points.loops import POINTS_PER_STROKE, Loops, join
+from ...identification.points.loops import POINTS_PER_STROKE, SamplePoints, join
 from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
@@ -29,12 +29,12 @@ class Track:
 
     Attributes
     ----------
-    loops : Loops                        Its `record` counts runs without a gap.
+    loops : SamplePoints                 Its `record` counts runs without a gap.
     speed : ndarray, shape (P,)          |dx/dt| [m/s]; [m per sample] of records without times.
     source : ndarray of int, shape (P,)  Record of each point.
     """
 
-    loops: Loops
+    loops: SamplePoints
     speed: FloatArray
     source: IndexArray
 
@@ -84,7 +84,7 @@ def _in_some_cycles(track: Track) -> Track:
     points = scored[loops.stroke]
     moved = (np.cumsum(kept) - 1)[loops.stroke[points]]
     return Track(
-        Loops(
+        SamplePoints(
             loops.displacement[points], loops.force[points], loops.weight[points], loops.travel[points],
             moved + run[moved] + 1, loops.sample[points],
             np.insert(loops.direction[strokes], first, side),

@@ -8,13 +8,13 @@ import pyarrow as pa
 from pyarrow import feather, parquet
 
 from ..channels import Channel, FloatArray
-from ..content import Content
+from ..content import FileContent
 from .named_arrays import seconds
 
 _UNITS = (b"unit", b"units")
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of the numeric columns, with the units that the metadata of a field gives."""
     source = pa.BufferReader(content.data)
     if content.data.startswith(b"PAR1"):

@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from ..channels import Channel
-from ..content import Content
+from ..content import FileContent
 from .named_arrays import Variable, array_channels, channels_of
 
 _MOST = 10_000  # datasets
@@ -18,7 +18,7 @@ _DEEPEST = 32
 _UNITS = ("unit", "units")
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of the datasets, with the units that their attributes give."""
     file = h5py.File(io.BytesIO(content.data), "r")
     if content.data.startswith(b"MATLAB"):

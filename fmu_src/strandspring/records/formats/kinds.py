@@ -13,7 +13,7 @@ from ..content import ZIP
 
 
 @dataclass(frozen=True)
-class Kind:
+class FormatKind:
     """A kind of file.
 
     Attributes
@@ -32,41 +32,41 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _WORKBOOK = "workbook"
 # Long enough not to be the first column of a text: "PAR1;PAR2" is one.
-_MAGIC: tuple[tuple[bytes, Kind], ...] = (
-    (b"MATLAB 5.0 MAT-file", Kind("a MATLAB file", "matlab")),
-    (b"MATLAB 7.3 MAT-file", Kind("a MATLAB v7.3 file", "hdf5")),
-    (_HDF5, Kind("an HDF5 file", "hdf5")),
-    (b"TDSm", Kind("a TDMS file", "tdms")),
-    (b"TDSh", Kind("the index of a TDMS file", advice="give the .tdms file beside it")),
-    (b"MDF     ", Kind("an MDF file", "mdf")),
-    (b"UnFinMF ", Kind("an MDF file", "mdf")),
-    (b"PAR1\x15", Kind("a Parquet file", "arrow")),
-    (b"ARROW1\0", Kind("a Feather (Arrow) file", "arrow")),
-    (b"\x93NUMPY", Kind("a NumPy array", "numpy_arrays")),
-    (b"SQLite format 3\0", Kind("an SQLite database")),
-    (b"%PDF", Kind("a PDF document", advice="export the numbers as CSV")),
-    (b"\x89PNG\r\n\x1a\n", Kind("a PNG picture", advice="give the numbers, not their plot")),
-    (b"\xff\xd8\xff", Kind("a JPEG picture", advice="give the numbers, not their plot")),
-    (b"GIF8", Kind("a GIF picture", advice="give the numbers, not their plot")),
-    (b"II*\0", Kind("a TIFF picture", advice="give the numbers, not their plot")),
-    (b"MM\0*", Kind("a TIFF picture", advice="give the numbers, not their plot")),
-    (b"{\\rtf", Kind("a rich text document (RTF)")),
-    (b"7z\xbc\xaf\x27\x1c", Kind("a 7-Zip archive", advice="unpack it first")),
-    (b"Rar!", Kind("a RAR archive", advice="unpack it first")),
-    (b"\x28\xb5\x2f\xfd", Kind("a Zstandard file", advice="unpack it first")),
-    (b"\x04\x22\x4d\x18", Kind("an LZ4 file", advice="unpack it first")),
-    (b"CDF\x01", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
-    (b"CDF\x02", Kind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
-    (b"\x0e\x03\x13\x01", Kind("an HDF4 file", advice="convert it to HDF5, or export the record as CSV")),
-    (b"RDX2\n", Kind("an R data file")),
-    (b"RDX3\n", Kind("an R data file")),
-    (b"$FL2", Kind("an SPSS file")),
-    (b"\x7fELF", Kind("a program", advice="give a record")),
+_MAGIC: tuple[tuple[bytes, FormatKind], ...] = (
+    (b"MATLAB 5.0 MAT-file", FormatKind("a MATLAB file", "matlab")),
+    (b"MATLAB 7.3 MAT-file", FormatKind("a MATLAB v7.3 file", "hdf5")),
+    (_HDF5, FormatKind("an HDF5 file", "hdf5")),
+    (b"TDSm", FormatKind("a TDMS file", "tdms")),
+    (b"TDSh", FormatKind("the index of a TDMS file", advice="give the .tdms file beside it")),
+    (b"MDF     ", FormatKind("an MDF file", "mdf")),
+    (b"UnFinMF ", FormatKind("an MDF file", "mdf")),
+    (b"PAR1\x15", FormatKind("a Parquet file", "arrow")),
+    (b"ARROW1\0", FormatKind("a Feather (Arrow) file", "arrow")),
+    (b"\x93NUMPY", FormatKind("a NumPy array", "numpy_arrays")),
+    (b"SQLite format 3\0", FormatKind("an SQLite database")),
+    (b"%PDF", FormatKind("a PDF document", advice="export the numbers as CSV")),
+    (b"\x89PNG\r\n\x1a\n", FormatKind("a PNG picture", advice="give the numbers, not their plot")),
+    (b"\xff\xd8\xff", FormatKind("a JPEG picture", advice="give the numbers, not their plot")),
+    (b"GIF8", FormatKind("a GIF picture", advice="give the numbers, not their plot")),
+    (b"II*\0", FormatKind("a TIFF picture", advice="give the numbers, not their plot")),
+    (b"MM\0*", FormatKind("a TIFF picture", advice="give the numbers, not their plot")),
+    (b"{\\rtf", FormatKind("a rich text document (RTF)")),
+    (b"7z\xbc\xaf\x27\x1c", FormatKind("a 7-Zip archive", advice="unpack it first")),
+    (b"Rar!", FormatKind("a RAR archive", advice="unpack it first")),
+    (b"\x28\xb5\x2f\xfd", FormatKind("a Zstandard file", advice="unpack it first")),
+    (b"\x04\x22\x4d\x18", FormatKind("an LZ4 file", advice="unpack it first")),
+    (b"CDF\x01", FormatKind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
+    (b"CDF\x02", FormatKind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
+    (b"\x0e\x03\x13\x01", FormatKind("an HDF4 file", advice="convert it to HDF5, or export the record as CSV")),
+    (b"RDX2\n", FormatKind("an R data file")),
+    (b"RDX3\n", FormatKind("an R data file")),
+    (b"$FL2", FormatKind("an SPSS file")),
+    (b"\x7fELF", FormatKind("a program", advice="give a record")),
 )
-_OF_ZIP: tuple[tuple[str, Kind], ...] = (
-    ("xl/", Kind("an Excel workbook", _WORKBOOK)),
-    ("word/", Kind("a Word document")),
-    ("ppt/", Kind("a PowerPoint presentation")),
+_OF_ZIP: tuple[tuple[str, FormatKind], ...] = (
+    ("xl/", FormatKind("an Excel workbook", _WORKBOOK)),
+    ("word/", FormatKind("a Word document")),
+    ("ppt/", FormatKind("a PowerPoint presentation")),
 )
 _SPREADSHEET = b"application/vnd.oasis.opendocument.spreadsheet"
 _UFF = re.compile(rb"\s*-1\s*\r?\n\s*\d{1,4}[b \r\n]")
@@ -74,7 +74,7 @@ _PICKLE = re.compile(rb"\x80[\x02-\x05]")
 _HEAD = 4096
 
 
-def kind_of(data: bytes) -> Kind | None:
+def kind_of(data: bytes) -> FormatKind | None:
     """The kind of a file that is not delimited text; None if it may be that.
 
     Parameters
@@ -86,13 +86,16 @@ def kind_of(data: bytes) -> Kind | None:
             return kind
     # HDF5 may begin behind a block of the user's.
     if any(data.startswith(_HDF5, offset) for offset in (512, 1024, 2048)):
-        return Kind("an HDF5 file", "hdf5")
-    others: tuple[tuple[Callable[[bytes], bool], Kind], ...] = (
-        (_is_uff, Kind("a universal file (UFF)", "uff")),
-        (_is_matlab_4, Kind("a MATLAB v4 file", "matlab")),
-        (lambda data: data[257:262] == b"ustar", Kind("a tar archive", advice="unpack it first")),
-        (_is_pickle, Kind("a Python pickle", advice="which may run any program and is never read; save it as .npz")),
-        (_is_web_page, Kind("an HTML page")),
+        return FormatKind("an HDF5 file", "hdf5")
+    others: tuple[tuple[Callable[[bytes], bool], FormatKind], ...] = (
+        (_is_uff, FormatKind("a universal file (UFF)", "uff")),
+        (_is_matlab_4, FormatKind("a MATLAB v4 file", "matlab")),
+        (lambda data: data[257:262] == b"ustar", FormatKind("a tar archive", advice="unpack it first")),
+        (
+            _is_pickle,
+            FormatKind("a Python pickle", advice="which may run any program and is never read; save it as .npz"),
+        ),
+        (_is_web_page, FormatKind("an HTML page")),
     )
     for fits, kind in others:
         if fits(data):
@@ -128,17 +131,17 @@ def _is_web_page(data: bytes) -> bool:
     return data[:_HEAD].lstrip(b"\xef\xbb\xbf \t\r\n").lower().startswith((b"<!doctype html", b"<html", b"<table"))
 
 
-def _of_ole(data: bytes) -> Kind:
+def _of_ole(data: bytes) -> FormatKind:
     """Kind of an OLE2 file, by the names in its directory, which are UTF-16."""
     names = {name: name.encode("utf-16-le") in data for name in ("Workbook", "Book", "EncryptedPackage")}
     if names["EncryptedPackage"]:
-        return Kind("an encrypted Office document", advice="save it without a password")
+        return FormatKind("an encrypted Office document", advice="save it without a password")
     if names["Workbook"] or names["Book"]:
-        return Kind("an Excel workbook of the old kind (.xls)", _WORKBOOK)
-    return Kind("an Office document of the old kind")
+        return FormatKind("an Excel workbook of the old kind (.xls)", _WORKBOOK)
+    return FormatKind("an Office document of the old kind")
 
 
-def _of_zip(data: bytes) -> Kind | None:
+def _of_zip(data: bytes) -> FormatKind | None:
     """Kind of what is a zip archive, and no archive of records."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
@@ -146,12 +149,12 @@ def _of_zip(data: bytes) -> Kind | None:
             mimetype = archive.open("mimetype").read(200) if "mimetype" in names else b""
     # zipfile raises various errors for damaged archives, struct.error among them.
     except Exception:
-        return Kind("a zip archive that is damaged", advice="export the record again")
+        return FormatKind("a zip archive that is damaged", advice="export the record again")
     for folder, kind in _OF_ZIP:
         if any(name.startswith(folder) for name in names):
             return kind
     if mimetype.startswith(_SPREADSHEET):
-        return Kind("an OpenDocument spreadsheet", _WORKBOOK)
+        return FormatKind("an OpenDocument spreadsheet", _WORKBOOK)
     if mimetype:
-        return Kind("an OpenDocument file that is no spreadsheet")
-    return Kind("a file of NumPy arrays", "numpy_arrays")
+        return FormatKind("an OpenDocument file that is no spreadsheet")
+    return FormatKind("a file of NumPy arrays", "numpy_arrays")

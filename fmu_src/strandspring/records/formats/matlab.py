@@ -10,7 +10,7 @@ from scipy.io import loadmat, whosmat
 
 from ...errors import RecordError
 from ..channels import Channel
-from ..content import MAX_UNPACKED_BYTES, Content, too_large
+from ..content import MAX_UNPACKED_BYTES, FileContent, too_large
 from .named_arrays import channels_of
 
 _HEADER = 128
@@ -18,7 +18,7 @@ _COMPRESSED = 15
 _OBJECTS = ("object", "opaque", "function")  # classes of arrays
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of vectors, matrices and structs.
 
     Raises
@@ -40,7 +40,7 @@ def read_tables(content: Content) -> list[Channel]:
     return channels
 
 
-def _check_unpacked_size(content: Content) -> None:
+def _check_unpacked_size(content: FileContent) -> None:
     """Refuse a file whose compressed elements unpack to too much; each is a type, a size and data."""
     order: Literal["little", "big"] = "big" if content.data[126:128] == b"MI" else "little"
     left, position = MAX_UNPACKED_BYTES, _HEADER

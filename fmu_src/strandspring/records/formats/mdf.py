@@ -9,13 +9,13 @@ import numpy as np
 from asammdf import MDF
 
 from ..channels import Channel, FloatArray
-from ..content import Content
+from ..content import FileContent
 
 _MASTER_TYPES = {3: (1,), 4: (2, 3)}  # by the first digit of the version; virtual masters too
 _TIME = 1  # type of synchronisation in version 4
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of all groups with more than one sample, with their units and times."""
     file: Any = MDF(io.BytesIO(content.data))
     version = int(str(file.version)[0])

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from ...errors import RecordError
 from ..channels import Channel
-from ..content import Content, check_members
+from ..content import FileContent, check_members
 from .named_arrays import channels_of
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of the arrays.
 
     Raises

@@ -8,11 +8,11 @@ from importlib import import_module
 
 from ...errors import RecordError
 from ..channels import Channel, ChannelTable, FloatArray
-from ..content import Content
+from ..content import FileContent
 from ..source import text_source
-from ..tables import Sheet, Table, TextTable, sheet_tables
+from ..tables import Sheet, SourceTable, TextTable, sheet_tables
 from .guarding import guarded
-from .kinds import Kind, kind_of
+from .kinds import FormatKind, kind_of
 from .reader_process import read_in_process
 
 _MAX_GROUPS = 1000
@@ -27,7 +27,7 @@ _IN_PROCESS = (
 )  # which damaged bytes make crash, hang or take all memory
 
 
-def tables_of(content: Content) -> list[Table]:
+def tables_of(content: FileContent) -> list[SourceTable]:
     """The tables of a file: one of a delimited text, one per sheet of a workbook, one per group of channels.
 
     Raises
@@ -52,7 +52,7 @@ def tables_of(content: Content) -> list[Table]:
     return _groups(kind, [channel for channel in read if isinstance(channel, Channel)], where)
 
 
-def _groups(kind: Kind, channels: Sequence[Channel], where: str) -> list[Table]:
+def _groups(kind: FormatKind, channels: Sequence[Channel], where: str) -> list[SourceTable]:
     """The channels by their groups, their loading guarded."""
     groups: dict[str, list[Channel]] = {}
     for channel in channels:
@@ -65,7 +65,7 @@ def _groups(kind: Kind, channels: Sequence[Channel], where: str) -> list[Table]:
     return [ChannelTable(members, where, name) for name, members in groups.items()]
 
 
-def _guarded_channel(kind: Kind, channel: Channel, where: str) -> Channel:
+def _guarded_channel(kind: FormatKind, channel: Channel, where: str) -> Channel:
     def load() -> tuple[FloatArray, FloatArray | None]:
         with guarded(kind.name, where):
             return channel.load()

@@ -26,7 +26,7 @@ from ...ground.files import reason_of
 from ...ground.isolated import ISOLATED
 from ...ground.scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
-from ..content import Content
+from ..content import FileContent
 from ..tables import Sheet
 from .guarding import damaged
 
@@ -46,14 +46,14 @@ class _Answer:
     parts: list[bytearray]
 
 
-def read_in_process(module: str, kind: str, content: Content) -> list[Channel] | list[Sheet]:
+def read_in_process(module: str, kind: str, content: FileContent) -> list[Channel] | list[Sheet]:
     """What a module of this folder reads in a file, in another process, where values of channels stay until wanted.
 
     Parameters
     ----------
     module : str        Name of the module.
     kind : str          Of the file, with its article, for messages.
-    content : Content
+    content : FileContent
 
     Raises
     ------
@@ -91,14 +91,14 @@ class _Reader:
     Parameters
     ----------
     kind : str
-    content : Content
+    content : FileContent
 
     Raises
     ------
     OSError             If no process can be started.
     """
 
-    def __init__(self, kind: str, content: Content) -> None:
+    def __init__(self, kind: str, content: FileContent) -> None:
         self._kind, self._path = kind, content.path
         self._process = _idle_process()
         weakref.finalize(self, _give_back, self._process, len(content.data))

@@ -22,7 +22,7 @@ import numpy as np
 
 from ...errors import RecordError
 from ..channels import Channel
-from ..content import Content
+from ..content import FileContent
 from ..tables import Sheet
 from .guarding import guarded
 
@@ -66,7 +66,7 @@ class _Reader:
         with guarded(self._kind, self._path):
             module = _imported(f"{__package__}.{request['module']}")
             _limit(request["memory"], request["seconds"])
-            found = module.read_tables(Content(self._path, data, ""))
+            found = module.read_tables(FileContent(self._path, data, ""))
         if found and isinstance(found[0], Sheet):
             return {"sheets": [sheet.name for sheet in found]}, [sheet.data for sheet in found]
         self._channels = found

@@ -8,11 +8,11 @@ import nptdms
 import numpy as np
 
 from ..channels import Channel, FloatArray
-from ..content import Content
+from ..content import FileContent
 from .named_arrays import seconds
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of all groups, with unit and, of waveforms, the times of the samples."""
     file = nptdms.TdmsFile.open(io.BytesIO(content.data))
     return [_channel(channel) for group in file.groups() for channel in group.channels() if _is_numeric(channel)]

@@ -13,7 +13,7 @@ import pyuff
 from ...errors import RecordError
 from ...ground.scratch import TemporaryFolder
 from ..channels import Channel, FloatArray
-from ..content import Content
+from ..content import FileContent
 
 _FUNCTION = 58
 _UNITS = 164
@@ -25,7 +25,7 @@ _DISPLACEMENT, _FORCES = 8, (9, 13)  # what the ordinate holds: displacement; re
 _SYSTEMS = {1: ("m", "N"), 3: ("m", "kgf"), 5: ("mm", "mN"), 7: ("in", "lbf"), 8: ("mm", "kgf"), 10: ("mm", "N")}
 
 
-def read_tables(content: Content) -> list[Channel]:
+def read_tables(content: FileContent) -> list[Channel]:
     """Channels of the real functions of time, with the units of their labels or of the file.
 
     Raises

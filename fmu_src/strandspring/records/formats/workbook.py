@@ -11,7 +11,7 @@ import xlrd
 from python_calamine import CalamineWorkbook
 
 from ...errors import RecordError
-from ..content import ZIP, Content, check_members
+from ..content import ZIP, FileContent, check_members
 from ..tables import Sheet
 
 _MOST_CELLS = 50_000_000
@@ -24,7 +24,7 @@ _BREAKS = re.compile(r"[\t\r\n\v\f\x1c-\x1e\x85\u2028\u2029\0]")
 _OVERLAP = 64
 
 
-def read_tables(content: Content) -> list[Sheet]:
+def read_tables(content: FileContent) -> list[Sheet]:
     """The sheets that are not empty.
 
     Raises
@@ -37,7 +37,7 @@ def read_tables(content: Content) -> list[Sheet]:
     return [Sheet(name, f"{text}\n".encode("utf-8", "replace")) for name, text in filled.items() if text]
 
 
-def _zipped_sheets(content: Content) -> dict[str, list[list[Any]]]:
+def _zipped_sheets(content: FileContent) -> dict[str, list[list[Any]]]:
     with zipfile.ZipFile(io.BytesIO(content.data)) as archive:
         check_members(archive, content.path)
         for name in archive.namelist():
@@ -50,7 +50,7 @@ def _zipped_sheets(content: Content) -> dict[str, list[list[Any]]]:
         return {name: workbook.get_sheet_by_name(name).to_python(skip_empty_area=False) for name in names}
 
 
-def _old_sheets(content: Content) -> dict[str, list[list[Any]]]:
+def _old_sheets(content: FileContent) -> dict[str, list[list[Any]]]:
     workbook = xlrd.open_workbook(file_contents=content.data, logfile=io.StringIO())
 
     def value(cell: Any) -> Any:

@@ -140,7 +140,7 @@ class EngineeringFigures:
         as well, of which the covariance at this one says nothing.
         """
         whole: IdentifiedModel = self._of.identification
-        joint = JointCovariance.of(whole.parameters, whole.uncertainty)
+        joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
         if joint is None:
             return None
         variance = np.zeros((len(ends), len(NAMES)))

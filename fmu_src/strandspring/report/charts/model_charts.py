@@ -79,7 +79,7 @@ def omega(of: Evaluation) -> Chart:
 def correlations(of: Evaluation) -> HeatMap | None:
     """Correlations between all coefficients; None if they are unknown."""
     whole = of.identification
-    joint = JointCovariance.of(whole.parameters, whole.uncertainty)
+    joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
     if joint is None:
         return None
     p = whole.parameters

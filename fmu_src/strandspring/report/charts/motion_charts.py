@@ -18,7 +18,7 @@ from ...vibration.signals.shock_spectra import ShockSpectrum
 from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.courses import SRS_DAMPING, Courses
-from ...vibration.verdicts.verdicts import Quantity
+from ...vibration.verdicts.verdicts import FigureKind
 from ..content.chart import Axis, Chart, Form, Role, Trace, joined
 from ..content.quantities import Unit, number, percent
 from ..content.thinning import visible
@@ -50,8 +50,15 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
             x, y = np.array([one[0] for one in own]), np.array([one[1] for one in own])
             traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS, texts=tuple(texts)))
         marks += own
-    strokes = {figure.limit for answer in answers for figure in answer.of(Quantity.STROKE) if figure.limit is not None}
-    limits = {figure.limit for answer in answers for figure in answer.of(Quantity.ACCELERATION) if figure.limit}
+    strokes = {
+        figure.limit
+        for answer in answers
+        for figure in answer.figures_of(FigureKind.STROKE)
+        if figure.limit is not None
+    }
+    limits = {
+        figure.limit for answer in answers for figure in answer.figures_of(FigureKind.ACCELERATION) if figure.limit
+    }
     if marks:
         right, top = 1.05 * max(one[0] for one in marks), 1.05 * max(one[1] for one in marks)
         top = max([top, *(G.factor * limit for limit in limits)])
@@ -82,7 +89,7 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
 
 def _marks(answer: CaseAnswer) -> Iterator[tuple[float, float, CaseAnswer]]:
     """Stroke [%] and acceleration [g] of an answer, if it has both."""
-    stroke, acceleration = answer.worst(Quantity.STROKE), answer.worst(Quantity.ACCELERATION)
+    stroke, acceleration = answer.worst(FigureKind.STROKE), answer.worst(FigureKind.ACCELERATION)
     if stroke is not None and acceleration is not None and math.isfinite(stroke.value):
         yield PERCENT.factor * stroke.value, G.factor * acceleration.value, answer
 

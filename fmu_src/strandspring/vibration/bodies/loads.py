@@ -41,7 +41,7 @@ class Signal(Protocol):
 
 
 @dataclass(frozen=True)
-class Channel:
+class LoadChannel:
     """One signal and what it drives.
 
     Parameters
@@ -71,7 +71,7 @@ class LoadCase:
     name : str
     kind : str                    "pulse", "drop", "sine", "sweep", "random", "record" or "force".
     duration : float              Simulated time [s].
-    channels : tuple of Channel
+    channels : tuple of LoadChannel
     settling : float              From when on root mean squares and spectra are taken [s].
     velocity : Vector             Of the bodies relative to the base at the beginning, as after a drop [m/s].
     weightless : bool             Whether the bodies begin at rest without their weight, as in a free fall.
@@ -81,7 +81,7 @@ class LoadCase:
     name: str
     kind: str
     duration: float
-    channels: tuple[Channel, ...] = ()
+    channels: tuple[LoadChannel, ...] = ()
     settling: float = 0.0
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False

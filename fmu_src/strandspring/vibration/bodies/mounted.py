@@ -29,7 +29,7 @@ Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
 
 
-class Motion(Enum):
+class MotionKind(Enum):
     """How a body may move; the value is how people name it."""
 
     SIX = "six"  # in all six degrees of freedom
@@ -47,7 +47,7 @@ class RigidBody:
     mass : float            [kg].
     center : Vector         Centre of gravity in the nominal pose [m].
     inertia : Matrix        About the centre of gravity [kg m^2]; ignored where the body moves along an axis.
-    motion : Motion
+    motion : MotionKind
     direction : Vector      Normal of the plane, or the axis, along which the body moves; a unit vector.
 
     Raises
@@ -59,7 +59,7 @@ class RigidBody:
     mass: float
     center: Vector = (0.0, 0.0, 0.0)
     inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    motion: Motion = Motion.SIX
+    motion: MotionKind = MotionKind.SIX
     direction: Vector = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
@@ -69,7 +69,7 @@ class RigidBody:
             )
         _check_place(self.center, f"the centre of gravity of {self.name}")
         _check_direction(self.direction, f"the direction of {self.name}")
-        if self.motion is not Motion.AXIS:
+        if self.motion is not MotionKind.AXIS:
             self._check_inertia()
 
     def _check_inertia(self) -> None:
@@ -95,22 +95,24 @@ class RigidBody:
         """Projector on the translations that are free, shape (3, 3)."""
         direction = np.array(self.direction)
         along = np.outer(direction, direction)
-        return {Motion.SIX: np.eye(3), Motion.PLANE: np.eye(3) - along, Motion.AXIS: along}[self.motion]
+        return {MotionKind.SIX: np.eye(3), MotionKind.PLANE: np.eye(3) - along, MotionKind.AXIS: along}[self.motion]
 
     @property
     def rotations(self) -> FloatArray:
         """Projector on the rotations that are free, shape (3, 3)."""
         direction = np.array(self.direction)
-        return {Motion.SIX: np.eye(3), Motion.PLANE: np.outer(direction, direction), Motion.AXIS: np.zeros((3, 3))}[
-            self.motion
-        ]
+        return {
+            MotionKind.SIX: np.eye(3),
+            MotionKind.PLANE: np.outer(direction, direction),
+            MotionKind.AXIS: np.zeros((3, 3)),
+        }[self.motion]
 
     @property
     def inverse_inertia(self) -> FloatArray:
         """What turns angular momentum into angular velocity in the body's frame, shape (3, 3) [1/(kg m^2)]."""
-        if self.motion is Motion.SIX:
+        if self.motion is MotionKind.SIX:
             return np.linalg.inv(np.array(self.inertia))
-        if self.motion is Motion.AXIS:
+        if self.motion is MotionKind.AXIS:
             return np.zeros((3, 3))
         direction = np.array(self.direction)
         return np.outer(direction, direction) / float(direction @ np.array(self.inertia) @ direction)

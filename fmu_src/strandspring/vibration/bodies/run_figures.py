@@ -48,7 +48,7 @@ class RunFigures:
     absorbed: FloatArray
 
     @classmethod
-    def of(cls, found: MotionFigures) -> RunFigures:
+    def from_motion_figures(cls, found: MotionFigures) -> RunFigures:
         """From what the kernel gives, in its order."""
         points, axes = found.of_points, found.of_axes
         return cls(
@@ -104,7 +104,7 @@ class Energies:
     exchanged: float
 
     @classmethod
-    def of(cls, found: MotionFigures) -> Energies:
+    def from_motion_figures(cls, found: MotionFigures) -> Energies:
         """From what the kernel gives, in its order."""
         before, after, absorbed, damped, stops, gravity, base, load, exchanged = found.energies.tolist()
         return cls(before, after, absorbed, damped, stops, gravity, base, load, exchanged + before)

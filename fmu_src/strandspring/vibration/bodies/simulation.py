@@ -24,7 +24,7 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories, MotionFigures, MotionSolver
 from .loads import ChannelKind, LoadCase
-from .mounted import Motion, MountedSystem
+from .mounted import MotionKind, MountedSystem
 from .rest import SHARES, RestPose, rest
 from .run_figures import Energies, RunFigures
 from .solving import channel_rows, solver
@@ -108,7 +108,7 @@ def _check_case(system: MountedSystem, case: LoadCase) -> None:
             continue
         for body in system.bodies:
             along = abs(float(np.dot(body.direction, channel.direction)))
-            if body.motion is Motion.AXIS or (body.motion is Motion.PLANE and along < 1.0 - 1e-9):
+            if body.motion is MotionKind.AXIS or (body.motion is MotionKind.PLANE and along < 1.0 - 1e-9):
                 raise MountedSystemError(
                     f"{case.name}: the base turns, and {body.name} moves in its {body.motion.value} only; give "
                     "it all six degrees of freedom, or leave the turning out."
@@ -158,16 +158,16 @@ def _run(
 ) -> CaseRun:
     h = first_step(system, case, start, step)
     count = case.steps(h)
-    coarse = RunFigures.of(run_once(system, kernel, case, start, h, case.averages(h, count)))
+    coarse = RunFigures.from_motion_figures(run_once(system, kernel, case, start, h, case.averages(h, count)))
     while True:
         h, count = 0.5 * h, 2 * count
         found = run_once(system, kernel, case, start, h, case.averages(h, count))
-        fine = RunFigures.of(found)
+        fine = RunFigures.from_motion_figures(found)
         errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
         if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors):
             break
         coarse = fine
-    energies = Energies.of(found)
+    energies = Energies.from_motion_figures(found)
     check_balance(case, energies, h)
     return CaseRun(start, h, fine, errors, energies)
 

@@ -38,7 +38,7 @@ def nominal_pose(system: MountedSystem) -> Pose:
 
 def gradients(system: MountedSystem, pose: Pose) -> FloatArray:
     """First derivatives of the axes' displacements by displacement and rotation of each body, shape (M, 6B)."""
-    return _Axes.of(system, pose).gradients()
+    return _Axes.from_pose(system, pose).gradients()
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class SmallMotion:
         system : MountedSystem
         pose : Pose
         """
-        axes = _Axes.of(system, pose)
+        axes = _Axes.from_pose(system, pose)
         free, mass = _free_coordinates(system, pose[1])
         along = axes.gradients() @ free
         gravity = [[*(body.mass * np.array(system.gravity)), 0.0, 0.0, 0.0] for body in system.bodies]
@@ -99,7 +99,7 @@ class SmallMotion:
         ----------
         forces : ndarray, shape (M,)   Of the axes in the pose [N].
         """
-        return np.asarray(self.free.T @ _Axes.of(self.system, self.pose).curvature(forces) @ self.free)
+        return np.asarray(self.free.T @ _Axes.from_pose(self.system, self.pose).curvature(forces) @ self.free)
 
     def stiffness(self, of_axes: FloatArray, forces: FloatArray) -> FloatArray:
         """Stiffness matrix from the stiffness of each axis [N/m] and its force in the pose [N], shape (D, D) [N/m]."""
@@ -130,7 +130,7 @@ class _Axes:
     springs: FloatArray
 
     @classmethod
-    def of(cls, system: MountedSystem, pose: Pose) -> _Axes:
+    def from_pose(cls, system: MountedSystem, pose: Pose) -> _Axes:
         count, axes = len(system.bodies), list(system.axes())
         body = np.array([mount.body for mount, _ in axes])
         support = np.array([mount.support for mount, _ in axes]) % (count + 1)

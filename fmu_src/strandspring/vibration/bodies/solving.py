@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ...core.parameters import SpringParameters
 from ...kernel.motion import MotionSolver
 from ...kernel.structures import rows
-from .loads import Channel
-from .mounted import BASE, Motion, MountedSystem
+from .loads import LoadChannel
+from .mounted import BASE, MotionKind, MountedSystem
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +59,8 @@ def arrays(system: MountedSystem) -> SystemArrays:
             rotations=[body.rotations for body in bodies],
             inertia=[body.inertia for body in bodies],
             inverse_inertia=[body.inverse_inertia for body in bodies],
-            turns=[body.motion is not Motion.AXIS for body in bodies],
-            is_free=[body.motion is Motion.SIX for body in bodies],
+            turns=[body.motion is not MotionKind.AXIS for body in bodies],
+            is_free=[body.motion is MotionKind.SIX for body in bodies],
         ),
         rows(
             "MotionMount",
@@ -94,7 +94,7 @@ def arrays(system: MountedSystem) -> SystemArrays:
     )
 
 
-def channel_rows(system: MountedSystem, channels: Sequence[Channel]) -> NDArray[np.void]:
+def channel_rows(system: MountedSystem, channels: Sequence[LoadChannel]) -> NDArray[np.void]:
     """The channels as MotionChannel of motion.h, shape (C,)."""
     return rows(
         "MotionChannel",

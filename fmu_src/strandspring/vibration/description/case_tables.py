@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from ...ground.tables import OWN, TAG, Table
+from ...ground.tables import OWN, TAG, StrictTable
 from . import quantity_text as q
 from .table_types import (
     Duration,
@@ -51,7 +51,7 @@ ColumnName = Annotated[
 ]
 
 
-def _rows_of(*kinds: q.Quantity) -> ReadBy:
+def _rows_of(*kinds: q.QuantityKind) -> ReadBy:
     """A table of pairs."""
 
     def read(value: Any) -> tuple[tuple[float, float], ...]:
@@ -79,7 +79,7 @@ DensityTable = Annotated[Pairs, _rows_of(q.FREQUENCY, q.ACCELERATION_DENSITY)]
 ForceTable = Annotated[Pairs, _rows_of(q.TIME, q.FORCE)]
 
 
-class CaseTable(Table):
+class CaseTable(StrictTable):
     """What all cases have in common."""
 
     name: Name
@@ -107,7 +107,7 @@ class PulseCase(DirectedCase):
     velocity: Velocity | None = Field(None, description="Of a velocity step.")
 
 
-class DropTable(Table):
+class DropTable(StrictTable):
     """Height of a fall, or the velocity at its end."""
 
     height: PositiveLength | None = None
@@ -120,7 +120,7 @@ class DropCase(DirectedCase):
     drop: DropTable
 
 
-class SineTable(Table):
+class SineTable(StrictTable):
     """A sine of constant frequency."""
 
     frequency: Frequency
@@ -137,7 +137,7 @@ class SineCase(DirectedCase):
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; half the duration.")
 
 
-class SweepTable(Table):
+class SweepTable(StrictTable):
     """A sine whose frequency rises or falls."""
 
     first: Frequency
@@ -156,7 +156,7 @@ class SweepCase(DirectedCase):
     sweep: SweepTable
 
 
-class RandomTable(Table):
+class RandomTable(StrictTable):
     """Stationary random vibration."""
 
     psd: DensityTable | None = Field(
@@ -178,7 +178,7 @@ class RandomCase(DirectedCase):
 Motion = Literal["x", "y", "z", "rx", "ry", "rz"]
 
 
-class RecordTable(Table):
+class RecordTable(StrictTable):
     """A measured motion of the base."""
 
     file: FilePath
@@ -199,7 +199,7 @@ class RecordCase(CaseTable):
     settling: Time | None = None
 
 
-class ForceTableOfCase(Table):
+class ForceTableOfCase(StrictTable):
     """A force on a body, such as recoil: a pulse, a table of time and force, or a file."""
 
     body: Name | None = None

@@ -14,7 +14,7 @@ import numpy as np
 from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import quoted
-from ..bodies.loads import Channel, ChannelKind, LoadCase, Signal
+from ..bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from ..bodies.mounted import RigidBody, Vector
 from ..signals.level_table import LevelTable
 from ..signals.pulses import (
@@ -195,7 +195,7 @@ class _Builder:
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
-                channels.append(Channel(kind, RecordedSignal(times, record.scale * column), _AXES[name[-1]]))
+                channels.append(LoadChannel(kind, RecordedSignal(times, record.scale * column), _AXES[name[-1]]))
             accelerated = [c.direction for c in channels if c.kind is ChannelKind.BASE_ACCELERATION]
             if len(accelerated) == len(channels) and all(self._is_held(direction) for direction in accelerated):
                 raise MountedSystemError(f"no body can move along {' or '.join(values)}; see `motion` of the bodies.")
@@ -225,7 +225,7 @@ class _Builder:
                 raise MountedSystemError(
                     f"{body.name} cannot move along {direction.text}, so that a force has no effect; see its `motion`."
                 )
-            channel = Channel(ChannelKind.FORCE, signal, direction.vector, number, place)
+            channel = LoadChannel(ChannelKind.FORCE, signal, direction.vector, number, place)
             words = f"{text} on {body.name} along {direction.text}"
             cases.append(
                 LoadCase(name, "force", self._duration(table, duration), (channel,), text=_with_source(words, table))
@@ -240,7 +240,7 @@ class _Builder:
                 raise MountedSystemError(
                     f"no body can move along {direction.text}, which makes the case void; see their `motion`."
                 )
-            channel = Channel(ChannelKind.BASE_ACCELERATION, vibration.signal, direction.vector)
+            channel = LoadChannel(ChannelKind.BASE_ACCELERATION, vibration.signal, direction.vector)
             # Root mean squares are of the vibration alone, not of its decay.
             settles = vibration.kind in ("sine", "random")
             duration = self._duration(table, vibration.duration, settles)

@@ -9,7 +9,7 @@ from functools import partial
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ...ground.tables import suggestion
-from ..bodies.mounted import BASE, MOST_AXES, Matrix, Motion, Mount, MountAxis, MountedSystem, Point, RigidBody
+from ..bodies.mounted import BASE, MOST_AXES, Matrix, MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody
 from ..bodies.run_figures import Limits
 from .described_mounts import Models, rotated_axes
 from .system_tables import (
@@ -137,16 +137,16 @@ def _names_of_mounts(table: MountTable) -> list[str]:
 
 
 def _body(k: int, table: BodyTable) -> RigidBody:
-    motion, direction = Motion.SIX, (0.0, 0.0, 1.0)
+    motion, direction = MotionKind.SIX, (0.0, 0.0, 1.0)
     if isinstance(table.motion, PlaneTable):
-        motion, direction = Motion.PLANE, table.motion.plane.vector
+        motion, direction = MotionKind.PLANE, table.motion.plane.vector
     elif isinstance(table.motion, AxisMotionTable):
-        motion, direction = Motion.AXIS, table.motion.axis.vector
+        motion, direction = MotionKind.AXIS, table.motion.axis.vector
     with located("body", k):
         return RigidBody(table.name, table.mass, table.center, _inertia(table, motion), motion, direction)
 
 
-def _inertia(table: BodyTable, motion: Motion) -> Matrix:
+def _inertia(table: BodyTable, motion: MotionKind) -> Matrix:
     given = table.inertia
     if isinstance(given, InertiaTable):
         return (
@@ -154,11 +154,11 @@ def _inertia(table: BodyTable, motion: Motion) -> Matrix:
             (given.xy, given.yy, given.yz),
             (given.xz, given.yz, given.zz),
         )
-    if given is None and motion is not Motion.AXIS:
+    if given is None and motion is not MotionKind.AXIS:
         raise MountedSystemError(
             "must have `inertia`, or `motion` along an axis; add { xx = ..., yy = ..., zz = ... }."
         )
-    if given is not None and motion is Motion.SIX:
+    if given is not None and motion is MotionKind.SIX:
         raise MountedSystemError(
             "`inertia` must have xx, yy and zz for motion in six degrees of freedom, got one moment."
         )

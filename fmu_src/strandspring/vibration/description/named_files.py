@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeVar
 from ...errors import MountedSystemError, StrandspringError
 from ...ground.quoting import quoted
 from ...model.modelfile import ModelFile, load_model
-from ...records.content import Content, read_content
+from ...records.content import FileContent, read_content
 
 _OF_CASES = ("record", "random", "force")  # tables of cases that may have a `file`
 
@@ -25,7 +25,7 @@ class NamedFiles(Protocol):
         """A model file; raises StrandspringError if there is none."""
         ...
 
-    def record(self, file: str) -> Content:
+    def record(self, file: str) -> FileContent:
         """A record or a table of levels; raises StrandspringError if there is none."""
         ...
 
@@ -47,7 +47,7 @@ class FilesOfFolder:
         """See `NamedFiles`."""
         return load_model(self._found(file))
 
-    def record(self, file: str) -> Content:
+    def record(self, file: str) -> FileContent:
         """See `NamedFiles`."""
         return read_content(self._found(file))
 
@@ -70,7 +70,7 @@ class HeldFiles:
     """
 
     models: Mapping[str, ModelFile | str]
-    records: Mapping[str, Content | str]
+    records: Mapping[str, FileContent | str]
 
     @classmethod
     def read(cls, files: NamedFiles, models: Iterable[str], records: Iterable[str]) -> HeldFiles:
@@ -81,7 +81,7 @@ class HeldFiles:
         """See `NamedFiles`."""
         return _given(self.models[file])
 
-    def record(self, file: str) -> Content:
+    def record(self, file: str) -> FileContent:
         """See `NamedFiles`."""
         return _given(self.records[file])
 

@@ -32,7 +32,7 @@ _DECIMAL_COMMA = re.compile(r"\s*[+-]?\d+,\d")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class QuantityKind:
     """A kind of quantity.
 
     Parameters
@@ -49,22 +49,24 @@ class Quantity:
     example: str
 
 
-LENGTH = Quantity("a length", "m", (1, 0, 0, 0, 0), "12 mm")
-MASS = Quantity("a mass", "kg", (0, 1, 0, 0, 0), "20 kg")
-TIME = Quantity("a time", "s", (0, 0, 1, 0, 0), "11 ms")
-ANGLE = Quantity("an angle", "rad", (0, 0, 0, 1, 0), "40 deg")
-FORCE = Quantity("a force", "N", (1, 1, -2, 0, 0), "1.5 kN")
-VELOCITY = Quantity("a velocity", "m/s", (1, 0, -1, 0, 0), "3 m/s")
-ACCELERATION = Quantity("an acceleration", "m/s^2", (1, 0, -2, 0, 0), "15 g")
-ANGULAR_VELOCITY = Quantity("an angular velocity", "rad/s", (0, 0, -1, 1, 0), "10 deg/s")
-FREQUENCY = Quantity("a frequency", "Hz", (0, 0, -1, 0, 0), "20 Hz")
-STIFFNESS = Quantity("a stiffness", "N/m", (0, 1, -2, 0, 0), "100 N/mm")
-DAMPING = Quantity("a damping coefficient", "N s/m", (0, 1, -1, 0, 0), "50 N s/m")
-INERTIA = Quantity("a moment of inertia", "kg m^2", (2, 1, 0, 0, 0), "5 kg m^2")
-ACCELERATION_DENSITY = Quantity("a spectral density of acceleration", "(m/s^2)^2/Hz", (2, 0, -3, 0, 0), "0.04 g^2/Hz")
-OCTAVE_RATE = Quantity("a logarithmic sweep rate", "oct/s", (0, 0, -1, 0, 1), "3 oct/min")
-FREQUENCY_RATE = Quantity("a linear sweep rate", "Hz/s", (0, 0, -2, 0, 0), "10 Hz/s")
-_NUMBER_ALONE = Quantity("a number without unit", "1", (0, 0, 0, 0, 0), "1")
+LENGTH = QuantityKind("a length", "m", (1, 0, 0, 0, 0), "12 mm")
+MASS = QuantityKind("a mass", "kg", (0, 1, 0, 0, 0), "20 kg")
+TIME = QuantityKind("a time", "s", (0, 0, 1, 0, 0), "11 ms")
+ANGLE = QuantityKind("an angle", "rad", (0, 0, 0, 1, 0), "40 deg")
+FORCE = QuantityKind("a force", "N", (1, 1, -2, 0, 0), "1.5 kN")
+VELOCITY = QuantityKind("a velocity", "m/s", (1, 0, -1, 0, 0), "3 m/s")
+ACCELERATION = QuantityKind("an acceleration", "m/s^2", (1, 0, -2, 0, 0), "15 g")
+ANGULAR_VELOCITY = QuantityKind("an angular velocity", "rad/s", (0, 0, -1, 1, 0), "10 deg/s")
+FREQUENCY = QuantityKind("a frequency", "Hz", (0, 0, -1, 0, 0), "20 Hz")
+STIFFNESS = QuantityKind("a stiffness", "N/m", (0, 1, -2, 0, 0), "100 N/mm")
+DAMPING = QuantityKind("a damping coefficient", "N s/m", (0, 1, -1, 0, 0), "50 N s/m")
+INERTIA = QuantityKind("a moment of inertia", "kg m^2", (2, 1, 0, 0, 0), "5 kg m^2")
+ACCELERATION_DENSITY = QuantityKind(
+    "a spectral density of acceleration", "(m/s^2)^2/Hz", (2, 0, -3, 0, 0), "0.04 g^2/Hz"
+)
+OCTAVE_RATE = QuantityKind("a logarithmic sweep rate", "oct/s", (0, 0, -1, 0, 1), "3 oct/min")
+FREQUENCY_RATE = QuantityKind("a linear sweep rate", "Hz/s", (0, 0, -2, 0, 0), "10 Hz/s")
+_NUMBER_ALONE = QuantityKind("a number without unit", "1", (0, 0, 0, 0, 0), "1")
 
 QUANTITIES = (
     LENGTH, MASS, TIME, ANGLE, FORCE, VELOCITY, ACCELERATION, ANGULAR_VELOCITY, FREQUENCY, STIFFNESS, DAMPING, INERTIA,
@@ -113,13 +115,13 @@ class QuantityError(StrandspringError):
     """A text is not a number with a unit of the quantity that is asked for."""
 
 
-def in_si(value: object, *quantities: Quantity) -> float:
+def in_si(value: object, *quantities: QuantityKind) -> float:
     """A number, which is in SI units, or a text of a number and its unit, in SI units.
 
     Parameters
     ----------
     value : object
-    *quantities : Quantity   Those that the value may be.
+    *quantities : QuantityKind   Those that the value may be.
 
     Raises
     ------
@@ -133,7 +135,7 @@ def in_si(value: object, *quantities: Quantity) -> float:
     return measured(value, *quantities)[0]
 
 
-def measured(value: object, *quantities: Quantity) -> tuple[float, Quantity]:
+def measured(value: object, *quantities: QuantityKind) -> tuple[float, QuantityKind]:
     """Like `in_si`, with which of the quantities the value is; a number without unit is the first of them."""
     wanted = _wanted(quantities)
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -166,7 +168,7 @@ def measured(value: object, *quantities: Quantity) -> tuple[float, Quantity]:
     )
 
 
-def unit_in_si(unit: str, quantity: Quantity) -> float:
+def unit_in_si(unit: str, quantity: QuantityKind) -> float:
     """SI units per unit, such as of a column.
 
     Raises
@@ -178,7 +180,7 @@ def unit_in_si(unit: str, quantity: Quantity) -> float:
     return measured(f"1 {unit}", quantity)[0]
 
 
-def _wanted(quantities: tuple[Quantity, ...]) -> str:
+def _wanted(quantities: tuple[QuantityKind, ...]) -> str:
     return " or ".join(f"{each.name} such as '{each.example}'" for each in quantities)
 
 

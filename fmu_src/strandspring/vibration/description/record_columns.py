@@ -11,10 +11,10 @@ from ...errors import RecordError
 from ...kernel.arrays import FloatArray
 from ...records.choosing import asked_column
 from ...records.columns import Column, choose_unit, listed_columns, named_columns
-from ...records.content import Content
+from ...records.content import FileContent
 from ...records.formats.opening import tables_of
-from ...records.tables import Table
-from .quantity_text import Quantity, QuantityError, unit_in_si
+from ...records.tables import SourceTable
+from .quantity_text import QuantityError, QuantityKind, unit_in_si
 
 MOST_ROWS = 10_000_000
 
@@ -26,21 +26,21 @@ class RecordColumn:
     Parameters
     ----------
     column : int or str      Its number from 1 on, or its name.
-    quantity : Quantity      What it holds.
+    quantity : QuantityKind  What it holds.
     unit : str or None       None for that of the file, which must give one then.
     """
 
     column: int | str
-    quantity: Quantity
+    quantity: QuantityKind
     unit: str | None = None
 
 
-def read_columns(content: Content, wanted: Mapping[str, RecordColumn]) -> dict[str, FloatArray]:
+def read_columns(content: FileContent, wanted: Mapping[str, RecordColumn]) -> dict[str, FloatArray]:
     """Columns in SI units.
 
     Parameters
     ----------
-    content : Content      Of a file of any format that records have.
+    content : FileContent  Of a file of any format that records have.
     wanted : mapping       The columns, by what messages call them.
 
     Returns
@@ -57,7 +57,7 @@ def read_columns(content: Content, wanted: Mapping[str, RecordColumn]) -> dict[s
 
 
 def read_timed_columns(
-    content: Content, wanted: Mapping[str, RecordColumn], time: int | str | None, time_unit: str | None
+    content: FileContent, wanted: Mapping[str, RecordColumn], time: int | str | None, time_unit: str | None
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Times [s], and columns in SI units, as `read_columns`; the column of times is found by its name if None."""
     asked: dict[str, int | str | None] = {name: each.column for name, each in wanted.items()}
@@ -68,7 +68,7 @@ def read_timed_columns(
     return values.pop("time"), values
 
 
-def _table(content: Content, asked: Mapping[str, int | str | None]) -> tuple[Table, dict[str, Column], str]:
+def _table(content: FileContent, asked: Mapping[str, int | str | None]) -> tuple[SourceTable, dict[str, Column], str]:
     """The first table that has all columns."""
     refusals = []
     for table in tables_of(content):
@@ -84,7 +84,7 @@ def _table(content: Content, asked: Mapping[str, int | str | None]) -> tuple[Tab
     raise refusals[0]
 
 
-def _column(table: Table, wanted: int | str | None, name: str, where: str) -> Column:
+def _column(table: SourceTable, wanted: int | str | None, name: str, where: str) -> Column:
     if wanted is not None:
         return asked_column(table.columns, wanted, name, where)
     found = named_columns(table.columns, "time")
@@ -110,7 +110,7 @@ def _factor(column: Column, wanted: RecordColumn, where: str) -> float:
 
 
 def _read(
-    table: Table, columns: Mapping[str, Column], factors: Mapping[str, float], where: str
+    table: SourceTable, columns: Mapping[str, Column], factors: Mapping[str, float], where: str
 ) -> dict[str, FloatArray]:
     arrays, _ = table.read(columns.values())
     values = {name: arrays[column.number] for name, column in columns.items()}

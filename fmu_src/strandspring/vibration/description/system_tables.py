@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag
 
 from ...ground.gravity import STANDARD_GRAVITY
-from ...ground.tables import OWN, TAG, Table
+from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from .case_tables import AnyCase
 from .table_types import (
@@ -62,14 +62,14 @@ def _read_version(value: Any) -> int:
 Version = Annotated[int, ReadBy(_read_version, {"const": VERSION})]
 
 
-class PointTable(Table):
+class PointTable(StrictTable):
     """A point of a body whose motion is asked for."""
 
     name: Name
     place: Place = Field(description="In the nominal pose.")
 
 
-class InertiaTable(Table):
+class InertiaTable(StrictTable):
     """Inertia tensor about the centre of gravity; xy = -(integral of x*y dm), and likewise."""
 
     xx: PositiveInertia
@@ -80,13 +80,13 @@ class InertiaTable(Table):
     yz: Inertia = 0.0
 
 
-class PlaneTable(Table):
+class PlaneTable(StrictTable):
     """Motion in a plane, with rotation about its normal."""
 
     plane: NamedDirection = Field(description="The normal of the plane.")
 
 
-class AxisMotionTable(Table):
+class AxisMotionTable(StrictTable):
     """Motion along an axis, without rotation."""
 
     axis: NamedDirection
@@ -98,7 +98,7 @@ def _kind_of_motion(value: Any) -> str:
     return f"{TAG}six" if isinstance(value, str) else f"{TAG}none"
 
 
-class BodyTable(Table):
+class BodyTable(StrictTable):
     """A rigid body."""
 
     name: Name
@@ -124,7 +124,7 @@ class BodyTable(Table):
     point: list[PointTable] = Field(default=[], max_length=MOST_POINTS)
 
 
-class StopsTable(Table):
+class StopsTable(StrictTable):
     """Elastic bump stops; displacements are those of one spring as its model counts them."""
 
     low: Length | None = None
@@ -132,7 +132,7 @@ class StopsTable(Table):
     stiffness: Stiffness
 
 
-class AxisTable(Table):
+class AxisTable(StrictTable):
     """Equal springs of a mount along one axis."""
 
     direction: NamedDirection = Field(
@@ -151,20 +151,20 @@ class AxisTable(Table):
     stops: StopsTable | None = None
 
 
-class MountTypeTable(Table):
+class MountTypeTable(StrictTable):
     """One to three axes, perpendicular to each other."""
 
     axes: list[AxisTable] = Field(min_length=1, max_length=3)
 
 
-class RotationTable(Table):
+class RotationTable(StrictTable):
     """A rotation of the mount's frame."""
 
     about: NamedDirection
     angle: Angle
 
 
-class MountTable(Table):
+class MountTable(StrictTable):
     """Mounts of one type at one place or several."""
 
     name: Name
@@ -183,14 +183,14 @@ class MountTable(Table):
     ) = None
 
 
-class CandidateTable(Table):
+class CandidateTable(StrictTable):
     """Mount types that take the place of others."""
 
     name: Name
     types: dict[str, Name] = Field({}, max_length=MOST_TYPES)
 
 
-class LimitsTable(Table):
+class LimitsTable(StrictTable):
     """What is allowed."""
 
     acceleration: (
@@ -219,7 +219,7 @@ def _kind_of_rest(value: Any) -> str:
     return f"{TAG}text" if is_word else f"{TAG}number"
 
 
-class RunTable(Table):
+class RunTable(StrictTable):
     """How the cases are simulated."""
 
     step: Duration | None = Field(None, description="Time step; chosen by the program if not given.")
@@ -234,7 +234,7 @@ class RunTable(Table):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
 
-class SystemTable(Table):
+class SystemTable(StrictTable):
     """A system of rigid bodies on hysteretic mounts, its limits and load cases."""
 
     format: Literal["strandspring-system"]

@@ -68,7 +68,7 @@ class ReadBy:
         return dict(self.schema)
 
 
-def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:
+def _read_quantity(least: float, *kinds: q.QuantityKind) -> Callable[[Any], float]:
     def read(value: Any) -> float:
         number = q.in_si(value, *kinds)
         if least > 0.0 and not number >= least:
@@ -80,7 +80,7 @@ def _read_quantity(least: float, *kinds: q.Quantity) -> Callable[[Any], float]:
     return read
 
 
-def _measured(kind: q.Quantity, least: float = -math.inf) -> ReadBy:
+def _measured(kind: q.QuantityKind, least: float = -math.inf) -> ReadBy:
     bound = {"minimum": 0} if least == 0.0 else {"exclusiveMinimum": 0} if least > 0.0 else {}
     text = {"type": "string", "maxLength": 60, "pattern": r"^\s*[+-]?[0-9.]", "examples": [kind.example]}
     schema = {
@@ -126,14 +126,14 @@ SweepRate = Annotated[
 ]
 
 
-def _read_vector(value: Any, kind: q.Quantity) -> Vector:
+def _read_vector(value: Any, kind: q.QuantityKind) -> Vector:
     if not (isinstance(value, list) and len(value) == 3):
         raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {shown(value)}")
     x, y, z = (q.in_si(each, kind) for each in value)
     return x, y, z
 
 
-def _vector(kind: q.Quantity) -> ReadBy:
+def _vector(kind: q.QuantityKind) -> ReadBy:
     coordinate = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 60}]}
     return ReadBy(
         partial(_read_vector, kind=kind),

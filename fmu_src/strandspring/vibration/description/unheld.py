@@ -14,7 +14,7 @@ from scipy.linalg import block_diag, eigh, null_space
 
 from ...core.spline import Elastic
 from ...kernel.arrays import FloatArray
-from ..bodies.mounted import Motion, MountAxis, MountedSystem, RigidBody
+from ..bodies.mounted import MotionKind, MountAxis, MountedSystem, RigidBody
 from ..bodies.small_motion import gradients, nominal_pose
 
 _ROUNDING = 1e-9  # of singular values of rows whose lengths are about 1
@@ -85,7 +85,7 @@ def _stiffness(axis: MountAxis) -> float:
 
 
 def _mass_matrix(body: RigidBody) -> FloatArray:
-    inertia = np.eye(3) if body.motion is Motion.AXIS else np.array(body.inertia)
+    inertia = np.eye(3) if body.motion is MotionKind.AXIS else np.array(body.inertia)
     return np.asarray(block_diag(body.mass * np.eye(3), inertia), dtype=np.float64)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
-from ...ground.tables import Table, suggestion
+from ...ground.tables import StrictTable, suggestion
 from .system_tables import SystemTable
 
 Location = tuple[str | int, ...]
@@ -49,7 +49,7 @@ def locations(path: str, table: SystemTable) -> tuple[Location, ...]:
 def value_at(node: Any, location: Location) -> Any:
     """The value at a location, of the tables or of the content of a file; KeyError where the file leaves it out."""
     for part in location:
-        node = getattr(node, str(part)) if isinstance(node, Table) else node[part]
+        node = getattr(node, str(part)) if isinstance(node, StrictTable) else node[part]
     return node
 
 
@@ -87,14 +87,14 @@ def _matches(path: str, node: Any, location: Location) -> Iterator[Location]:
     for name, part in _children(node):
         if part in _FIXED:
             continue
-        for own in (name,) if isinstance(node, Table) else (name, ALL):
+        for own in (name,) if isinstance(node, StrictTable) else (name, ALL):
             if path == own or path.startswith(f"{own}."):
                 yield from _matches(path[len(own) + 1 :], _child(node, part), (*location, part))
 
 
 def _children(node: Any) -> Iterator[tuple[str, str | int]]:
     """Names of what is in a node, each with its key or index; entries with a name come under that, too."""
-    if isinstance(node, Table):
+    if isinstance(node, StrictTable):
         yield from ((name, name) for name in type(node).model_fields)
     elif isinstance(node, Mapping):
         yield from ((name, name) for name in node)
@@ -112,7 +112,7 @@ def _child(node: Any, part: str | int) -> Any:
 def _is_value(node: Any, location: Location) -> bool:
     if location[-1:] == (PLACES,):
         return bool(node)
-    return _is_rate(node) or not isinstance(node, Table | Mapping | list | tuple)
+    return _is_rate(node) or not isinstance(node, StrictTable | Mapping | list | tuple)
 
 
 def _is_rate(node: Any) -> bool:

@@ -237,7 +237,7 @@ def _along(
     advance: Callable[[float], None],
 ) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
-    place = _Place.of(here, balance, balance.at(here.z, here.omega))
+    place = _Place.from_motion(here, balance, balance.at(here.z, here.omega))
     track = _Track(place)
     step = _FIRST
     passed = int(np.searchsorted(logs, here.log, "right"))
@@ -283,7 +283,9 @@ class _Place:
     metric: FloatArray
 
     @classmethod
-    def of(cls, motion: SteadyMotion, balance: BalancedSystem, there: Balance, before: _Place | None = None) -> _Place:
+    def from_motion(
+        cls, motion: SteadyMotion, balance: BalancedSystem, there: Balance, before: _Place | None = None
+    ) -> _Place:
         size = float(np.linalg.norm(balance.about_mean(motion.z)))
         metric = np.append(np.full(motion.z.size, 1.0 / size), _WEIGHT)
         along = np.append(np.zeros(motion.z.size), 1.0) if before is None else before.tangent
@@ -347,7 +349,7 @@ def _next(balance: BalancedSystem, place: _Place, step: float) -> tuple[_Place |
         try:
             there = balance.at(z, omega)
             if correction and float(np.abs(there.residual).max()) <= _TOLERANCE * there.scale:
-                after = _Place.of(SteadyMotion(log, there.motion), balance, there, place)
+                after = _Place.from_motion(SteadyMotion(log, there.motion), balance, there, place)
                 aligned = float(np.sum(after.tangent * place.tangent * metric**2))
                 aligned /= float(np.linalg.norm(after.tangent * metric))
                 return (after if aligned > _BEND else None), correction

@@ -61,7 +61,7 @@ class ResponsePoint:
 
 
 @dataclass(frozen=True, eq=False)
-class ShakenMass:
+class ExcitedMass:
     """A mass under one level of excitation.
 
     Parameters

@@ -15,7 +15,7 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
-from .curve_points import ResponsePoint, ShakenMass
+from .curve_points import ExcitedMass, ResponsePoint
 from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
 from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 
@@ -139,7 +139,7 @@ def frequency_response(
         raise IsolationError(f"`level` must be finite and > 0 [{excitation.unit}], got {level!r}.")
     equilibrium = static_equilibrium(system)
     balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
-    shaken = ShakenMass(system, equilibrium, excitation, level, balance)
+    shaken = ExcitedMass(system, equilibrium, excitation, level, balance)
     linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]))
     motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
     _check_range(shaken, motions)
@@ -175,7 +175,7 @@ def _strokes(motions: Sequence[SteadyMotion]) -> FloatArray:
     return np.array([motion.motion.high[0] - motion.motion.low[0] for motion in motions])
 
 
-def _check_range(shaken: ShakenMass, motions: Sequence[SteadyMotion]) -> None:
+def _check_range(shaken: ExcitedMass, motions: Sequence[SteadyMotion]) -> None:
     """Refuse motions that leave the identified range."""
     beyond = first_beyond(shaken.balance, motions)
     if beyond is not None:

@@ -25,7 +25,7 @@ from .case_cautions import Caution, case_cautions, system_cautions
 from .courses import Courses, courses
 from .range_use import RangeUse
 from .static_answer import StaticAnswer, static_answer
-from .verdicts import CaseSpread, Figure, Quantity, Verdict, judged
+from .verdicts import CaseSpread, CaseVerdict, Figure, FigureKind, judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class CaseAnswer:
     candidate : str
     system : MountedSystem
     case : LoadCase
-    verdict : Verdict
+    verdict : CaseVerdict
     figures : tuple of Figure       Acceleration and sway of each point, tilt of each body, stroke and force of each
                                     axis, and root mean squares where it settles.
     runs : tuple of CaseRun         From each static equilibrium; empty if it was refused.
@@ -51,7 +51,7 @@ class CaseAnswer:
     candidate: str
     system: MountedSystem
     case: LoadCase
-    verdict: Verdict
+    verdict: CaseVerdict
     figures: tuple[Figure, ...] = ()
     runs: tuple[CaseRun, ...] = ()
     uses: tuple[RangeUse, ...] = ()
@@ -60,13 +60,13 @@ class CaseAnswer:
     spread: CaseSpread | None = None
     refusal: str = ""
 
-    def of(self, quantity: Quantity) -> tuple[Figure, ...]:
+    def figures_of(self, quantity: FigureKind) -> tuple[Figure, ...]:
         """The figures of a quantity."""
         return tuple(figure for figure in self.figures if figure.quantity is quantity)
 
-    def worst(self, quantity: Quantity) -> Figure | None:
+    def worst(self, quantity: FigureKind) -> Figure | None:
         """The figure of a quantity that is nearest to its limit or beyond it; the largest where none has a limit."""
-        figures = self.of(quantity)
+        figures = self.figures_of(quantity)
         limited = [figure for figure in figures if figure.limit is not None]
         if limited:
             return max(limited, key=lambda figure: figure.value / (figure.limit or 1.0))
@@ -128,11 +128,11 @@ def answer_case(
     """
     try:
         found = simulate_case(system, case, shares, step)
-        uses = tuple(RangeUse.of(system, run) for run in found.runs)
+        uses = tuple(RangeUse.from_run(system, run) for run in found.runs)
         figures = tuple(_figures(found, uses, limits))
         drawn = courses(system, case, governing(found)) if with_courses else None
     except MountedSystemError as problem:
-        return CaseAnswer(name, system, case, Verdict.REFUSED, refusal=str(problem))
+        return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
     return CaseAnswer(
         candidate=name,
         system=system,
@@ -169,18 +169,18 @@ def _figures(found: CaseResult, uses: Sequence[RangeUse], limits: Limits) -> Ite
 
     axes = axis_names(found.system)
     strokes = np.array([use.share for use in uses]), np.array([use.error for use in uses])
-    kinds: list[tuple[Quantity, Sequence[str], tuple[FloatArray, FloatArray], Mapping[str, float | None]]] = [
-        (Quantity.ACCELERATION, points, of_runs("acceleration"), limits.acceleration),
-        (Quantity.SWAY, points, of_runs("sway"), limits.sway),
-        (Quantity.TILT, bodies, of_runs("tilt"), dict.fromkeys(bodies, limits.tilt)),
-        (Quantity.STROKE, axes, strokes, dict.fromkeys(axes, limits.stroke)),
-        (Quantity.FORCE, axes, of_runs("force"), {}),
+    kinds: list[tuple[FigureKind, Sequence[str], tuple[FloatArray, FloatArray], Mapping[str, float | None]]] = [
+        (FigureKind.ACCELERATION, points, of_runs("acceleration"), limits.acceleration),
+        (FigureKind.SWAY, points, of_runs("sway"), limits.sway),
+        (FigureKind.TILT, bodies, of_runs("tilt"), dict.fromkeys(bodies, limits.tilt)),
+        (FigureKind.STROKE, axes, strokes, dict.fromkeys(axes, limits.stroke)),
+        (FigureKind.FORCE, axes, of_runs("force"), {}),
     ]
     if found.case.settling > 0.0:
         along = [f"{point} {letter}" for point in points for letter in "xyz"]
         kinds += [
-            (Quantity.RMS_ACCELERATION, along, of_runs("rms_acceleration"), {}),
-            (Quantity.RMS_SWAY, along, of_runs("rms_sway"), {}),
+            (FigureKind.RMS_ACCELERATION, along, of_runs("rms_acceleration"), {}),
+            (FigureKind.RMS_SWAY, along, of_runs("rms_sway"), {}),
         ]
     for quantity, subjects, (values, errors), bounds in kinds:
         for k, subject in enumerate(subjects):

@@ -37,7 +37,7 @@ class Drawn:
     missing: tuple[str, ...]
 
     @classmethod
-    def of(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
+    def from_models(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
         """Of a system."""
         names: dict[SpringParameters, str] = {}
         for _, axis in system.axes():

@@ -25,7 +25,7 @@ from ..bodies.solving import solver
 from .answers import CaseAnswer
 from .drawn_springs import Drawn
 from .range_use import ROUNDING, ways_used
-from .verdicts import CaseSpread, Quantity
+from .verdicts import CaseSpread, FigureKind
 
 
 class CaseDraws:
@@ -63,8 +63,8 @@ class CaseDraws:
         case = self.answer.case
         start = rest(system, run.start.share, case.weightless, kernel)
         found = run_once(system, kernel, case, start, run.step, averages)
-        check_balance(case, Energies.of(found), run.step)
-        of = RunFigures.of(found)
+        check_balance(case, Energies.from_motion_figures(found), run.step)
+        of = RunFigures.from_motion_figures(found)
         strokes = np.maximum(*ways_used(self._laws, start.displacement, of.displacement_low, of.displacement_high))
         return np.concatenate([of.acceleration, of.sway, of.tilt, strokes, of.force])
 
@@ -77,7 +77,7 @@ class CaseDraws:
             return replace(self.answer, spread=CaseSpread(len(found), self._seed, len(refusals), reason, 1.0))
         figures = self.answer.figures[: rows.shape[1]]
         limits = np.array([np.inf if figure.limit is None else figure.limit for figure in figures])
-        is_stroke = np.array([figure.quantity is Quantity.STROKE for figure in figures])
+        is_stroke = np.array([figure.quantity is FigureKind.STROKE for figure in figures])
         bad = (rows > limits).any(axis=1) | (rows[:, is_stroke] > 1.0 + ROUNDING).any(axis=1)
         failing = (int(np.count_nonzero(bad)) + len(refusals)) / len(found)
         ends = np.quantile(rows, (0.05, 0.5, 0.95), axis=0).T.tolist()

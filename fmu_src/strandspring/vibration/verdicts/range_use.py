@@ -44,7 +44,7 @@ class RangeUse:
     stop_force: FloatArray
 
     @classmethod
-    def of(cls, system: MountedSystem, run: CaseRun) -> RangeUse:
+    def from_run(cls, system: MountedSystem, run: CaseRun) -> RangeUse:
         """Of a run."""
         laws, figures, errors = AxisLaws(system), run.figures, run.errors
         rest, lowest, highest = run.start.displacement, figures.displacement_low, figures.displacement_high

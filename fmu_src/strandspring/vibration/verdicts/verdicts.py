@@ -12,7 +12,7 @@ from ...ground.result_columns import ResultColumn
 from ...model.joint import Quantiles
 
 
-class Verdict(Enum):
+class CaseVerdict(Enum):
     """The verdict on a candidate in a load case; the value is how people name it."""
 
     PASSES = "pass"  # within all limits and the identified ranges
@@ -22,7 +22,7 @@ class Verdict(Enum):
     REFUSED = "refused"  # it cannot be simulated
 
 
-class Quantity(Enum):
+class FigureKind(Enum):
     """What a figure is of; the value is how people name it."""
 
     ACCELERATION = "acceleration"  # largest absolute acceleration of a point [m/s^2]
@@ -48,13 +48,13 @@ class Quantity(Enum):
 # In SI, for people, and the factor between them.
 _ACCELERATION, _LENGTH = ("m/s^2", "g", 1.0 / STANDARD_GRAVITY), ("m", "mm", 1e3)
 _UNITS = {
-    Quantity.ACCELERATION: _ACCELERATION,
-    Quantity.SWAY: _LENGTH,
-    Quantity.TILT: ("rad", "deg", math.degrees(1.0)),
-    Quantity.STROKE: ("", "%", 100.0),
-    Quantity.FORCE: ("N", "N", 1.0),
-    Quantity.RMS_ACCELERATION: _ACCELERATION,
-    Quantity.RMS_SWAY: _LENGTH,
+    FigureKind.ACCELERATION: _ACCELERATION,
+    FigureKind.SWAY: _LENGTH,
+    FigureKind.TILT: ("rad", "deg", math.degrees(1.0)),
+    FigureKind.STROKE: ("", "%", 100.0),
+    FigureKind.FORCE: ("N", "N", 1.0),
+    FigureKind.RMS_ACCELERATION: _ACCELERATION,
+    FigureKind.RMS_SWAY: _LENGTH,
 }
 
 
@@ -64,7 +64,7 @@ class Figure:
 
     Parameters
     ----------
-    quantity : Quantity
+    quantity : FigureKind
     subject : str             Name of the point, body or axis of a mount.
     value, error : float      With its numerical error, in SI units.
     min : float               The smallest among the static equilibria.
@@ -73,7 +73,7 @@ class Figure:
     spread : Quantiles or None   By the uncertainty of the springs; None if nothing was drawn.
     """
 
-    quantity: Quantity
+    quantity: FigureKind
     subject: str
     value: float
     error: float
@@ -117,10 +117,10 @@ class CaseSpread:
     failing: float
 
 
-def judged(figures: Sequence[Figure], is_outside: bool) -> Verdict:
+def judged(figures: Sequence[Figure], is_outside: bool) -> CaseVerdict:
     """The verdict on figures, of which extrapolated ones never pass."""
     if is_outside:
-        return Verdict.OUTSIDE
+        return CaseVerdict.OUTSIDE
     if any(figure.is_exceeded and not figure.is_close for figure in figures):
-        return Verdict.FAILS
-    return Verdict.CLOSE if any(figure.is_close for figure in figures) else Verdict.PASSES
+        return CaseVerdict.FAILS
+    return CaseVerdict.CLOSE if any(figure.is_close for figure in figures) else CaseVerdict.PASSES
