@@ -11,7 +11,7 @@ from rig import Fault
 from rig_causes import at_frequencies, lagging, less_friction, moving_mass, rubber, wearing
 from strandspring import Outcome
 from strandspring.identification.causes.between_records import RecordDifference, differences
-from strandspring.identification.rig.rig import Effect
+from strandspring.identification.rig.effect_columns import Effect
 
 ONE, THREE = (0.5, 0.5, 0.5), (0.2, 0.7, 2.0)
 STEPS = [(1.0,), (0.4, 0.7, 1.0)]

@@ -10,7 +10,7 @@ from rig_causes import at_frequencies, band_limited, drawn_case, gapped, humming
 from strandspring import Outcome
 from strandspring.identification.causes.causes import Causes, causes_in
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.rig.rig import Effect, Rig
+from strandspring.identification.rig.effect_columns import Effect, Rig
 from strandspring.identification.search.search import search
 
 

@@ -16,8 +16,8 @@ from rig import Case, Experiment, draw_experiment, draw_spring, elastic_force, s
 from rig_faults import FAULTS
 from strandspring import Identification, IdentificationError, Outcome, Record, Spring, identify, read_record
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.rig.rig import Effect, Rig, Sizes
-from strandspring.identification.rig.rig_effects import CAUTIONS, with_other_effects
+from strandspring.identification.rig.effect_columns import Effect, Rig, Sizes
+from strandspring.identification.rig.effect_texts import CAUTIONS, with_other_effects
 from strandspring.identification.search.search import Candidate, search
 
 ROOT = Path(__file__).resolve().parents[2]

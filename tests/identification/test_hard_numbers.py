@@ -22,9 +22,9 @@ from strandspring.errors import ModelError
 from strandspring.identification.certainty.intervals import around
 from strandspring.identification.certainty.prediction_interval import _halves, prediction_error
 from strandspring.identification.points.direction import correlation
-from strandspring.identification.points.loops import SamplePoints
+from strandspring.identification.points.sample_points import SamplePoints
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.rig.rig import Effect, Rig
+from strandspring.identification.rig.effect_columns import Effect, Rig
 from strandspring.model.joint import JointCovariance, joint_names
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 

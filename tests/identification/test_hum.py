@@ -10,7 +10,7 @@ from rig_causes import drawn_case, humming
 from rig_faults import FAULTS
 from strandspring.identification.causes.hum import Hum, hum_beside
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.rig.rig import Rig
+from strandspring.identification.rig.effect_columns import Rig
 from strandspring.identification.search.search import search
 
 

@@ -21,7 +21,7 @@ from strandspring.core.parameters import least_value
 from strandspring.errors import RecordError
 from strandspring.identification.certainty.figures import predict_record, rmse, rnl
 from strandspring.identification.points.direction import backwards
-from strandspring.identification.points.loops import gather
+from strandspring.identification.points.sample_points import gather
 from strandspring.identification.points.smoothing import moving_average
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.path import PathSolver

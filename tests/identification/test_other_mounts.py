@@ -11,11 +11,11 @@ import pytest
 
 from strandspring import RefinedOptions, identify
 from strandspring.identification.methods.refined import KEEP
-from strandspring.identification.points.loops import gather
+from strandspring.identification.points.sample_points import gather
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.corrected import Corrected
+from strandspring.identification.rig.effect_columns import Effect, Rig
 from strandspring.identification.rig.other_mounts import stop_operators
-from strandspring.identification.rig.rig import Effect, Rig
 from strandspring.identification.search.search import search
 from strandspring.identification.unrecorded.wider_class import unrecorded
 from strandspring.loops.strokes import find_strokes

@@ -8,8 +8,8 @@ from scipy.optimize import least_squares
 
 from strandspring.identification.least_squares.projection import Problem, Refinement, vector
 from strandspring.identification.least_squares.stages import Hysteresis
-from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.sample_points import SamplePoints
 from strandspring.kernel.arrays import FloatArray
 
 DIRECTION, LENGTH = np.array([1, -1, 1, -1]), np.array([1.0, 1.7, 1.3, 2.0])

@@ -11,10 +11,10 @@ from judgement import judge_case
 from rig import UNDECIDED, Case, Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, Record, RefinedOptions, identify, read_record
-from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.sample_points import SamplePoints
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.rig.rig import Rig
+from strandspring.identification.rig.effect_columns import Rig
 from strandspring.identification.search.search import Candidate, least_points, refined, search
 from strandspring.loops.strokes import find_strokes
 from synthetic import record_of, sine, spring_of

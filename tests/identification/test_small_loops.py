@@ -16,7 +16,7 @@ from strandspring import Outcome, Spring, identify
 from strandspring.identification.certainty.recorded_energies import LoopEnergy
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.corrected import Corrected
-from strandspring.identification.rig.rig import Effect, Rig, Sizes
+from strandspring.identification.rig.effect_columns import Effect, Rig, Sizes
 from strandspring.identification.search.search import Candidate, search
 from strandspring.identification.unrecorded.one_amplitude import one_amplitude_doubts
 from strandspring.identification.unrecorded.small_loops import (

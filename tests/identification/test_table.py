@@ -13,9 +13,9 @@ from strandspring.identification.least_squares.linearised import Linearised
 from strandspring.identification.least_squares.projection import Refinement
 from strandspring.identification.least_squares.refinement import Samples, refine
 from strandspring.identification.least_squares.stages import Hysteresis
-from strandspring.identification.points.loops import SamplePoints
 from strandspring.identification.points.noise import force_noise
 from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.sample_points import SamplePoints
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.points.table import TableBasis
 from strandspring.identification.search.solution import is_positive, spring_of

@@ -13,8 +13,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from strandspring import Record
-from strandspring.identification.points.loops import gather
 from strandspring.identification.points.polynomials import Basis
+from strandspring.identification.points.sample_points import gather
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.generalised import generalised_path
 from strandspring.loops.strokes import find_strokes

@@ -33,7 +33,7 @@ from .certainty.saved_spring import differences, is_worse_than_a_line
 from .identified_model import IdentifiedModel
 from .methods.method import Method, checked_method
 from .methods.refined import RefinedOptions
-from .points.loops import SamplePoints, join
+from .points.sample_points import SamplePoints, join
 from .points.steady_part import SteadyRecord, find_steady_part
 from .points.turns import turns_between_samples
 from .points.unit_check import refuse_differing_units

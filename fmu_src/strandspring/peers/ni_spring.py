@@ -16,8 +16,8 @@ from ..errors import RecordError
 from ..identification.least_squares.stages import Backbone, Hysteresis
 from ..identification.methods.fitted import Fitted, fitted
 from ..identification.methods.method import Method
-from ..identification.points.loops import SamplePoints
 from ..identification.points.polynomials import Basis
+from ..identification.points.sample_points import SamplePoints
 from ..identification.points.steady_part import SteadyRecord
 from ..identification.search.solution import Solution
 from ..model.outcomes import IdentificationError, Outcome

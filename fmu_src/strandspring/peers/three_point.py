@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from ..identification.points.loops import SamplePoints, single_branch
 from ..identification.points.polynomials import Basis, Columns
+from ..identification.points.sample_points import SamplePoints, single_branch
 from ..identification.points.smoothing import automatic_half_width, moving_average
 from ..identification.points.steady_part import mean_loop
 from ..kernel.arrays import FloatArray

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import RecordError
 from ..identification.methods.fitted import Fitted, fitted
 from ..identification.methods.method import Method
-from ..identification.points.loops import join
+from ..identification.points.sample_points import join
 from ..identification.points.steady_part import SteadyRecord
 from ..identification.search.two_stage import Stages, two_stage, whole_branches
 from ..records.record import Record

@@ -17,7 +17,7 @@ from ...errors import ModelError, RecordError, StrandspringError
 from ...identification.methods.method import Method
 from ...identification.methods.refined import KEEP, RefinedOptions
 from ...identification.methods.scan_options import ScanOptions
-from ...identification.rig.rig import STATES
+from ...identification.rig.effect_columns import STATES
 from ...loops.description_file import entries
 from ...loops.wanted import Wanted
 from ...loops.windows import is_window

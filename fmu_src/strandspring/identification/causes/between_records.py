@@ -22,7 +22,7 @@ from ...loops.loop import group_by_amplitude
 from ...loops.strokes import find_strokes
 from ...model.outcomes import Outcome
 from ...records.record import Record
-from ..rig.rig import Effect
+from ..rig.effect_columns import Effect
 
 _LEAST = 0.03  # difference that is reported, share of the height or of the stiffness
 _SURE = 3.0  # standard errors

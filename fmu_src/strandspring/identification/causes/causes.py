@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...model.outcomes import Outcome
-from ..rig.rig import Effect, Rig
+from ..rig.effect_columns import Effect, Rig
 from ..search.search import Candidate
 from .backlash import backlash
 from .band_limit import band_limit

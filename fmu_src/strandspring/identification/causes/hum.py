@@ -17,9 +17,9 @@ from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import median
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected
-from ..rig.effect_traces import EffectTraces
-from ..rig.rig import Rig, transferred
+from ..rig.effect_columns import Rig, transferred
 from ..rig.tangent import Tangent
+from ..rig.traces_in_residuals import EffectTraces
 from ..search.search import Candidate
 
 _ABOVE = 10.0  # power of the line in that of all others near it

@@ -15,8 +15,8 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import Refinement
 from ..points.autocorrelation import autocorrelation_time
-from ..points.loops import SamplePoints
 from ..points.repetition import CELLS, branch_cells
+from ..points.sample_points import SamplePoints
 
 _REPORTED = 0.1  # misfit beyond noise that is reported, share of the hysteretic force
 _BEYOND = 1.5  # misfit over noise from which it is more than noise

@@ -36,7 +36,7 @@ from ...model.joint import LEVEL, JointCovariance
 from ..least_squares.linearised import Linearised
 from ..least_squares.refinement import Samples
 from ..least_squares.trust_region import triangle_of
-from ..points.loops import SamplePoints
+from ..points.sample_points import SamplePoints
 from .intervals import NORMAL_95, student_95
 
 _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called too narrow

@@ -12,7 +12,7 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.noise_levels import noise_level
 from ...loops.strokes import Strokes
-from ..points.loops import ONE_AMPLITUDE
+from ..points.sample_points import ONE_AMPLITUDE
 from ..points.steady_part import SteadyRecord
 from .figures import RecordFit, chosen_samples, steps_of_work
 

@@ -24,8 +24,8 @@ from ...model.joint import joint_names
 from ..least_squares.linearised import Linearised, is_sigma_free
 from ..least_squares.projection import Refinement
 from ..least_squares.stages import SIGMA_BOUNDS
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
+from ..points.sample_points import SamplePoints
 from .intervals import Interval, intervals_95
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")

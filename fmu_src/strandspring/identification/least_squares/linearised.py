@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from ..points.repetition import repetition
+from ..points.sample_points import SamplePoints
 from .coloured_noise import CoefficientCovariance, coefficient_covariance
 from .projection import Refinement
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis

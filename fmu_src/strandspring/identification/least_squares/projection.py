@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
+from ..points.sample_points import SamplePoints
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
 from .trust_region import minimise, triangle_of
 

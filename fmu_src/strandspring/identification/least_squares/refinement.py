@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import SamplePoints
 from ..points.noise import ForceNoise
 from ..points.polynomials import Basis
+from ..points.sample_points import SamplePoints
 from .projection import Problem, Refinement
 from .stages import Hysteresis
 

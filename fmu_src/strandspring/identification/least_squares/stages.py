@@ -29,8 +29,8 @@ from ...core.parameters import SIGMA_RANGE
 from ...kernel.arrays import FloatArray
 from ...kernel.line import IntegratedLines
 from ...loops.noise_levels import median
-from ..points.loops import SamplePoints
 from ..points.polynomials import Columns
+from ..points.sample_points import SamplePoints
 from ..points.smoothing import automatic_half_width, moving_average
 
 SIGMA_BOUNDS = SIGMA_RANGE

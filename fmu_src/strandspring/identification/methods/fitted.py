@@ -17,7 +17,7 @@ from ..certainty.prediction_interval import PredictionBand
 from ..certainty.uncertainty import is_sigma_uncertain
 from ..least_squares.projection import Problem
 from ..least_squares.stages import fit_backbone
-from ..points.loops import SamplePoints
+from ..points.sample_points import SamplePoints
 from ..points.steady_part import SteadyRecord
 from ..search.solution import Solution, cautions_of, is_positive, refuse_too_few, spring_of
 

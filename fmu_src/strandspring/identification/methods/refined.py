@@ -25,17 +25,17 @@ from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Refinement
 from ..least_squares.refinement import Samples, refine
-from ..points.loops import POINTS_PER_STROKE, SamplePoints
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
+from ..points.sample_points import POINTS_PER_STROKE, SamplePoints
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected, rms_in
-from ..rig.effects import find_delayed, other_effects
+from ..rig.effect_columns import STATES, Effect, Rig, Sizes
+from ..rig.effect_search import find_delayed, other_effects
+from ..rig.effect_texts import CAUTIONS, RELAXING, described, detail, with_other_effects
 from ..rig.known_rig import KnownRig
 from ..rig.other_mounts import nearest_mount
 from ..rig.removal import Kept, find_removable
-from ..rig.rig import STATES, Effect, Rig, Sizes
-from ..rig.rig_effects import CAUTIONS, RELAXING, described, detail, with_other_effects
 from ..rig.spring_alone import spring_alone
 from ..search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
 from ..search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..points.loops import join
+from ..points.sample_points import join
 from ..points.steady_part import SteadyRecord
 from ..search.scan import scan
 from .fitted import Fitted, fitted

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from .loops import IndexArray, SamplePoints
+from .sample_points import IndexArray, SamplePoints
 
 CELLS = 24  # over the range, on each branch
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
-from .loops import SamplePoints
+from .sample_points import SamplePoints
 
 # Smooth until the noise is below this share of the loop's half height...
 _WANTED_NOISE = 0.01

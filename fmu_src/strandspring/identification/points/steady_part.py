@@ -15,7 +15,7 @@ from ...loops.turning import turning_points
 from ...model.outcomes import IdentificationError, Outcome
 from ...records.record import Record
 from .direction import correlation, least_lag, wrong_way
-from .loops import POINTS_PER_STROKE, SamplePoints, gather
+from .sample_points import POINTS_PER_STROKE, SamplePoints, gather
 from .usable import usable_samples
 
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..points.loops import SamplePoints
+from ..points.sample_points import SamplePoints
 from ..search.search import SATURATION, Candidate, force_floor, information
-from .rig import Effect, Sizes
+from .effect_columns import Effect, Sizes
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from ...loops.strokes import find_strokes
 from ...records.record import Record
 from ..points.acceleration import acceleration
 from ..points.steady_part import synchronised
-from .rig import Effect
+from .effect_columns import Effect
 
 _WORTH = 0.005  # change of the stiffness that is worth a note
 _MASS = 1.0  # whose effect the note gives [kg]

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import IndexArray, SamplePoints
+from ..points.sample_points import IndexArray, SamplePoints
 from ..search.search import MARGIN, force_floor, information
 from .corrected import Corrected
-from .rig import Rig
+from .effect_columns import Rig
 from .tangent import Tangent
 
 _THRESHOLDS = 0.6 * 0.5 ** np.arange(7)  # of stop operators, shares of half the longest stroke

@@ -15,11 +15,11 @@ import numpy as np
 
 from ..search.search import CLOSE, Candidate, force_floor, information, is_explained
 from .corrected import Corrected, rms_in
-from .effect_sizes import fitted_with
-from .effects import find_effects
+from .effect_columns import Effect, Rig, Sizes
+from .effect_search import find_effects
+from .effect_texts import in_words
+from .effects_fitted import fitted_with
 from .other_mounts import explanations
-from .rig import Effect, Rig, Sizes
-from .rig_effects import in_words
 
 _LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 _ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ...loops.strokes import find_strokes
-from ..points.loops import POINTS_PER_STROKE
+from ..points.sample_points import POINTS_PER_STROKE
 from ..points.steady_part import SteadyRecord
 from ..search.search import Candidate
-from .rig import Rig, Sizes, transferred
+from .effect_columns import Rig, Sizes, transferred
 
 
 def spring_alone(rig: Rig, sizes: Sizes, fit: Candidate) -> tuple[SteadyRecord, ...]:

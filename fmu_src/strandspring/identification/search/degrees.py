@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..points.loops import SamplePoints
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
+from ..points.sample_points import SamplePoints
 from .solution import Solution
 
 # Candidate degrees N, M for an automatic choice, in the order of preference.

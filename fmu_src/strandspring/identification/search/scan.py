@@ -12,8 +12,8 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..least_squares.stages import Hysteresis, fit_backbone
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis, Columns
+from ..points.sample_points import SamplePoints
 from .degrees import choose_degrees
 from .solution import Solution, is_distinct, saturation_distance
 

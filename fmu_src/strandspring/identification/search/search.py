@@ -25,9 +25,9 @@ from ..least_squares.projection import Problem, Refinement
 from ..least_squares.stages import Hysteresis
 from ..least_squares.trust_region import triangle_of
 from ..points.autocorrelation import autocorrelation_time
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
 from ..points.repetition import repeated_share
+from ..points.sample_points import SamplePoints
 from ..points.table import TableBasis
 from .degrees import prediction_error
 from .scan import scan_minima

@@ -13,8 +13,8 @@ from ...kernel.saturation_table import table
 from ...model.outcomes import IdentificationError, Outcome
 from ..least_squares.projection import RHO_BOUNDS
 from ..least_squares.stages import N_BOUNDS, Backbone, Hysteresis
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis
+from ..points.sample_points import SamplePoints
 
 # |omega| that full strokes must reach for a steady section to exist.
 _SATURATED = 0.9

@@ -13,8 +13,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..least_squares.stages import Hysteresis, fit_backbone, fit_hysteresis
-from ..points.loops import SamplePoints
 from ..points.polynomials import Basis, Columns
+from ..points.sample_points import SamplePoints
 from .degrees import choose_degrees
 from .solution import Solution, is_distinct
 

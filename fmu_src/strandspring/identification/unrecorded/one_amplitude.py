@@ -7,9 +7,9 @@ from typing import Any
 
 from ...model.outcomes import Outcome
 from ..rig.corrected import Corrected
-from ..rig.effects import hinted_effects
-from ..rig.rig import Effect, Rig
-from ..rig.rig_effects import in_words
+from ..rig.effect_columns import Effect, Rig
+from ..rig.effect_search import hinted_effects
+from ..rig.effect_texts import in_words
 
 # Effects that a loop of a single amplitude is known from by its form alone.
 _LIKE_LOOPS = {

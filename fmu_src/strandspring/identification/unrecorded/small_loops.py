@@ -18,7 +18,7 @@ from ...model.joint import JointCovariance
 from ...model.outcomes import IdentificationError
 from ..certainty.intervals import NORMAL_95
 from ..certainty.recorded_energies import LoopEnergy
-from ..points.loops import ONE_AMPLITUDE
+from ..points.sample_points import ONE_AMPLITUDE
 from ..search.search import CLOSE, Candidate
 from ..search.solution import spring_of
 

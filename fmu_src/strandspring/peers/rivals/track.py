@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...identification.points.loops import POINTS_PER_STROKE, SamplePoints, join
+from ...identification.points.sample_points import POINTS_PER_STROKE, SamplePoints, join
 from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..search.search import Candidate, refined
 from .corrected import Corrected
-from .effect_traces import EffectTraces
-from .rig import Effect, Rig, Sizes, wears
+from .effect_columns import Effect, Rig, Sizes, wears
+from .traces_in_residuals import EffectTraces
 
 _STEPS = 6
 _SETTLED = 0.01  # change of a size at which they end, share of it

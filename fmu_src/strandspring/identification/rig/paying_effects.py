@@ -5,9 +5,9 @@ from __future__ import annotations
 from ..points.table import TableBasis
 from ..search.search import MARGIN, Candidate, is_explained, with_degrees, with_richer_bases
 from .corrected import Corrected, best_of
-from .effect_sizes import fitted_with
-from .effect_traces import promising
-from .rig import Rig
+from .effect_columns import Rig
+from .effects_fitted import fitted_with
+from .traces_in_residuals import promising
 
 # An effect must explain this share of the misfit, unless nothing but noise is left: where the model itself does not
 # follow the spring, any further column gains a little.

@@ -11,7 +11,7 @@ from ...kernel.arrays import FloatArray
 from ..points.autocorrelation import autocorrelation_time
 from ..search.search import MARGIN, force_floor, information
 from .corrected import Corrected, Gain
-from .rig import Effect, Rig, Sizes
+from .effect_columns import Effect, Rig, Sizes
 from .tangent import Tangent
 
 TRIED = 3  # effects that promise most are tried

@@ -14,9 +14,9 @@ from ..points.polynomials import Basis
 from ..search.search import PILOT, Candidate, force_floor, information, refined, search
 from ..search.two_stage import two_stage
 from .corrected import Corrected, best_of, rms_in
-from .effect_choice import with_effects_chosen
-from .effect_sizes import POSITIVE, fitted_with
-from .rig import Effect, Rig, Sizes
+from .effect_columns import Effect, Rig, Sizes
+from .effects_fitted import POSITIVE, fitted_with
+from .paying_effects import with_effects_chosen
 
 # Effects that follow the reversals, much alike on a single amplitude.
 LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)

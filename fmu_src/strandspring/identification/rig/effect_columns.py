@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import Strokes
 from ..least_squares.projection import Problem
-from ..points.loops import SamplePoints, averaged_over, cells_of, join
+from ..points.sample_points import SamplePoints, averaged_over, cells_of, join
 from ..points.steady_part import SteadyRecord
 from ..search.search import Candidate
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...model.outcomes import Outcome
-from .rig import Effect, Sizes
+from .effect_columns import Effect, Sizes
 
 CAUTIONS = {
     Effect.DELAY: Outcome.DELAY,

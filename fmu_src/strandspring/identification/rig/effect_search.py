@@ -27,7 +27,10 @@ from ..points.table import TableBasis
 from ..search.scan import scan_minima
 from ..search.search import CLOSE, PILOT, WHITE, Candidate, is_explained, other_splits, refined, search
 from .corrected import Corrected, Gain, best_of, rms_in
-from .effect_choice import (
+from .delay_and_play import CARRIED, LOCKED, best_size, searched_beside, with_moving_effect, with_other_sizes
+from .effect_columns import Effect, Rig, Sizes, transferred
+from .effects_fitted import fitted_with
+from .paying_effects import (
     is_white,
     pays,
     with_effects_chosen,
@@ -35,10 +38,7 @@ from .effect_choice import (
     with_richer_basis,
     without_idle_effects,
 )
-from .effect_sizes import fitted_with
-from .effect_traces import TRIED, gains_of, promising
-from .moving_effects import CARRIED, LOCKED, best_size, searched_beside, with_moving_effect, with_other_sizes
-from .rig import Effect, Rig, Sizes, transferred
+from .traces_in_residuals import TRIED, gains_of, promising
 
 _UNCLEAR = 30.0  # difference of the criterion up to which others may be the cause where residuals are not white
 _TRACE = 3.0  # by which one would lower the criterion that is named without being removed
