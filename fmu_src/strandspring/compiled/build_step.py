@@ -38,7 +38,7 @@ class BuildWithImages(build_py):
         of_fmus = [(unit, target) for unit in images.OF_FMUS for target in FMU_TARGETS]
         wanted = [(images.KERNEL, host_target()), *of_fmus]
         with ThreadPoolExecutor() as pool:
-            contents = pool.map(lambda one: images.compiled(*one), wanted)
+            contents = pool.map(lambda image_wanted: images.compiled(*image_wanted), wanted)
             folder.mkdir(parents=True)
             for (unit, target), content in zip(wanted, contents, strict=True):
                 (folder / unit.file_name(target)).write_bytes(content)

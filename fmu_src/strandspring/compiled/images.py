@@ -104,9 +104,9 @@ def image(unit: CompiledUnit, target: Target) -> Path:
     BuildError   If it would have to be compiled and ziglang is not installed, or fails; or it cannot be kept.
     """
     name = unit.file_name(target)
-    found = next((folder / name for folder in (PACKAGED, *_caches()) if (folder / name).is_file()), None)
-    if found is not None:
-        return found
+    built = next((folder / name for folder in (PACKAGED, *_caches()) if (folder / name).is_file()), None)
+    if built is not None:
+        return built
     if not zig.is_installed():
         raise BuildError(
             f"The compiled {unit.name} for {target.triple} is missing, and ziglang, which compiles it, is not "
@@ -138,7 +138,7 @@ def contents(unit: CompiledUnit, targets: Collection[Target]) -> dict[Target, by
     BuildError   As for `image`.
     """
     with ThreadPoolExecutor() as pool:
-        futures = {target: pool.submit(lambda one: image(unit, one).read_bytes(), target) for target in targets}
+        futures = {target: pool.submit(lambda triple: image(unit, triple).read_bytes(), target) for target in targets}
         try:
             return {target: future.result() for target, future in futures.items()}
         except BaseException:
@@ -171,8 +171,8 @@ def fmi_header(name: str) -> bytes:
     BuildError   If it is not there.
     """
     # Not by importing it, which takes long.
-    found = find_spec("fmpy")
-    folders = [] if found is None else list(found.submodule_search_locations or ())
+    specification = find_spec("fmpy")
+    folders = [] if specification is None else list(specification.submodule_search_locations or ())
     try:
         return Path(*folders, "c-code", name).read_bytes()
     except OSError:

@@ -143,52 +143,52 @@ def problems(p: SpringParameters) -> list[str]:
     range, which together make every closed loop absorb energy; and of a size that a spring can have, so that
     whatever is computed at displacements up to LARGEST_DISPLACEMENT is finite.
     """
-    found = _count_problems(p)
-    if found:
-        return found
+    sentences = _count_problems(p)
+    if sentences:
+        return sentences
     named = [(f"{name}[{i}]", value) for name in ARRAYS for i, value in enumerate(getattr(p, name))]
     named += [(name, getattr(p, name)) for name in SCALARS]
-    found = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
-    if found:
-        return found
+    sentences = [f"`{name}` must be finite, got {value!r}." for name, value in named if not math.isfinite(value)]
+    if sentences:
+        return sentences
     if p.kA[0] != 1.0:
-        found.append(f"`kA[0]` must be 1 (kappa_omega carries the scale), got {p.kA[0]!r}.")
-    found += [
+        sentences.append(f"`kA[0]` must be 1 (kappa_omega carries the scale), got {p.kA[0]!r}.")
+    sentences += [
         f"`{name}` must be > 0 [{unit}], got {value!r}."
         for name, value, unit in (("kappa_omega", p.kappa_omega, "N"), ("rho", p.rho, "1/m"))
         if not value > 0.0
     ]
-    found += [
+    sentences += [
         f"`{name}` must be within [{low:g}, {high:g}], got {value!r}."
         for name, value, (low, high) in (("sigma", p.sigma, SIGMA_RANGE), ("n", p.n, N_RANGE))
         if not low <= value <= high
     ]
-    found += _range_problems(p)
-    if not found:
-        found = [*_knot_problems(p), *_size_problems(p)]
-    if not found:
+    sentences += _range_problems(p)
+    if not sentences:
+        sentences = [*_knot_problems(p), *_size_problems(p)]
+    if not sentences:
         least, where = least_value(p.kA, p.x_min, p.x_max)
         if not least > LEAST_AMPLIFIER:
-            found.append(
+            sentences.append(
                 f"the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
                 f"got {least:.6g} at displacement {where + p.displacement_offset:.6g} m."
             )
-    return found
+    return sentences
 
 
 def _count_problems(p: SpringParameters) -> list[str]:
     is_table = bool(p.FE_knots or p.FE_forces)
-    found = []
+    sentences = []
     if is_table and p.kE:
-        found.append(f"`kE` must be empty where `FE_knots` gives FE as a table, got {len(p.kE)} values.")
+        sentences.append(f"`kE` must be empty where `FE_knots` gives FE as a table, got {len(p.kE)} values.")
     if is_table and not KNOTS[0] <= len(p.FE_knots) <= KNOTS[1]:
-        found.append(f"`FE_knots` must have between {KNOTS[0]} and {KNOTS[1]} knots, got {len(p.FE_knots)}.")
+        sentences.append(f"`FE_knots` must have between {KNOTS[0]} and {KNOTS[1]} knots, got {len(p.FE_knots)}.")
     if len(p.FE_forces) != len(p.FE_knots):
-        found.append(
+        sentences.append(
             f"`FE_forces` must have one force for each of the {len(p.FE_knots)} knots, got {len(p.FE_forces)}."
         )
     degrees = {"kA": MAXIMUM_AMPLIFIER_DEGREE} if is_table else {"kE": MAXIMUM_DEGREE, "kA": MAXIMUM_AMPLIFIER_DEGREE}
-    return found + [
+    return sentences + [
         f"`{name}` must have between 1 and {degree + 1} coefficients, got {len(getattr(p, name))}."
         for name, degree in degrees.items()
         if not 1 <= len(getattr(p, name)) <= degree + 1
@@ -197,13 +197,13 @@ def _count_problems(p: SpringParameters) -> list[str]:
 
 def _range_problems(p: SpringParameters) -> list[str]:
     """What is wrong with the identified range."""
-    found = [
+    sentences = [
         f"`{name}` must be within +-{LARGEST_DISPLACEMENT:g} m, got {getattr(p, name)!r}."
         for name in ("displacement_offset", "displacement_min", "displacement_max")
         if not abs(getattr(p, name)) <= LARGEST_DISPLACEMENT
     ]
-    if found:
-        return found
+    if sentences:
+        return sentences
     ends = f"got {p.displacement_min!r} and {p.displacement_max!r}."
     if not p.displacement_min < p.displacement_max:
         return [f"`displacement_min` must be below `displacement_max` [m], {ends}"]
@@ -222,13 +222,13 @@ def _size_problems(p: SpringParameters) -> list[str]:
     """Which parameters are too small or too large over a range that is one."""
     width, reach = p.displacement_max - p.displacement_min, max(-p.x_min, p.x_max)
     least_force, largest_force = FORCE_RANGE
-    found = []
+    sentences = []
     if not least_force <= p.kappa_omega <= largest_force:
-        found.append(f"`kappa_omega` must be within [{least_force:g}, {largest_force:g}] N, got {p.kappa_omega!r}.")
+        sentences.append(f"`kappa_omega` must be within [{least_force:g}, {largest_force:g}] N, got {p.kappa_omega!r}.")
     low, high = (limit / width for limit in SATURATION_RANGE)
     if not low <= p.rho <= high:
         least, largest = SATURATION_RANGE
-        found.append(
+        sentences.append(
             f"`rho` must be within [{low:.6g}, {high:.6g}] 1/m, {least:g} to {largest:g} over the identified range, "
             f"got {p.rho!r}."
         )
@@ -236,12 +236,12 @@ def _size_problems(p: SpringParameters) -> list[str]:
         power = 1.0
         for i, value in enumerate(getattr(p, name)):
             if not abs(value) <= largest / power:
-                found.append(
+                sentences.append(
                     f"`{name}[{i}]` must be within +-{largest / power:.6g}, {largest:g}{unit} over the identified "
                     f"range, got {value!r}."
                 )
             power *= reach
-    return found + [
+    return sentences + [
         f"`FE_forces[{i}]` must be within +-{largest_force:g} N, got {force!r}."
         for i, force in enumerate(p.FE_forces)
         if not abs(force) <= largest_force
@@ -254,12 +254,12 @@ def _knot_problems(p: SpringParameters) -> list[str]:
         return []
     least = LEAST_SPACING * (p.displacement_max - p.displacement_min)
     ends = ((0, "displacement_min"), (len(p.FE_knots) - 1, "displacement_max"))
-    found = [
+    sentences = [
         f"`FE_knots[{place}]` must be `{name}`, {getattr(p, name)!r} m, got {p.FE_knots[place]!r}."
         for place, name in ends
         if p.FE_knots[place] != getattr(p, name)
     ]
-    return found + [
+    return sentences + [
         f"`FE_knots[{i}]` must lie above `FE_knots[{i - 1}]` by {least:.6g} m or more, {LEAST_SPACING:g} of the range, "
         f"got {after!r} after {before!r}."
         for i, (before, after) in enumerate(pairwise(p.FE_knots), start=1)

@@ -73,17 +73,17 @@ class Elastic:
 def pieces(knots: Sequence[float], forces: Sequence[float]) -> list[Piece]:
     """The cubic spline through forces at rising knots, its work counted from 0."""
     bends = _second_derivatives(knots, forces)
-    found, work = [], 0.0
+    cubics, work = [], 0.0
     for k, (left, right) in enumerate(pairwise(knots)):
         width = right - left
         slope = (forces[k + 1] - forces[k]) / width - width * (2.0 * bends[k] + bends[k + 1]) / 6.0
         cubic = forces[k], slope, 0.5 * bends[k], (bends[k + 1] - bends[k]) / (6.0 * width)
         _, *integral = antiderivative(cubic)
-        found.append(Piece(left, cubic, derivative(cubic), (work, *integral)))
-        work = polynomial(found[-1].work, width)
-    home = found[bisect_right(knots[1:-1], 0.0)]
+        cubics.append(Piece(left, cubic, derivative(cubic), (work, *integral)))
+        work = polynomial(cubics[-1].work, width)
+    home = cubics[bisect_right(knots[1:-1], 0.0)]
     at_offset = polynomial(home.work, -home.origin)
-    return [piece._replace(work=(piece.work[0] - at_offset, *piece.work[1:])) for piece in found]
+    return [piece._replace(work=(piece.work[0] - at_offset, *piece.work[1:])) for piece in cubics]
 
 
 def _second_derivatives(knots: Sequence[float], forces: Sequence[float]) -> list[float]:

@@ -167,9 +167,16 @@ def _calculated(depends_on: tuple[str, ...], parameters: tuple[str, ...]) -> dic
     return {"depends_on": depends_on, "starts_from": (*depends_on, *parameters)}
 
 
-def _derivative(of: str, description: str, unit: str, **dependencies: Any) -> Variable:
+def _derivative(state: str, description: str, unit: str, **dependencies: Any) -> Variable:
     return Variable(
-        f"der({of})", "local", "continuous", description, unit, initial="calculated", derivative_of=of, **dependencies
+        f"der({state})",
+        "local",
+        "continuous",
+        description,
+        unit,
+        initial="calculated",
+        derivative_of=state,
+        **dependencies,
     )
 
 

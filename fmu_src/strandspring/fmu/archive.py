@@ -118,10 +118,10 @@ def binary_sizes(fmu: Path) -> dict[str, int]:
 def _licence_of_headers(fmi: int) -> str:
     """The copyright notice and the licence, which stand in the first comment of each header of FMI."""
     header = fmi_header(_TYPES_OF_PLATFORM[fmi]).decode("utf-8")
-    found = re.search(r"Copyright .*?(?=\s*-*\s*\*/)", header, flags=re.DOTALL)
-    if found is None:
+    notice = re.search(r"Copyright .*?(?=\s*-*\s*\*/)", header, flags=re.DOTALL)
+    if notice is None:
         raise BuildError(f"The headers of fmpy {installed_version('fmpy')} hold no licence; install another fmpy.")
-    return f"{found.group()}\n"
+    return f"{notice.group()}\n"
 
 
 def _licence(distribution: str) -> str | None:

@@ -59,9 +59,9 @@ def documentation_page(
 
 def _followed(fit: StatedFit) -> tuple[str, ...]:
     """A row of the table of figures: of the spring alone, then as fitted."""
-    own, fitted = fit.alone, fit.fitted
+    alone, fitted = fit.alone, fit.fitted
     values = (
-        (own.get("rmse"), ".4g"), (own.get("rnl"), ".4f"), (energy_ratio(own), ".2f"),
+        (alone.get("rmse"), ".4g"), (alone.get("rnl"), ".4f"), (energy_ratio(alone), ".2f"),
         (fitted.get("rnl"), ".4f"), (energy_ratio(fitted), ".2f"), (fit.omega_start, ".9g"),
     )  # fmt: skip
     return (fit.name, *("" if value is None else f"{value:{digits}}" for value, digits in values))
@@ -70,7 +70,7 @@ def _followed(fit: StatedFit) -> tuple[str, ...]:
 def _start(value: StartValue | None) -> str:
     if value is None:
         return ""
-    return ", ".join(f"{one:.9g}" for one in (value if isinstance(value, tuple) else (value,)))
+    return ", ".join(f"{number:.9g}" for number in (value if isinstance(value, tuple) else (value,)))
 
 
 def flat(content: Any, name: str = "") -> list[tuple[str, str]]:

@@ -82,7 +82,7 @@ def related_files(of_record: ModelFile, settings: BuildSettings) -> dict[str, by
         BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
         "documentation/fmi-ls-ref.txt": _NOTE.format(name=of_record.name).encode("utf-8"),
         f"{RELATED}/fmi-ls-manifest.xml": _manifest(related),
-        **{f"{RELATED}/{name}": one.content for name, one in related.items()},
+        **{f"{RELATED}/{name}": file.content for name, file in related.items()},
     }
 
 
@@ -185,7 +185,7 @@ def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[st
 
 def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[str, tuple[SpringParameters, str]]:
     """Nominal, lower, upper and drawn springs with a description each, by name."""
-    found = {"nominal": (spring, "Nominal values")}
+    variants = {"nominal": (spring, "Nominal values")}
     intervals = uncertainty.get("interval_95") or {}
     for end, name in enumerate(("lower", "upper")):
         ends = {key: intervals[key][end] for key in _VARIED if key in intervals}
@@ -193,7 +193,7 @@ def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[
         if values:
             about = f"{', '.join(values)} at the {name} ends of their 95 % intervals"
             try:
-                found[name] = (replace(spring, **values), about)
+                variants[name] = (replace(spring, **values), about)
             except ValueError as problem:
                 raise ModelError(
                     f'field "uncertainty.interval_95": its {name} ends are no spring: {problem} Correct the field, or '
@@ -201,9 +201,9 @@ def _variants(spring: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[
                 ) from None
     joint = JointCovariance.from_uncertainty(spring, uncertainty)
     drawn = () if joint is None else islice(_draws(joint, spring), _DRAWN)
-    for number, one in enumerate(drawn, start=1):
-        found[f"drawn_{number}"] = (one, f"Drawn from the joint covariance, number {number} of seed {_SEED}")
-    return found
+    for number, sample in enumerate(drawn, start=1):
+        variants[f"drawn_{number}"] = (sample, f"Drawn from the joint covariance, number {number} of seed {_SEED}")
+    return variants
 
 
 def _draws(joint: JointCovariance, spring: SpringParameters) -> Iterator[SpringParameters]:
@@ -243,7 +243,7 @@ def _manifest(related: Mapping[str, Related]) -> bytes:
     )
     attributes = {"type": "application/json", "source": f"../../{MODEL_IN_FMU}", "role": "model"}
     SubElement(root, "Related", {**attributes, "description": "Model file, in the coordinates of the record"})
-    for name, one in related.items():
-        attributes = {"type": one.media_type, "source": name, "role": one.role, "description": one.description}
+    for name, file in related.items():
+        attributes = {"type": file.media_type, "source": name, "role": file.role, "description": file.description}
         SubElement(root, "Related", attributes)
     return xml_file(root)

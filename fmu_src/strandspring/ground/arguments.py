@@ -54,8 +54,8 @@ def numbers(name: str, values: Any, unit: str = "") -> tuple[float, ...]:
         if isinstance(values, _NO_NUMBERS):
             raise TypeError
         is_one = isinstance(values, np.ndarray) and values.ndim == 0
-        each = list(values) if hasattr(values, "__iter__") and not is_one else [values]
-        return tuple(number(name, value, unit) for value in each)
+        items = list(values) if hasattr(values, "__iter__") and not is_one else [values]
+        return tuple(number(name, value, unit) for value in items)
     except (TypeError, ValueError):
         raise TypeError(f"`{name}` must be numbers{_in(unit)}, got {_shown(values)}.") from None
 
@@ -78,10 +78,10 @@ def whole(name: str, value: Any) -> int:
     Traceback (most recent call last):
     TypeError: `draws` must be a whole number, got 2.5.
     """
-    found = value.item() if isinstance(value, np.ndarray | np.integer) and np.ndim(value) == 0 else value
-    if isinstance(found, bool) or not isinstance(found, int):
+    number_given = value.item() if isinstance(value, np.ndarray | np.integer) and np.ndim(value) == 0 else value
+    if isinstance(number_given, bool) or not isinstance(number_given, int):
         raise TypeError(f"`{name}` must be a whole number, got {_shown(value)}.")
-    return found
+    return number_given
 
 
 def optional_whole(name: str, value: Any) -> int | None:

@@ -52,8 +52,8 @@ def _check_nesting(content: Any) -> None:
     for _ in range(_MAX_NESTING):
         level = [
             child
-            for one in level
-            for child in (one.values() if isinstance(one, dict) else one if isinstance(one, list) else ())
+            for value in level
+            for child in (value.values() if isinstance(value, dict) else value if isinstance(value, list) else ())
         ]
         if not level:
             return

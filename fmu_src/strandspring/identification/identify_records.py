@@ -114,16 +114,16 @@ def _common_samples(first: Record, second: Record) -> int:
     end = min(first.first_sample + len(first), second.first_sample + len(second))
     if begin >= end:
         return 0
-    one, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
+    common, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
     columns = [(first.displacement, second.displacement), (first.force, second.force)]
     if (first.time is None) != (second.time is None):
         return 0
     if first.time is not None and second.time is not None:
         columns.append((first.time, second.time))
-    if not all(np.array_equal(a[one], b[other]) for a, b in columns):
+    if not all(np.array_equal(a[common], b[other]) for a, b in columns):
         return 0
     compared = np.ones(end - begin, dtype=bool)
-    for record, part in ((first, one), (second, other)):
+    for record, part in ((first, common), (second, other)):
         if record.compared is not None:
             compared &= record.compared[part]
     return int(compared.sum())
@@ -149,8 +149,8 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
     measured = [_as_recorded(part, record) for part, record in zip(parts, group, strict=True)]
-    fits = tuple(_alone(solver, *each) for each in zip(parts, group, starts, strict=True))
-    smoothed = tuple(along_strokes(solver, *each) for each in zip(measured, fits, strict=True))
+    fits = tuple(_alone(solver, *inputs) for inputs in zip(parts, group, starts, strict=True))
+    smoothed = tuple(along_strokes(solver, *inputs) for inputs in zip(measured, fits, strict=True))
     fitted = smoothed
     if result.predicted:
         what = "with what was removed" if result.effects else "with reversals between the samples"
@@ -206,8 +206,8 @@ def _steady_part(record: Record, method: Method) -> SteadyRecord:
 
 def _gaps(loops: SamplePoints) -> str:
     """Displacements between those of the records, in words; empty if there are none."""
-    points = [loops.displacement[own] for _, own in loops.by_record if own.start < own.stop]
-    ranges = sorted((float(own.min()), float(own.max())) for own in points)
+    points = [loops.displacement[part] for _, part in loops.by_record if part.start < part.stop]
+    ranges = sorted((float(part.min()), float(part.max())) for part in points)
     reached, gaps = ranges[0][1], []
     for low, high in ranges[1:]:
         if low > reached:
@@ -233,10 +233,10 @@ def _in_json(value: Any) -> Any:
 def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome, str]:
     """Outcomes with the details of every record that has them."""
     merged: dict[Outcome, str] = {}
-    for path, found in cautions:
-        for outcome, text in found.items():
-            own = f"{path}: {text}" if path and text else text
-            merged[outcome] = "; ".join(filter(None, (merged.get(outcome, ""), own)))
+    for path, details in cautions:
+        for outcome, text in details.items():
+            sentence = f"{path}: {text}" if path and text else text
+            merged[outcome] = "; ".join(filter(None, (merged.get(outcome, ""), sentence)))
     return merged
 
 

@@ -168,11 +168,11 @@ class BalancedSystem:
                                                    limits of its axis is the last.
         """
         z, logs = floats(z), floats(logs)
-        found, motions = np.empty((logs.size, z.size)), self._motions(logs.size)
+        rows, motions = np.empty((logs.size, z.size)), self._motions(logs.size)
         reached = library().balance_sweep(
-            self._address, log, address(z), logs.size, address(logs), address(found), motions.address
+            self._address, log, address(z), logs.size, address(logs), address(rows), motions.address
         )
-        return [motions.motion_of(found[k], k) for k in range(reached)]
+        return [motions.motion_of(rows[k], k) for k in range(reached)]
 
     def _motions(self, count: int) -> _Motions:
         return _Motions(count, len(self.axes), self.degrees, self.basis.samples)

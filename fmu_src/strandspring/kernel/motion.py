@@ -111,13 +111,13 @@ class MotionSolver:
         float                            The unbalance that remains [N].
         bool                             Whether it was found.
         """
-        found, unbalance = np.array(self.nominal_pose if pose is None else pose, dtype=np.float64), np.zeros(1)
+        pose_at_rest, unbalance = np.array(self.nominal_pose if pose is None else pose, dtype=np.float64), np.zeros(1)
         gravity, omega = floats(gravity), floats(omega)
         system, state = self._system(rows("MotionChannel", 0)), _State(self)
         is_found = library().motion_rest(
-            byref(system), address(gravity), address(omega), state.address, address(found), address(unbalance)
+            byref(system), address(gravity), address(omega), state.address, address(pose_at_rest), address(unbalance)
         )
-        return found, float(unbalance[0]), bool(is_found)
+        return pose_at_rest, float(unbalance[0]), bool(is_found)
 
     def run(
         self,

@@ -89,15 +89,15 @@ class PathSolver:
     def force_with_partials(self, path: FloatArray, omega: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]."""
         path, omega = floats(path), floats(omega)
-        found = np.empty((3, path.size))
-        library().spring_force_at(self._law.address, path.size, address(path), address(omega), *map(address, found))
-        return found[0], found[1], found[2]
+        partials = np.empty((3, path.size))
+        library().spring_force_at(self._law.address, path.size, address(path), address(omega), *map(address, partials))
+        return partials[0], partials[1], partials[2]
 
     def _along(self, path: FloatArray, omega_start: float, which: int) -> FloatArray:
         """One of the four results along a path."""
         path = floats(path)
-        found = np.empty_like(path)
-        results = [address(found) if k == which else None for k in range(4)]
+        values = np.empty_like(path)
+        results = [address(values) if k == which else None for k in range(4)]
         law = Law(self.parameters, energies=True) if which == 3 else self._law
         library().spring_path(law.address, path.size, address(path), omega_start, *results)
-        return found
+        return values

@@ -67,10 +67,10 @@ class RecordPoints:
         """
         # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
         saturation = table(n, sigma, derivatives=True, coarse=coarse)
-        found = np.empty((4 + self.records, self.count))
-        derivatives = found[1:]
-        self._fill(saturation.address, np.array([rho]), floats(omega_start), found, address(derivatives))
-        return found[0], derivatives
+        rows = np.empty((4 + self.records, self.count))
+        derivatives = rows[1:]
+        self._fill(saturation.address, np.array([rho]), floats(omega_start), rows, address(derivatives))
+        return rows[0], derivatives
 
     def omega_by_rate(self, rho: FloatArray, sigma: float, n: float) -> FloatArray:
         """omega to 1e-8 for each rho, each record beginning with omega = 0, shape (rho.size, P)."""

@@ -34,29 +34,29 @@ _FULL_ONLY = r"#ifndef SPRING_STEPS_ONLY\n.*?#endif\n"
 def structures(steps_only: bool = False) -> dict[str, type[ctypes.Structure]]:
     """Every structure of the kernel by its name in C; those of a build with SPRING_STEPS_ONLY if asked for."""
     text = re.sub(_FULL_ONLY, "", _text(), flags=re.DOTALL) if steps_only else _text()
-    found: dict[str, type[ctypes.Structure]] = {}
+    classes: dict[str, type[ctypes.Structure]] = {}
     for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", text, re.DOTALL):
         lines = re.sub(r"^#.*$", "", body, flags=re.MULTILINE).split(";")
-        fields = [field for line in lines if line.strip() for field in _fields(line, constants(), found)]
-        found[name] = type(name, (ctypes.Structure,), {"_fields_": fields, "__slots__": ()})
-    return found
+        fields = [field for line in lines if line.strip() for field in _fields(line, constants(), classes)]
+        classes[name] = type(name, (ctypes.Structure,), {"_fields_": fields, "__slots__": ()})
+    return classes
 
 
 @cache
 def constants() -> dict[str, int]:
     """Every constant of an enum by its name in C."""
-    found: dict[str, int] = {}
+    values: dict[str, int] = {}
     for name, expression in re.findall(r"(\w+) = ([^,}]+)", "".join(re.findall(r"enum \{.*?\};", _text(), re.DOTALL))):
-        found[name] = _value(expression, found)
-    return found
+        values[name] = _value(expression, values)
+    return values
 
 
 def rows(name: str, count: int, **columns: ArrayLike) -> NDArray[np.void]:
     """An array of so many structures, with zeros in fields for which no column is given."""
-    found = np.zeros(count, _dtype(name))
+    table = np.zeros(count, _dtype(name))
     for field, column in columns.items():
-        found[field] = np.reshape(column, found[field].shape)
-    return found
+        table[field] = np.reshape(column, table[field].shape)
+    return table
 
 
 @cache
@@ -90,9 +90,9 @@ def _fields(
 def _value(expression: str, constants: dict[str, int]) -> int:
     """Of a constant expression."""
 
-    def of(node: ast.expr) -> int:
+    def value_of(node: ast.expr) -> int:
         if isinstance(node, ast.BinOp):
-            return _OPERATIONS[type(node.op)](of(node.left), of(node.right))
+            return _OPERATIONS[type(node.op)](value_of(node.left), value_of(node.right))
         return constants[node.id] if isinstance(node, ast.Name) else int(ast.literal_eval(node))
 
-    return of(ast.parse(expression.strip(), mode="eval").body)
+    return value_of(ast.parse(expression.strip(), mode="eval").body)

@@ -77,20 +77,20 @@ class ChannelTable:
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
         """See `SourceTable.read`."""
-        own = [column for column in wanted if column.number <= len(self.channels)]
+        own_columns = [column for column in wanted if column.number <= len(self.channels)]
         values, times = {}, {}
-        for column in own:
+        for column in own_columns:
             values[column.number], times[column.number] = self._load(column)
         notes: list[str] = []
-        sizes = {column.number: values[column.number].size for column in own}
+        sizes = {column.number: values[column.number].size for column in own_columns}
         if optional is not None and optional.number in sizes:
             others = [size for number, size in sizes.items() if number != optional.number]
             if len({*others}) == 1 and sizes[optional.number] != others[0]:
                 notes.append(f"{optional} is left out: it has {sizes[optional.number]} values, the others {others[0]}")
-                own = [column for column in own if column is not optional]
-        base, base_notes = self._on_one_base(own, values, times)
+                own_columns = [column for column in own_columns if column is not optional]
+        base, base_notes = self._on_one_base(own_columns, values, times)
         notes += base_notes
-        read = {column.number: values[column.number] for column in own}
+        read = {column.number: values[column.number] for column in own_columns}
         clock = self.columns[-1]
         if clock.number > len(self.channels) and clock in wanted:
             if base is not None:
@@ -130,16 +130,16 @@ class ChannelTable:
         return channel.load()
 
     def _on_one_base(
-        self, own: Sequence[Column], values: dict[int, FloatArray], times: dict[int, FloatArray | None]
+        self, columns: Sequence[Column], values: dict[int, FloatArray], times: dict[int, FloatArray | None]
     ) -> tuple[FloatArray | None, list[str]]:
         """The time base of all channels, which are brought to one in place."""
-        bases = [base for column in own if (base := times[column.number]) is not None]
-        sizes = {values[column.number].size for column in own}
+        bases = [base for column in columns if (base := times[column.number]) is not None]
+        sizes = {values[column.number].size for column in columns}
         if len(sizes) == 1 and all(_is_same_time(bases[0], base) for base in bases):
             return (bases[0] if bases else None), []
-        listed = ", ".join(f"{column} ({values[column.number].size} values)" for column in own)
+        listed = ", ".join(f"{column} ({values[column.number].size} values)" for column in columns)
         apart = f"{self.where}: the channels are not sampled at the same moments: {listed}"
-        if len(bases) < len(own) or any(base.size < 3 or not (np.diff(base) > 0.0).all() for base in bases):
+        if len(bases) < len(columns) or any(base.size < 3 or not (np.diff(base) > 0.0).all() for base in bases):
             raise RecordError(f"{apart}, and not all have rising times; export them at one sampling rate.")
         begin, end = max(base[0] for base in bases), min(base[-1] for base in bases)
         finest = min(bases, key=lambda base: float(np.median(np.diff(base))))
@@ -147,7 +147,7 @@ class ChannelTable:
         if finest.size < 2:
             raise RecordError(f"{apart}, and never at the same time; name channels of one measurement.")
         notes = []
-        for column, base in zip(own, bases, strict=True):
+        for column, base in zip(columns, bases, strict=True):
             series = values[column.number]
             if base.size >= finest.size and np.isin(finest, base).all():
                 values[column.number] = series[np.isin(base, finest)]
@@ -201,15 +201,15 @@ def _column(number: int, channel: Channel, qualified: bool) -> Column:
     label, unit, sure = split_unit(channel.name)
     if channel.unit is not None and channel.unit.strip("[]() "):
         unit, sure = channel.unit.strip("[]() "), True
-    own = channel.name or str(number)
-    name = f"{channel.group}/{own}" if qualified and channel.group else channel.name
+    channel_name = channel.name or str(number)
+    name = f"{channel.group}/{channel_name}" if qualified and channel.group else channel.name
     return Column(number, name, label, unit, sure, (), True, f"{channel.size} values")
 
 
-def _is_same_time(one: FloatArray, other: FloatArray) -> bool:
-    if one is other:
+def _is_same_time(first: FloatArray, other: FloatArray) -> bool:
+    if first is other:
         return True
-    if one.size != other.size:
+    if first.size != other.size:
         return False
-    step = float(np.median(np.abs(np.diff(one)))) if one.size > 1 else 0.0
-    return bool(np.max(np.abs(one - other), initial=0.0) <= _SAME_TIME * step)
+    step = float(np.median(np.abs(np.diff(first)))) if first.size > 1 else 0.0
+    return bool(np.max(np.abs(first - other), initial=0.0) <= _SAME_TIME * step)

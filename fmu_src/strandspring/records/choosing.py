@@ -41,10 +41,10 @@ def choose_table(
     ------
     RecordError                  If no table holds both, or several do.
     """
-    own = {quantity: _owner(tables, wanted) for quantity, wanted in asked.items()}
-    named = list(dict.fromkeys(table for table, _ in own.values() if table is not None))
+    owners = {quantity: _owner(tables, wanted) for quantity, wanted in asked.items()}
+    named = list(dict.fromkeys(table for table, _ in owners.values() if table is not None))
     if len(named) == 1:
-        columns, notes = choose_columns(named[0].columns, {q: wanted for q, (_, wanted) in own.items()}, where)
+        columns, notes = choose_columns(named[0].columns, {q: wanted for q, (_, wanted) in owners.items()}, where)
         return named[0], columns, [f"{quoted(named[0].name)} is read, as given", *notes]
     if len(tables) == 1:
         return tables[0], *choose_columns(tables[0].columns, asked, where)
@@ -54,18 +54,18 @@ def choose_table(
             names = " and ".join(quoted(table.name) for table in named)
             raise RecordError(f"{where}: displacement and force must be in one sheet, got {names}; put them into one.")
         return united, *choose_columns(united.columns, asked, where)
-    found = []
+    choices = []
     for table in tables:
         try:
-            found.append((table, *choose_columns(table.columns, asked, where)))
+            choices.append((table, *choose_columns(table.columns, asked, where)))
         except RecordError:
             continue
-    if len(found) == 1:
-        table, columns, notes = found[0]
+    if len(choices) == 1:
+        table, columns, notes = choices[0]
         return table, columns, [f"{quoted(table.name)} is read, which alone holds a displacement and a force", *notes]
-    if len(found) > 1:
-        names = _names([table for table, _, _ in found])
-        first, columns, _ = found[0]
+    if len(choices) > 1:
+        names = _names([table for table, _, _ in choices])
+        first, columns, _ = choices[0]
         ways = " ".join(
             f"`{q}={quoted(f'{first.name}/{columns[q].name or columns[q].number}')}`" for q in ("displacement", "force")
         )
@@ -172,13 +172,13 @@ def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, wh
             lambda column: _squeezed(column.label) == _squeezed(split_unit(text)[0]),
         )
         for rule in rules:
-            found = [column for column in columns if column.name and rule(column)]
-            if len(found) == 1:
-                return found[0]
-            if found:
+            fitting = [column for column in columns if column.name and rule(column)]
+            if len(fitting) == 1:
+                return fitting[0]
+            if fitting:
                 raise RecordError(
                     f"{where}: {quantity} column {quoted(wanted)} must name one column, "
-                    f"but it fits {listed_columns(found)}; give a number."
+                    f"but it fits {listed_columns(fitting)}; give a number."
                 )
         if not re.fullmatch(r"[0-9]{1,9}", text):
             raise RecordError(

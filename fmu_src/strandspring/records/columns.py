@@ -109,19 +109,19 @@ def choose_unit(
     """
     if column.is_clock and quantity == "time":
         return "s", 1.0, f"{column} holds times of day or dates, which are read as seconds"
-    found, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
-    if found is not None and not column.unit_is_sure and kind != quantity:
-        found = None
-    if found is not None and {kind, quantity} == {"displacement", "force"}:
+    stated, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
+    if stated is not None and not column.unit_is_sure and kind != quantity:
+        stated = None
+    if stated is not None and {kind, quantity} == {"displacement", "force"}:
         raise RecordError(
-            f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(found)} "
+            f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(stated)} "
             f"of a {kind}; the columns look swapped, name them the other way round."
         )
-    unit, source = (asked, "as given") if asked is not None else (found, "found in the file")
+    unit, source = (asked, "as given") if asked is not None else (stated, "found in the file")
     if unit is None:
         unit, source = default_units[quantity], "assumed, as none is given"
-    elif asked is not None and found is not None and found != asked:
-        source = f"as given, though the file says {quoted(found)}"
+    elif asked is not None and stated is not None and stated != asked:
+        source = f"as given, though the file says {quoted(stated)}"
     try:
         factor = unit_factor(unit, quantity)
     except RecordError as error:
@@ -148,8 +148,8 @@ def named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]
     """Columns whose name or unit indicates a quantity, by the strictest rule that finds any."""
     ranks = {column.number: _rank(column, quantity) for column in columns}
     best = min(ranks.values(), default=_NO_RANK)
-    found = [column for column in columns if ranks[column.number] == best < _NO_RANK]
-    numeric = [column for column in found if column.numeric] or found
+    best_ranked = [column for column in columns if ranks[column.number] == best < _NO_RANK]
+    numeric = [column for column in best_ranked if column.numeric] or best_ranked
     return [column for column in numeric if column.unit and kind_of_unit(column.unit) == quantity] or numeric
 
 

@@ -83,8 +83,8 @@ def record_of_arrays(
 def _refuse_other_index(arrays: Mapping[str, Any]) -> None:
     """Refuse pandas Series with other indexes: pandas would pair them by these, a record pairs them by their order."""
     series = [(name, values) for name, values in arrays.items() if hasattr(getattr(values, "index", None), "equals")]
-    for (first, one), (name, other) in pairwise(series):
-        if not one.index.equals(other.index):
+    for (first, first_series), (name, other) in pairwise(series):
+        if not first_series.index.equals(other.index):
             raise RecordError(
                 f"<arrays>: the Series of {first} and {name} must have the same index; take them from one DataFrame, "
                 "or give `.to_numpy()` of both to pair them by their order."

@@ -136,7 +136,7 @@ def record_of_tables(
     table, columns, chosen_notes = choose_table(tables, asked, where)
     seeks_time = asked["time"] is None
     arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if seeks_time else None)
-    found = [*notes, *table.notes, *chosen_notes, *table_notes]
+    notes_of_record = [*notes, *table.notes, *chosen_notes, *table_notes]
     values: dict[Quantity, NDArray[np.float64]] = {}
     own_units: dict[Quantity, str] = {}
     for quantity, column in columns.items():
@@ -146,34 +146,34 @@ def record_of_tables(
             unit, factor, note = choose_unit(column, quantity, units.get(quantity), where, default_units)
         except RecordError as error:
             if quantity == "time" and seeks_time and units.get("time") is None:
-                found.append(f"time is left out: {error}")
+                notes_of_record.append(f"time is left out: {error}")
                 continue
             raise
         own_units[quantity] = unit
-        found.append(note)
+        notes_of_record.append(note)
         series = arrays[column.number]
         offset, scale = adjustments.get(quantity, (0.0, 1.0))
         if offset != 0.0:
-            found.append(f"{offset:.6g} subtracted from the {quantity}, as given")
+            notes_of_record.append(f"{offset:.6g} subtracted from the {quantity}, as given")
         if scale != 1.0:
-            found.append(f"the {quantity} multiplied by {scale:.6g}, as given")
+            notes_of_record.append(f"the {quantity} multiplied by {scale:.6g}, as given")
         with np.errstate(over="ignore"):  # what overflows is refused below
             values[quantity] = (series - offset) * scale * factor if (offset, scale) != (0.0, 1.0) else series * factor
     if seeks_time and "time" in values and not _is_a_clock(values["time"]):
-        found.append(f"time is left out: {columns['time']} does not increase")
+        notes_of_record.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
     _refuse_impossible(values, columns, own_units, table, where)
-    found += _spike_notes(values, table)
+    notes_of_record += _spike_notes(values, table)
     if reverse is not None:
         values[reverse] = -values[reverse]
-        found.append(f"{reverse} negated, as given")
+        notes_of_record.append(f"{reverse} negated, as given")
     return Record(
         values["displacement"],
         values["force"],
         values.get("time"),
         path=where,
         sha256=sha256,
-        notes=tuple(found),
+        notes=tuple(notes_of_record),
     )
 
 
@@ -197,8 +197,8 @@ def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: SourceTa
     notes = []
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
         if spikes.size:
-            found = zip(table.places(spikes.tolist()), values[quantity][spikes], strict=True)
-            places = ", ".join(f"{table.row} {place} ({value:.6g} {_SI[quantity]})" for place, value in found)
+            spikes_found = zip(table.places(spikes.tolist()), values[quantity][spikes], strict=True)
+            places = ", ".join(f"{table.row} {place} ({value:.6g} {_SI[quantity]})" for place, value in spikes_found)
             notes.append(
                 f"the {quantity} in {places} is far outside all others and from its neighbours; "
                 "correct or delete faulty samples"

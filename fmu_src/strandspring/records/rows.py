@@ -226,15 +226,15 @@ def _read_row(
     """The wanted numbers of a row, or what is wrong with it."""
     if any(cells[dialect.raw_width :]):
         return _BadRow(line, None, f"must have {dialect.raw_width} cells, found {len(cells)}", False)
-    found = [cells[column.number - 1] if column.number <= len(cells) else "" for column in wanted]
+    wanted_cells = [cells[column.number - 1] if column.number <= len(cells) else "" for column in wanted]
     values = []
-    for column, cell in zip(wanted, found, strict=True):
+    for column, cell in zip(wanted, wanted_cells, strict=True):
         number = column.number
         if not cell:
             what = "an empty cell" if number <= len(cells) else f"only {len(cells)} of {dialect.width} cells"
             return _BadRow(line, number, f"must hold a number, found {what}", True)
         if not is_number(cell, dialect.decimal):
-            is_incomplete = not all(found) or (is_cut and _TRUNCATED_NUMBER.fullmatch(cell) is not None)
+            is_incomplete = not all(wanted_cells) or (is_cut and _TRUNCATED_NUMBER.fullmatch(cell) is not None)
             return _BadRow(line, number, f"must hold a number, found the text {quoted(cell)}", is_incomplete)
         value = _value(cell, dialect.decimal)
         if not math.isfinite(value):

@@ -133,11 +133,11 @@ def unit_factor(text: str, quantity: Quantity) -> float:
         raise RecordError(f"unit {quoted(text)} of the {quantity} could mean {kind.ambiguous[name]}; write it exactly.")
     factor = kind.exact.get(name, kind.any_case.get(name.casefold()))
     if factor is None:
-        found = kind_of_unit(text)
-        if found is None:
+        stated = kind_of_unit(text)
+        if stated is None:
             reason = "is not known"
         else:
-            reason = f"is not a unit of {kind.noun}" if found == "other" else f"is a unit of {_KINDS[found].noun}"
+            reason = f"is not a unit of {kind.noun}" if stated == "other" else f"is a unit of {_KINDS[stated].noun}"
         raise RecordError(
             f"unit {quoted(text)} of the {quantity} {reason}; give a unit of {kind.noun} ({kind.examples})."
         )

@@ -116,10 +116,10 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
         # An interrupt inside a Python-backed FMU would be taken for its fault.
         with kept_endings() as interrupted:
             for run in interfaces.values():
-                found, took = run(path, description, displacement)
+                answers, took = run(path, description, displacement)
                 seconds += took
                 # NaN counts as the greater one.
-                differences = np.maximum(differences, np.max(np.abs(found - expected), axis=0))
+                differences = np.maximum(differences, np.max(np.abs(answers - expected), axis=0))
         if interrupted:
             raise KeyboardInterrupt(*interrupted)
     except _WrongRatesError as problem:
@@ -162,53 +162,53 @@ def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
     with TemporaryFolder() as place:
         folder = str(place)
         fmpy.extract(str(path), unzipdir=folder)
-        one = kind(
+        slave = kind(
             guid=description.guid,
             unzipDirectory=folder,
             modelIdentifier=interface.modelIdentifier,
             instanceName="check",
             libraryPath=library_path(folder, interface.modelIdentifier, fmi),
         )
-        one.instantiate()
+        slave.instantiate()
         try:
-            yield one
+            yield slave
         finally:
-            one.freeInstance()
+            slave.freeInstance()
 
 
 def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
     """Force [N] and absorbed energy [J], shape (K, 1 or 2), and time [s] of a run by co-simulation."""
     given, outputs = _references(description)
     with running(path) as slave:
-        found = _initialized(slave, given, outputs, float(displacement[0]))
+        answers = _initialized(slave, given, outputs, float(displacement[0]))
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist()):
             slave.setReal(given, [value])
             slave.doStep(k * STEP, STEP)
-            found += slave.getReal(outputs)
+            answers += slave.getReal(outputs)
         seconds = time.perf_counter() - began
         slave.terminate()
-    return np.array(found).reshape(-1, len(outputs)), seconds
+    return np.array(answers).reshape(-1, len(outputs)), seconds
 
 
 def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
     """The same by model exchange, as a solver does that accepts every sample."""
     given, outputs = _references(description)
     with running(path, model_exchange=True) as model:
-        found = _initialized(model, given, outputs, float(displacement[0]))
+        answers = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
         for k, value in enumerate(displacement[1:].tolist(), start=1):
             model.setTime(k * STEP)
             model.setReal(given, [value])
-            found += model.getReal(outputs)
+            answers += model.getReal(outputs)
             wants_event, _ = model.completedIntegratorStep()
             if wants_event:
                 model.enterEventMode()
                 _continue(model)
         seconds = time.perf_counter() - began
         model.terminate()
-    return np.array(found).reshape(-1, len(outputs)), seconds
+    return np.array(answers).reshape(-1, len(outputs)), seconds
 
 
 def _by_states(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
@@ -222,7 +222,7 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
     velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
     found_rates = [[0.0, 0.0]]
     with running(path, model_exchange=True) as model:
-        found = _initialized(model, given, outputs, float(displacement[0]))
+        rows = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
         for k, point in enumerate(np.transpose([displacement, velocity, energy, omega])[1:].tolist(), start=1):
@@ -230,12 +230,12 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
             model.setReal(inputs, point[:2])
             states[:] = point[2:]
             model.setContinuousStates(states, 2)
-            found += model.getReal(outputs)
+            rows += model.getReal(outputs)
             model.getDerivatives(rates, 2)
             found_rates.append(list(rates))
         seconds = time.perf_counter() - began
         model.terminate()
-    answers = np.array(found).reshape(-1, len(outputs))
+    answers = np.array(rows).reshape(-1, len(outputs))
     # Paper eq. (11)
     p, sign = parameters, velocity * np.sign(omega)
     slope = p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * np.abs(omega) ** p.n)
@@ -255,13 +255,13 @@ def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
     return [references["displacement"]], [references[name] for name in OUTPUTS if name in references]
 
 
-def _initialized(one: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
+def _initialized(instance: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
     """Initialize where the path starts; the outputs there."""
-    one.setupExperiment(startTime=0.0)
-    one.enterInitializationMode()
-    one.setReal(given, [displacement])
-    one.exitInitializationMode()
-    return list(one.getReal(outputs))
+    instance.setupExperiment(startTime=0.0)
+    instance.enterInitializationMode()
+    instance.setReal(given, [displacement])
+    instance.exitInitializationMode()
+    return list(instance.getReal(outputs))
 
 
 def _continue(model: Any) -> None:

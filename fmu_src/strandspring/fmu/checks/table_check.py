@@ -37,7 +37,7 @@ def compare_table(
         return CheckReport(path, (f"It has no variable {missing[0]!a}.",))
     given, asked = ([references[name] for name in names] for names in (inputs, outputs))
     rows = np.array(list(inputs.values())).T.tolist() if inputs else [[]] * len(next(iter(outputs.values())))
-    found = []
+    answers = []
     began = time.perf_counter()
     try:
         with kept_endings() as interrupted, running(path) as slave:
@@ -47,7 +47,7 @@ def compare_table(
             slave.exitInitializationMode()
             for k, values in enumerate(rows):
                 slave.setReal(given, values)
-                found.append(slave.getReal(asked))
+                answers.append(slave.getReal(asked))
                 slave.doStep(k * step, step)
             slave.terminate()
         if interrupted:
@@ -55,7 +55,7 @@ def compare_table(
     except Exception as problem:  # FMPy raises plain exceptions
         return CheckReport(path, (f"It cannot be run: {problem}",))
     seconds = time.perf_counter() - began
-    differences = _differences(np.array(found), outputs)
+    differences = _differences(np.array(answers), outputs)
     problems = tuple(
         f"Its {kind} must be that of the reference, but differs by up to {difference:.3g} of {largest:.3g}."
         for kind, (difference, largest) in differences.items()
@@ -65,10 +65,10 @@ def compare_table(
     return CheckReport(path, problems, None, ("co-simulation",), len(rows), force, seconds)
 
 
-def _differences(found: FloatArray, outputs: Mapping[str, FloatArray]) -> dict[str, tuple[float, float]]:
+def _differences(answers: FloatArray, outputs: Mapping[str, FloatArray]) -> dict[str, tuple[float, float]]:
     """Largest difference and largest value of each kind."""
     kinds: dict[str, tuple[float, float]] = {}
-    for column, (name, expected) in zip(found.T, outputs.items(), strict=True):
+    for column, (name, expected) in zip(answers.T, outputs.items(), strict=True):
         kind = name.split("_")[0]
         before = kinds.get(kind, (0.0, 0.0))
         # NaN counts as the greater one.

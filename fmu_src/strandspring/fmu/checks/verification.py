@@ -50,15 +50,15 @@ def verify_fmu(path: Path) -> list[Finding]:
     """
     try:
         contents = _contents(path)
-        found = list(_changed(contents))
+        findings = list(_changed(contents))
     except _DamagedError as problem:
         return [Finding("files", str(problem))]
-    if not found:
-        found.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
-    found += _against_rules(path, contents)
-    if any(finding.is_problem for finding in found):
-        return [*found, Finding("run", "It was not run.", is_problem=False)]
-    return [*found, *_against_reference(path, contents)]
+    if not findings:
+        findings.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
+    findings += _against_rules(path, contents)
+    if any(finding.is_problem for finding in findings):
+        return [*findings, Finding("run", "It was not run.", is_problem=False)]
+    return [*findings, *_against_reference(path, contents)]
 
 
 class _DamagedError(StrandspringError):

@@ -114,15 +114,15 @@ def _typed(variable: Variable) -> TypedVariable:
 
 
 def _gathered(name: str, elements: tuple[Variable, ...]) -> TypedVariable:
-    one, about = _typed(elements[0]), _ARRAYS_ABOUT[name]
+    typed, about = _typed(elements[0]), _ARRAYS_ABOUT[name]
     # Coefficients have a unit each, which the description lists instead.
     has_unit = "{}" not in about
     return replace(
-        one,
+        typed,
         name=name,
         description=about.format(", ".join(str(element.unit) for element in elements)),
-        unit=one.unit if has_unit else None,
-        display_unit=one.display_unit if has_unit else None,
+        unit=typed.unit if has_unit else None,
+        display_unit=typed.display_unit if has_unit else None,
         minimum=None,
         maximum=None,
         size=len(elements),

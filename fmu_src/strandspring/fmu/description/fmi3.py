@@ -55,9 +55,9 @@ def append_structure(parent: Element, content: DescriptionContent, backend: Back
     """Outputs, derivatives of states, initial unknowns and event indicators, with what they depend on."""
     listed, references = content.listed(backend), _references(content)
     indicators = [listed[REVERSAL_INDICATOR]] if REVERSAL_INDICATOR in listed else []
-    unknowns = {_TITLES[kind]: found for kind, found in unknowns_of(listed).items()}
-    for title, found in {**unknowns, "EventIndicator": indicators}.items():
-        for variable in found:
+    unknowns = {_TITLES[kind]: listed_variables for kind, listed_variables in unknowns_of(listed).items()}
+    for title, listed_variables in {**unknowns, "EventIndicator": indicators}.items():
+        for variable in listed_variables:
             names = variable.starts_from if title == "InitialUnknown" else variable.depends_on
             reference = references[variable.name]
             SubElement(parent, title, {"valueReference": reference, **dependencies(names, references)})

@@ -97,7 +97,7 @@ def chosen_platforms(names: str) -> tuple[Platform, ...]:
             host_target()  # or the reason why there is none
             chosen[str(host_folder())] = PLATFORMS[str(host_folder())]
         elif known := PLATFORMS.get(name) or _BY_FMI3.get(name):
-            chosen[known.name] = max(known, chosen.get(known.name, known), key=lambda one: len(one.targets))
+            chosen[known.name] = max(known, chosen.get(known.name, known), key=lambda platform: len(platform.targets))
         else:
             raise BuildError(f"A platform must be `host`, `all` or one of {', '.join(PLATFORMS)}, got {name[:40]!r}.")
     return tuple(chosen.values())

@@ -60,13 +60,13 @@ def backlash(parts: Sequence[SteadyRecord]) -> Backlash | None:
             gap = _gap(strokes.travel[piece][1:], part.record.force[piece][1:])
             if gap is not None:
                 gaps[int(strokes.direction[k])].append(gap)
-    found = gaps[1] + gaps[-1]
-    if not gaps[1] or not gaps[-1] or 2 * len(found) <= judged:
+    both = gaps[1] + gaps[-1]
+    if not gaps[1] or not gaps[-1] or 2 * len(both) <= judged:
         return None
     levels = [median(np.array([force for _, force in gaps[side]])) for side in (1, -1)]
     if abs(levels[0] - levels[1]) > _LEVEL * span:
         return None
-    return Backlash(median(np.array([width for width, _ in found])), float(np.mean(levels)))
+    return Backlash(median(np.array([width for width, _ in both])), float(np.mean(levels)))
 
 
 def _gap(travel: FloatArray, force: FloatArray) -> tuple[float, float] | None:

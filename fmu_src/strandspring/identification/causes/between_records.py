@@ -107,7 +107,7 @@ def differences(records: Sequence[Record]) -> list[RecordDifference]:
         return []
     of_stiffness, of_height, turned = _of_the_rate(compared)
     alone = None if turned else _one_alone(compared, records)
-    return [found for found in (of_stiffness or alone or of_height,) if found is not None]
+    return [difference for difference in (of_stiffness or alone or of_height,) if difference is not None]
 
 
 def _groups(records: Sequence[Record]) -> tuple[list[_Group], FloatArray]:
@@ -118,7 +118,7 @@ def _groups(records: Sequence[Record]) -> tuple[list[_Group], FloatArray]:
     """
     cycles = [(k, cycle) for k, record in enumerate(records) for cycle in find_cycles(record) if cycle.gap == 0.0]
     strokes = [find_strokes(record.displacement) for record in records]
-    begun = np.cumsum([0.0, *(0.5 * each.count for each in strokes)])
+    begun = np.cumsum([0.0, *(0.5 * strokes_of_record.count for strokes_of_record in strokes)])
     place = {id(c): begun[k] + 0.5 * float(np.searchsorted(strokes[k].turning, c.first_sample)) for k, c in cycles}
     number = {id(cycle): k for k, cycle in cycles}
     groups, changes = [], []
@@ -240,9 +240,9 @@ class _Compared:
         return _lesser(float(both[0]) / scale, alone), error, float(np.sqrt(np.mean((y - alone * x) ** 2)))
 
 
-def _lesser(one: float, other: float) -> float:
+def _lesser(first: float, other: float) -> float:
     """The smaller of two changes; 0 if their signs differ."""
-    return min(one, other, key=abs) if one * other > 0.0 else 0.0
+    return min(first, other, key=abs) if first * other > 0.0 else 0.0
 
 
 def _centred(values: FloatArray, group: NDArray[np.intp], weight: FloatArray | None = None) -> FloatArray:
@@ -269,25 +269,25 @@ def _one_alone(compared: _Compared, records: Sequence[Record]) -> RecordDifferen
 
     Where the frequencies differ, at least two others must show that the frequency does not matter.
     """
-    found: list[RecordDifference] = []
+    candidates: list[RecordDifference] = []
     for name, figure in (("height of the loops", compared.height), ("stiffness", compared.stiffness)):
         for number in np.unique(compared.record):
-            own = compared.record == number
-            shared = np.isin(compared.amplitude, compared.amplitude[own])
-            others = shared & ~own
+            of_record = compared.record == number
+            shared = np.isin(compared.amplitude, compared.amplitude[of_record])
+            others = shared & ~of_record
             if not others.any() or (number == 0 and np.unique(compared.record[shared]).size == 2):
                 continue
             rates = compared.frequency[shared]
             one_rate = rates.max() <= _SAME_FREQUENCY * max(rates.min(), 1e-300) or rates.max() == 0.0
             if not one_rate and np.unique(compared.record[others]).size < 2:
                 continue
-            step, error, left = compared.coefficient(figure, own.astype(np.float64))
+            step, error, left = compared.coefficient(figure, of_record.astype(np.float64))
             least = max(_LEAST + _CURVED * compared.apart, _SURE * error, _ALONE * left)
             if abs(step) > least:
                 path = PurePath(records[number].path).name
                 text = f"{name} in {path} {_more(step)} than in the others"
-                found.append(RecordDifference(Outcome.RECORDS_DIFFER, step, error, text, _LIKE_STEPS))
-    return max(found, key=lambda one: abs(one.size), default=None)
+                candidates.append(RecordDifference(Outcome.RECORDS_DIFFER, step, error, text, _LIKE_STEPS))
+    return max(candidates, key=lambda difference: abs(difference.size), default=None)
 
 
 def _more(size: float) -> str:
@@ -298,8 +298,8 @@ def _turned(compared: _Compared) -> float:
     """Change of the height by the frequency as a share of the elastic force's range; 0 if it is small or not linear."""
     size, left = 0.0, 0.0
     for amplitude in np.unique(compared.amplitude):
-        own = compared.amplitude == amplitude
-        f, height = compared.frequency[own], compared.height.value[own]
+        at_amplitude = compared.amplitude == amplitude
+        f, height = compared.frequency[at_amplitude], compared.height.value[at_amplitude]
         if f.size > 1 and np.ptp(f) > 0.0:
             slope, level = np.polyfit(f, height, 1).tolist()
             size = max(size, abs(slope) * float(np.ptp(f)))

@@ -70,16 +70,16 @@ def hum(parts: Sequence[SteadyRecord], residuals: Sequence[FloatArray] | None = 
     residuals : sequence of ndarray, or None   What a spring leaves of each record's force at every sample [N]. Without
                                                them the forces are searched, which show hum at high harmonics only.
     """
-    found = []
+    lines = []
     for k, part in enumerate(parts):
         values = part.record.force if residuals is None else residuals[k]
         line = _line(part, values, residuals is None)
         if line is not None and line.amplitude > _WORTH * float(np.std(part.record.force)):
-            found.append(line)
-    if not found or 2 * len(found) < len(parts):
+            lines.append(line)
+    if not lines or 2 * len(lines) < len(parts):
         return None
-    middle = found[len(found) // 2]
-    alike = [line for line in found if abs(_rate(line) - _rate(middle)) <= _SAME * _rate(middle)]
+    middle = lines[len(lines) // 2]
+    alike = [line for line in lines if abs(_rate(line) - _rate(middle)) <= _SAME * _rate(middle)]
     if 2 * len(alike) < len(parts):
         return None
     return Hum(middle.frequency, middle.harmonic, median(np.array([line.amplitude for line in alike])))

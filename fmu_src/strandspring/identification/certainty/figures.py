@@ -110,7 +110,7 @@ def record_fit(
     rms_force = float(np.sqrt(np.mean(force**2)))
     counted = chosen[1:] & chosen[:-1]
     energy, predicted_energy = (
-        float(np.sum(steps_of_work(solver, path, each)[counted])) for each in (record.force, predicted)
+        float(np.sum(steps_of_work(solver, path, course)[counted])) for course in (record.force, predicted)
     )
     return RecordFit(
         record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force,

@@ -57,19 +57,19 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
     fit = linear.refinement
     reach = quantile_95(linear.estimate.degrees_of_freedom(change)) * errors
     kappa_omega = float(linear.basis.powers(fit.backbone.amplified)[0])
-    found: dict[str, Interval] = {"kappa_omega": around(kappa_omega, float(reach[0]))}
+    intervals: dict[str, Interval] = {"kappa_omega": around(kappa_omega, float(reach[0]))}
     refit = _Refit(linear)
     for k, name in enumerate(NONLINEAR):
         value = getattr(fit.hysteresis, name)
         if linear.free[k] and errors[1 + k] <= _CURVED:
-            found[name] = around(value, float(reach[1 + k]))
+            intervals[name] = around(value, float(reach[1 + k]))
             continue
         freed = linear if linear.free[k] else linear.freed(k)
-        found[name] = _Profile(freed, k, refit).interval(value)
-    low, high = found["sigma"]
+        intervals[name] = _Profile(freed, k, refit).interval(value)
+    low, high = intervals["sigma"]
     # What no spring can be is not part of the interval.
-    found["sigma"] = (SIGMA_BOUNDS[0] if low is None else max(low, SIGMA_BOUNDS[0]), high)
-    return found
+    intervals["sigma"] = (SIGMA_BOUNDS[0] if low is None else max(low, SIGMA_BOUNDS[0]), high)
+    return intervals
 
 
 def around(value: float, reach: float) -> Interval:
@@ -106,9 +106,9 @@ class _Refit:
         low, high = self.problem.low, self.problem.high
         free = low[parameter], high[parameter]
         low[parameter] = high[parameter] = value
-        found = self._squares(start)
+        minimum = self._squares(start)
         low[parameter], high[parameter] = free
-        return found
+        return minimum
 
     def _squares(self, start: FloatArray) -> tuple[float, FloatArray]:
         hysteresis = Hysteresis(*np.exp(start[:3]).tolist())
@@ -167,8 +167,8 @@ class _Profile:
             # The others go on as they went before, but not far: another minimum might be there.
             ahead = (step - at) * slope
             start = place + ahead if np.abs(ahead[:3]).max() <= _NEAR else place
-            squares, found = self.refit.with_fixed(self.parameter, center + side * step, start)
-            place, slope, at = found, (found - place) / (step - at), step
+            squares, there = self.refit.with_fixed(self.parameter, center + side * step, start)
+            place, slope, at = there, (there - place) / (step - at), step
             # The root of the rise is nearly a straight line.
             rise = math.sqrt(max(squares - self.refit.least, 0.0) / self.allowed)
             if rise >= 1.0:

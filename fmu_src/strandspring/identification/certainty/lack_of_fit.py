@@ -127,9 +127,9 @@ def _repeated(loops: SamplePoints, residuals: FloatArray) -> tuple[float, float]
     noise = np.split(scatter, 2)
     share = np.split(weight, 2)
     both = (share[0] > 0.0) & (share[1] > 0.0)
-    own = (share[0] + share[1]) * both
+    cell_weight = (share[0] + share[1]) * both
     # What the scatter within a cell gives a mean is removed.
     chance = 0.25 * (noise[0] + noise[1])
     parts = (np.maximum((0.5 * (up + side * down)) ** 2 - chance, 0.0) for side in (1.0, -1.0))
-    elastic, loop = (float(own @ part) / max(float(own.sum()), 1e-300) for part in parts)
+    elastic, loop = (float(cell_weight @ part) / max(float(cell_weight.sum()), 1e-300) for part in parts)
     return elastic, loop

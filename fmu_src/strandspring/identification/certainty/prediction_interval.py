@@ -158,8 +158,8 @@ def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
     noise = samples.noise_variance(force)
     misfit = np.maximum(1.0 / fit.full_weight - noise / loops.weight, 0.0)
     sizes = [float(loops.weight[points].sum()) for _, points in loops.by_record]
-    relative = float(np.average([each.relative**2 for each in samples.noise], weights=sizes))
-    additive = float(np.average([each.additive**2 for each in samples.noise], weights=sizes))
+    relative = float(np.average([level.relative**2 for level in samples.noise], weights=sizes))
+    additive = float(np.average([level.additive**2 for level in samples.noise], weights=sizes))
     additive += float(np.average(misfit, weights=loops.weight))
     scale = np.sqrt(additive + relative * force**2)
     half, cycles = _halves(loops)
@@ -167,7 +167,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
     if is_tried:
         residuals, counted = _left_out(linear, half, scale)
         # Of few samples in a selected range, those of one half may lie beside those of the other.
-        is_tried = all(counted[half == own].mean() >= _LEAST_TRIED for own in (0, 1))
+        is_tried = all(counted[half == part].mean() >= _LEAST_TRIED for part in (0, 1))
     if not is_tried:
         # Akaike's final prediction error: of new samples, from the residuals of those that were fitted.
         size, count = linear.jacobian.shape
@@ -187,8 +187,8 @@ def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
     if is_tried:
         first, second = counted & (half == 0), counted & (half == 1)
         held = sum(
-            float(weight[own][ratio[own] <= wider * _quantile(ratio[other], weight[other])].sum())
-            for own, other in ((first, second), (second, first))
+            float(weight[part][ratio[part] <= wider * _quantile(ratio[other], weight[other])].sum())
+            for part, other in ((first, second), (second, first))
         )
         coverage = held / float(weight[counted].sum())
     return ForceInterval(
@@ -243,13 +243,13 @@ def _halves(loops: SamplePoints) -> tuple[NDArray[np.intp], int]:
     for _, points in loops.by_record:
         if points.start == points.stop:  # nothing of this record is left
             continue
-        own = cycle[points] - cycle[points.start]
-        count = int(own[-1]) + 1
+        cycle_of_record = cycle[points] - cycle[points.start]
+        count = int(cycle_of_record[-1]) + 1
         if count == 1:
             half[points] = single % 2
             single += 1
         else:
-            half[points] = own >= (count + 1) // 2
+            half[points] = cycle_of_record >= (count + 1) // 2
     return half, int(cycle[-1]) + 1
 
 
@@ -266,17 +266,17 @@ def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> 
     weighted = np.column_stack([jacobian, linear.misfit]) * np.sqrt(fit.weight)[:, None]
     residuals = linear.misfit.copy()
     counted = np.zeros(half.size, dtype=bool)
-    for own in (half == 0, half == 1):
-        triangle = triangle_of(weighted[~own])
+    for left_out in (half == 0, half == 1):
+        triangle = triangle_of(weighted[~left_out])
         basis, singular, directions = np.linalg.svd(triangle[:, :-1], full_matrices=False)
         known = singular > _RANK * singular[0]
-        errors = jacobian[own] @ (directions[known].T / singular[known])
-        residuals[own] -= errors @ (basis[:, known].T @ triangle[:, -1])
-        others = loops.displacement[~own]
-        counted[own] = (
-            (loops.displacement[own] >= others.min())
-            & (loops.displacement[own] <= others.max())
-            & (np.einsum("ij,ij->i", errors, errors) <= scale[own] ** 2)
+        errors = jacobian[left_out] @ (directions[known].T / singular[known])
+        residuals[left_out] -= errors @ (basis[:, known].T @ triangle[:, -1])
+        others = loops.displacement[~left_out]
+        counted[left_out] = (
+            (loops.displacement[left_out] >= others.min())
+            & (loops.displacement[left_out] <= others.max())
+            & (np.einsum("ij,ij->i", errors, errors) <= scale[left_out] ** 2)
         )
     return residuals, counted
 

@@ -58,7 +58,7 @@ def recorded_energies(
     """
     pieces = [_cycles(solver, part, fit) for part, fit in zip(parts, fits, strict=True)]
     amplitudes, settled, measured, predicted, variances = np.concatenate(pieces, axis=1)
-    found = []
+    energies = []
     order = np.argsort(-amplitudes)
     while order.size:
         group = order[amplitudes[order] >= ONE_AMPLITUDE * amplitudes[order[0]]]
@@ -66,8 +66,8 @@ def recorded_energies(
         # The first cycle of an amplitude is none of its steady loops.
         every, steady = group, group[settled[group] > 0.0]
         group = steady if steady.size else group
-        differences = [_share(predicted[own].sum(), measured[own].sum()) for own in (group, every)]
-        found.append(
+        differences = [_share(predicted[cycles].sum(), measured[cycles].sum()) for cycles in (group, every)]
+        energies.append(
             LoopEnergy(
                 float(amplitudes[group].mean()),
                 float(measured[group].mean()),
@@ -77,7 +77,7 @@ def recorded_energies(
                 max(differences, key=abs),
             )
         )
-    return tuple(found)
+    return tuple(energies)
 
 
 def _share(predicted: float, measured: float) -> float:

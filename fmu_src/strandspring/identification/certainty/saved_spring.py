@@ -43,18 +43,18 @@ def differences(
     deviation = float(
         np.sqrt(np.mean(np.concatenate([_centred(part, fit) ** 2 for part, fit in zip(parts, alone, strict=True)])))
     )
-    found = {}
-    (own, own_rnl), (without_jitter, _), (best, best_rnl) = (overall(tuple(fits)) for fits in (alone, smoothed, fitted))
-    if own - without_jitter > _WORTH * deviation:
-        found[Outcome.JITTER] = _both_errors(own, without_jitter, deviation)
+    outcomes = {}
+    (rms, rnl), (without_jitter, _), (best, best_rnl) = (overall(tuple(fits)) for fits in (alone, smoothed, fitted))
+    if rms - without_jitter > _WORTH * deviation:
+        outcomes[Outcome.JITTER] = _both_errors(rms, without_jitter, deviation)
     if without_jitter - best > _WORTH * deviation:
-        found[Outcome.SPRING_ALONE] = (
-            f"error of the force {100.0 * own / deviation:.2g} % of its standard deviation, RNL {own_rnl:.4g}; "
+        outcomes[Outcome.SPRING_ALONE] = (
+            f"error of the force {100.0 * rms / deviation:.2g} % of its standard deviation, RNL {rnl:.4g}; "
             f"{100.0 * best / deviation:.2g} %, {best_rnl:.4g} with what was removed"
         )
     if energies := _energies(recorded):
-        found[Outcome.LOOP_ENERGY] = energies
-    return found
+        outcomes[Outcome.LOOP_ENERGY] = energies
+    return outcomes
 
 
 def effect_of_smoothing(record: Record, alone: RecordFit, smoothed: RecordFit) -> str:
@@ -82,11 +82,11 @@ def _both_errors(alone: float, smoothed: float, deviation: float) -> str:
 def is_worse_than_a_line(parts: Sequence[SteadyRecord], alone: Sequence[RecordFit]) -> bool:
     """Whether a straight line through all records, force over displacement, is closer to them than the spring alone."""
     chosen = [part.used & chosen_samples(part.record, fit.first_sample) for part, fit in zip(parts, alone, strict=True)]
-    x = np.concatenate([part.record.displacement[own] for part, own in zip(parts, chosen, strict=True)])
-    force = np.concatenate([part.record.force[own] for part, own in zip(parts, chosen, strict=True)])
+    x = np.concatenate([part.record.displacement[samples] for part, samples in zip(parts, chosen, strict=True)])
+    force = np.concatenate([part.record.force[samples] for part, samples in zip(parts, chosen, strict=True)])
     columns = np.column_stack([np.ones(x.size), (x - x.mean()) / max(float(np.ptp(x)), 1e-300)])
     line = columns @ np.linalg.lstsq(columns, force, rcond=None)[0]
-    predicted = np.concatenate([fit.predicted[own] for fit, own in zip(alone, chosen, strict=True)])
+    predicted = np.concatenate([fit.predicted[samples] for fit, samples in zip(alone, chosen, strict=True)])
     return float(np.sum((force - predicted) ** 2)) > float(np.sum((force - line) ** 2))
 
 

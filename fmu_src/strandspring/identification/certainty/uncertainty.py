@@ -132,13 +132,13 @@ def uncertainty(linear: Linearised) -> StandardErrors:
     correlation = np.clip(natural[-4:] @ natural[-4:].T / np.outer(scale, scale), -1.0, 1.0)  # but for rounding
     h = refinement.hysteresis
     values = (float(basis.powers(refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
-    own = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}
+    hysteretic = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}
     varying = np.delete(natural, n_E, axis=0)  # kA[0] is 1
     return StandardErrors(
         basis.elastic_name,
         errors[:n_E],
         errors[n_E : n_E + n_A],
-        **own,
+        **hysteretic,
         correlation=np.asarray(correlation),
         intervals=intervals_95(linear, change[-4:], logarithms),
         root=_lower(varying),
@@ -164,7 +164,7 @@ def is_sigma_uncertain(loops: SamplePoints, basis: Basis, refinement: Refinement
     # neither. A coefficient that no point depends on has the error 0 here.
     weight = refinement.full_weight
     independent = freed.estimate.scale[place] * np.sqrt(np.mean(weight * freed.misfit**2))
-    error = max(float(np.linalg.norm(each)) for each in (freed.root[place], independent))
+    error = max(float(np.linalg.norm(rows)) for rows in (freed.root[place], independent))
     return not 0.0 < error <= _UNSURE_RECOVERY
 
 

@@ -183,8 +183,8 @@ class RefinedOptions(Method):
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
         noise_rms = Samples(rig.loops, noise).noise_rms
-        found = self._searched(rig, noise_rms, refusal, where)
-        rig, best = found.rig, found.states[0]
+        searched = self._searched(rig, noise_rms, refusal, where)
+        rig, best = searched.rig, searched.states[0]
         sizes = best.sizes
         final_rig = rig.describing(self.state)
         samples = Samples(_points(final_rig, sizes, best.fit), noise)
@@ -197,17 +197,17 @@ class RefinedOptions(Method):
         lack = LackOfFit.from_fit(loops, refinement, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
-        findings = found.causes | {outcome: detail(outcome, effects) for outcome in cautions}
+        findings = searched.causes | {outcome: detail(outcome, effects) for outcome in cautions}
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
         if Effect.CURVED_DRIFT in sizes:
             findings[Outcome.DRIFT_REMOVED] += RELAXING
-        findings = with_other_effects(findings, sizes, other_effects(found.states))
-        rig_or_mount = dict.fromkeys(one.sentence for one in found.kept if not one.is_negligible)
+        findings = with_other_effects(findings, sizes, other_effects(searched.states))
+        rig_or_mount = dict.fromkeys(kept.sentence for kept in searched.kept if not kept.is_negligible)
         if rig_or_mount:
             findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
-        rivals = rival_springs(self._alternatives(found.states))
+        rivals = rival_springs(self._alternatives(searched.states))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
         doubts = one_amplitude_doubts(rig, best, cautions, content["interval_95"]) if loops.has_one_amplitude else []
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
@@ -215,7 +215,7 @@ class RefinedOptions(Method):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
-        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([one.fit for one in found.kept]))]
+        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in searched.kept]))]
         if not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
             wider = unrecorded(best)
             other_energies += [loop_energy(spring) * share for share in wider.energies]
@@ -306,10 +306,10 @@ class RefinedOptions(Method):
         }
         return [outcome for outcome, applies in called_for.items() if applies]
 
-    def _alternatives(self, found: Sequence[Corrected]) -> list[list[Candidate]]:
+    def _alternatives(self, states: Sequence[Corrected]) -> list[list[Candidate]]:
         """What may be about as good as the first, which begins each list; their criteria are by the same count."""
-        best = found[0]
-        alternatives = [[replace(state.fit, criterion=best.better_by(state)) for state in found]]
+        best = states[0]
+        alternatives = [[replace(state.fit, criterion=best.better_by(state)) for state in states]]
         if self.degrees is None:
             alternatives.append(bending_more(best.loops, best.fit))
         return alternatives
@@ -334,7 +334,10 @@ class RefinedOptions(Method):
             if part.periodic:
                 path = part.strokes.displacement
                 forces[k] = solver.force(path, periodic_start(solver, path))
-        return tuple(own + self.known.inertia(part.record) for own, part in zip(forces, rig.parts, strict=True))
+        return tuple(
+            force_of_record + self.known.inertia(part.record)
+            for force_of_record, part in zip(forces, rig.parts, strict=True)
+        )
 
 
 def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] | None) -> tuple[Rig, list[Candidate]]:
@@ -342,15 +345,15 @@ def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] 
     if not candidates or max(part.strokes.lost_at_reversals for part in rig.parts) < _COARSE:
         return rig, candidates
     at_samples = best = Corrected(candidates[0], rig.loops, {})
-    found = rig, candidates
+    settled = rig, candidates
     for corners in (False, True):
         parts = [part.turning_between_samples(corners) for part in rig.parts]
         turning = Rig.from_parts(parts, rig.points, rig.delay).keeping(rig.kept)
         if others := search(turning.loops, degrees):
             between = Corrected(others[0], turning.loops, {})
             if between.better_by(at_samples) > CLOSE and between.better_by(best) > 0.0:
-                best, found = between, (turning, others)
-    return found
+                best, settled = between, (turning, others)
+    return settled
 
 
 def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> SamplePoints:

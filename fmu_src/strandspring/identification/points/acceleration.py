@@ -97,9 +97,9 @@ class _Quadratics:
         left = np.maximum(squares - np.sum(solution * products.T, axis=1), 0.0) / (2 * half - 2)
         second = 2.0 * solution[:, 2] / scale**2
         sample = np.arange(time.size)
-        own, *beside = (np.clip(sample - half + shift, 0, middle.size - 1) for shift in (0, -half, half))
+        centred, *beside = (np.clip(sample - half + shift, 0, middle.size - 1) for shift in (0, -half, half))
         other = np.where(left[beside[0]] <= left[beside[1]], *beside)
-        used = np.where(_BETTER * left[other] < left[own], other, own)
+        used = np.where(_BETTER * left[other] < left[centred], other, centred)
         return cls(second[used], left[used])
 
 

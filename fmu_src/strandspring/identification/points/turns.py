@@ -61,7 +61,7 @@ def turns_between_samples(
 
 def _change(part: SteadyRecord, turning: SteadyRecord, spring: SpringParameters) -> float:
     """rms difference between the forces with reversals at samples and between them, share of the force's deviation."""
-    at_samples, between = (_hysteretic_force(each, spring) for each in (part, turning))
+    at_samples, between = (_hysteretic_force(record, spring) for record in (part, turning))
     return float(np.sqrt(np.mean((between - at_samples)[part.used] ** 2)) / np.std(part.record.force))
 
 

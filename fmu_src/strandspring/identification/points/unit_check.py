@@ -85,8 +85,8 @@ def refuse_differing_units(parts: Sequence[SteadyRecord]) -> None:
     if not mistaken:
         return
     # The one that differs from most of the others; of two, the second.
-    k = max(range(len(parts)), key=lambda k: (sum(one == k for one, _ in mistaken), k))
-    other, factor = next((other, factor) for (one, other), factor in mistaken.items() if one == k)
+    k = max(range(len(parts)), key=lambda k: (sum(record == k for record, _ in mistaken), k))
+    other, factor = next((other, factor) for (record, other), factor in mistaken.items() if record == k)
     raise IdentificationError(
         Outcome.UNITS_DIFFER,
         parts[k].record.path,
@@ -110,7 +110,7 @@ def _factor_between(loop: MeanLoop, other: MeanLoop) -> _Factor | None:
         if agrees:
             apart = abs(math.log(np.ptp(corrected.displacement) / np.ptp(other.displacement)))
             fitting.append((apart + largest, factor))
-    return min(fitting, key=lambda each: each[0])[1] if fitting else None
+    return min(fitting, key=lambda fit: fit[0])[1] if fitting else None
 
 
 def _differences(loop: MeanLoop, other: MeanLoop) -> list[float]:
@@ -119,17 +119,19 @@ def _differences(loop: MeanLoop, other: MeanLoop) -> list[float]:
     Loops that saturate less are stiffer, and any are softer or stiffer by their place: the force after a reversal
     hardly depends on the first, and the slope at one place not on the second. Units change both.
     """
-    stroke = _INSIDE * min(float(np.ptp(each.displacement)) for each in (loop, other))
+    stroke = _INSIDE * min(float(np.ptp(line.displacement)) for line in (loop, other))
     pairs = [(_after_reversals(loop, stroke), _after_reversals(other, stroke))]
     if (places := _common_place(loop, other)) is not None:
         slopes = [
-            np.polyfit(place, np.interp(place, each.displacement, 0.5 * (each.loading + each.unloading)), 1)[0]
-            for each, place in zip((loop, other), places, strict=True)
+            np.polyfit(place, np.interp(place, line.displacement, 0.5 * (line.loading + line.unloading)), 1)[0]
+            for line, place in zip((loop, other), places, strict=True)
         ]
         pairs.append((float(slopes[0]), float(slopes[1])))
     if _ratio_of_ranges(loop, other) <= _ALIKE:
         pairs.append((loop.half_height, other.half_height))
-    return [math.log(one / two) if one > 0.0 and two > 0.0 else math.inf for one, two in pairs]
+    return [
+        math.log(slope / other_slope) if slope > 0.0 and other_slope > 0.0 else math.inf for slope, other_slope in pairs
+    ]
 
 
 def _common_place(loop: MeanLoop, other: MeanLoop) -> tuple[FloatArray, FloatArray] | None:
@@ -147,7 +149,7 @@ def _common_place(loop: MeanLoop, other: MeanLoop) -> tuple[FloatArray, FloatArr
 
 def _ratio_of_ranges(loop: MeanLoop, other: MeanLoop) -> float:
     """Range of displacement of the larger loop in that of the smaller."""
-    ranges = sorted(float(np.ptp(each.displacement)) for each in (loop, other))
+    ranges = sorted(float(np.ptp(branches.displacement)) for branches in (loop, other))
     return ranges[1] / ranges[0]
 
 

@@ -28,18 +28,18 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
     record : Record
     strokes : Strokes   Of the record.
     """
-    found: dict[Outcome, str] = {}
+    details: dict[Outcome, str] = {}
     used = np.ones(len(record), dtype=bool)
     clipped = clipped_samples(record.force)
     if clipped.any():
         used &= ~clipped
-        found[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
+        details[Outcome.CLIPPED] = f"{int(clipped.sum())} of {clipped.size} samples"
     rests = dwells(record, strokes)
     used &= ~rests.resting
     if record.compared is not None:
         used &= record.compared
     if _relaxes(rests, record):
-        found[Outcome.DWELLS] = f"by {rests.relaxed:.3g} N"
+        details[Outcome.DWELLS] = f"by {rests.relaxed:.3g} N"
     if record.time is not None:
         steps = np.diff(record.time)
         usual = median(steps[steps > 0.0]) if (steps > 0.0).any() else 0.0
@@ -47,8 +47,8 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         # A file of several parts, or one that was sampled at will, has no usual step.
         if 0 < at.size <= 0.02 * steps.size:
             places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:_NAMED]]
-            found[Outcome.GAPS] = "; ".join(places) + (f" and {at.size - _NAMED} more" if at.size > _NAMED else "")
-    return used, found
+            details[Outcome.GAPS] = "; ".join(places) + (f" and {at.size - _NAMED} more" if at.size > _NAMED else "")
+    return used, details
 
 
 def dwells_without_relaxation(records: Sequence[Record]) -> tuple[str, ...]:

@@ -61,10 +61,10 @@ class Corrected:
         independent = loops.force.size / finer.autocorrelation_time
         floor = force_floor(loops)
 
-        def criterion(one: Corrected) -> float:
-            misfit = rms_in(loops, one.fit.misfit, one.loops)
-            value = information(misfit**2, one.price + one.fit.coefficients, independent, floor)
-            return value + (0.0 if one.fit.steady else SATURATION)
+        def criterion(state: Corrected) -> float:
+            misfit = rms_in(loops, state.fit.misfit, state.loops)
+            value = information(misfit**2, state.price + state.fit.coefficients, independent, floor)
+            return value + (0.0 if state.fit.steady else SATURATION)
 
         return criterion(other) - criterion(self)
 

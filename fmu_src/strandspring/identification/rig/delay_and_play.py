@@ -76,7 +76,7 @@ def searched_beside(
 ) -> Corrected | None:
     """The best spring that a search beside these sizes leads to, with the effects that pay; None if there is none."""
     fits = search(rig.corrected(sizes, fit), degrees)[:CARRIED]
-    settled = [one for each in fits if (one := fitted_with(rig, each, sizes)) is not None]
+    settled = [state for fit_beside in fits if (state := fitted_with(rig, fit_beside, sizes)) is not None]
     return with_effects_chosen(rig, with_other_sizes(rig, best_of(settled)), noise, degrees) if settled else None
 
 

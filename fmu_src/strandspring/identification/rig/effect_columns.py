@@ -237,7 +237,7 @@ class Rig:
             self,
             worn=float(np.average(_cycles_over(self.loops), weights=weight)),
             drifted=tuple(drifted.tolist()),
-            zeroed=tuple(own / sum(of_record) for own in of_record[1:]),
+            zeroed=tuple(count / sum(of_record) for count in of_record[1:]),
         )
 
     def sizes_here(self, sizes: Sizes) -> Sizes:
@@ -301,8 +301,8 @@ class Rig:
     def durations(self, loops: SamplePoints) -> FloatArray:
         """Duration of each stroke [s], shape (S,); of samples where there are no times."""
         ends = [course.time[course.strokes.turning] for course in self.courses]
-        found = np.concatenate([np.diff(own) for own in ends])
-        return found if found.size == loops.length.size else np.ones(loops.length.size)
+        durations = np.concatenate([np.diff(moments) for moments in ends])
+        return durations if durations.size == loops.length.size else np.ones(loops.length.size)
 
     @property
     def period(self) -> float:

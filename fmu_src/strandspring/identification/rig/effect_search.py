@@ -65,33 +65,33 @@ def find_effects(
     noise : float                        The rms that noise alone gives the residuals [N].
     degrees : (int, int) or None         Of FE and FA; chosen if None.
     """
-    found = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
+    states = started = [Corrected(fit, rig.loops, {}) for fit in candidates]
     plain = started[0]
     gains = gains_of(rig, plain)
     finer = rig.finer() if rig.effects else rig
     hidden = bool(rig.effects) and _depends_on_cells(rig, finer, plain.fit)
     if rig.effects and (hidden or not is_white(plain.fit, noise) or gains[0].criterion > 0.0):
         at_once = [] if is_explained(plain.fit, noise) else _all_at_once(rig, degrees or PILOT)
-        found = started + at_once
-        settled = (fitted_with(finer, one.fit, one.sizes) for one in started[:CARRIED] + at_once)
-        carried = [one for one in settled if one is not None]
+        states = started + at_once
+        settled = (fitted_with(finer, start.fit, start.sizes) for start in started[:CARRIED] + at_once)
+        carried = [start for start in settled if start is not None]
         noise_left = rms_in(finer.loops, noise, rig.loops)
         with_effects = _with_effects(finer, carried, noise_left, degrees, hidden) if carried else []
         if with_effects:
-            rig, noise, found = finer, noise_left, with_effects
+            rig, noise, states = finer, noise_left, with_effects
             started = [state for state in carried if not state.sizes]
 
     def doubtful(state: Corrected) -> list[Corrected]:
         return _doubtful(rig, state, gains if state is plain else gains_of(rig, state, LOCKED), noise)
 
     if degrees is not None:
-        return [found[0], *doubtful(found[0]), *found[1:]]
+        return [states[0], *doubtful(states[0]), *states[1:]]
     # A richer basis has shown its worth on cycles that it was not fitted to: it takes the place of the leaner one.
-    alternatives = [with_richer_basis(rig, found[0], noise)]
-    if found[0].sizes and started:
+    alternatives = [with_richer_basis(rig, states[0], noise)]
+    if states[0].sizes and started:
         alternatives.append(with_richer_basis(rig, started[0], noise))
     best = best_of(alternatives)
-    others = [state for state in found if state is not best]
+    others = [state for state in states if state is not best]
     if isinstance(best.fit.basis, TableBasis):
         best, *splits = (Corrected(fit, best.loops, best.sizes) for fit in other_splits(best.loops, best.fit))
         others = [*splits, *others]
@@ -131,17 +131,19 @@ def find_delayed(rig: Rig, noise: float, degrees: tuple[int, int] | None) -> lis
     return [best, *_doubtful(finer, best, gains_of(finer, best, LOCKED), noise)]
 
 
-def other_effects(found: Sequence[Corrected]) -> list[Sizes]:
+def other_effects(states_found: Sequence[Corrected]) -> list[Sizes]:
     """Other effects that explain the records about as well as those of the first spring, with no more sizes.
 
     Where more than white noise is left, none of them is the whole cause, and more of them count.
     """
-    best, *others = found
+    best, *others = states_found
     close = CLOSE if best.fit.autocorrelation_time <= WHITE else _UNCLEAR
     states = [
-        one for one in others if one.sizes and one.price <= best.price and not best.sizes.keys() <= one.sizes.keys()
+        state
+        for state in others
+        if state.sizes and state.price <= best.price and not best.sizes.keys() <= state.sizes.keys()
     ]
-    return [one.sizes for one in sorted(states, key=best.better_by) if best.better_by(one) <= close]
+    return [state.sizes for state in sorted(states, key=best.better_by) if best.better_by(state) <= close]
 
 
 def hinted_effects(rig: Rig, state: Corrected) -> Sizes:
@@ -170,7 +172,7 @@ def _doubtful(rig: Rig, state: Corrected, gains: Sequence[Gain], noise: float) -
         return []
     promising = [gain.sizes for gain in gains if gain.effect in LOCKED and gain.criterion > -CLOSE]
     tried = [fitted_with(rig, state.fit, sizes, (Effect.PLAY,), _DOUBTFUL_STEPS) for sizes in promising[:TRIED]]
-    return [one for one in tried if one is not None]
+    return [other for other in tried if other is not None]
 
 
 def _with_effects(
@@ -189,7 +191,7 @@ def _with_effects(
     """
     plain = [state for state in states if not state.sizes]
     at_once = [state for state in states if state.sizes]
-    grown = [with_paying_effects(rig, one, noise, degrees) for one in plain[:CARRIED]]
+    grown = [with_paying_effects(rig, start, noise, degrees) for start in plain[:CARRIED]]
     if at_once:
         grown.append(with_paying_effects(rig, without_idle_effects(rig, best_of(at_once), noise), noise, degrees))
     best = best_of(grown)
@@ -202,10 +204,10 @@ def _with_effects(
         return []
     # Without the effects another minimum, or other degrees, may be better.
     again = search(best.loops, degrees)
-    settled = [one for fit in again if (one := fitted_with(rig, fit, best.sizes)) is not None]
-    settled = [with_effects_chosen(rig, one, noise, degrees) for one in settled[:CARRIED]]
+    settled = [start for fit in again if (start := fitted_with(rig, fit, best.sizes)) is not None]
+    settled = [with_effects_chosen(rig, start, noise, degrees) for start in settled[:CARRIED]]
     first, *exchanged = _exchanged(rig, with_other_sizes(rig, best_of([*settled, best])))
-    return [first, *(one for one in exchanged + settled + at_once if one is not first)]
+    return [first, *(start for start in exchanged + settled + at_once if start is not first)]
 
 
 def _depends_on_cells(rig: Rig, finer: Rig, fit: Candidate) -> bool:
@@ -236,16 +238,16 @@ def _exchanged(rig: Rig, state: Corrected) -> list[Corrected]:
         loops = rig.corrected(left, state.fit)
         put_back = Corrected(transferred(state.fit, loops), loops, left)
         tried = [fitted_with(rig, put_back.fit, sizes) for sizes in promising(rig, put_back) if effect not in sizes]
-        alternatives += [one for one in tried if one is not None]
+        alternatives += [alternative for alternative in tried if alternative is not None]
     best = best_of(alternatives)
-    return [best, *(one for one in alternatives if one is not best)]
+    return [best, *(alternative for alternative in alternatives if alternative is not best)]
 
 
 def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
     """Springs fitted together with every effect that is linear, since a large effect may hide the right minimum."""
     loops = rig.loops
     basis = Basis(*loops.reach, *degrees)
-    found = []
+    states = []
     for effects in _LINEAR:
         columns = {e: rig.plain_columns(e, loops) for e in effects if e in rig.effects}
         if not columns:
@@ -259,5 +261,5 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
             fit = refined(rig.corrected(sizes, None), basis, solved.hysteresis)
             settled = None if fit is None else fitted_with(rig, fit, sizes)
             if settled is not None:
-                found.append(settled)
-    return found
+                states.append(settled)
+    return states

@@ -56,7 +56,7 @@ def described(sizes: Sizes) -> dict[str, Any]:
 
 def detail(outcome: Outcome, effects: dict[str, Any]) -> str:
     """What was found of the effect that a caution speaks of; empty for other cautions."""
-    texts = [_text(effect, effects[effect.value]) for effect, own in CAUTIONS.items() if own is outcome
+    texts = [_text(effect, effects[effect.value]) for effect, caution in CAUTIONS.items() if caution is outcome
              and effect.value in effects]  # fmt: skip
     return "; ".join(texts)
 

@@ -57,13 +57,13 @@ def explanations(rig: Rig, state: Corrected) -> list[Explanation]:
     """
     tangent = Tangent(state)
     total = float(state.loops.weight.sum())
-    found = []
+    mounts = []
     for mount, columns, price in _mounts(rig, state):
         trace = tangent.beside(columns * tangent.root[:, None])
         trace /= np.maximum(np.sqrt(np.sum(trace**2, axis=0)), 1e-300)
         left = tangent.misfit - trace @ np.linalg.lstsq(trace, tangent.misfit, rcond=1e-6)[0]
-        found.append(Explanation(mount, float(np.sqrt(left @ left / total)), price, mount in _GROUPED))
-    return found
+        mounts.append(Explanation(mount, float(np.sqrt(left @ left / total)), price, mount in _GROUPED))
+    return mounts
 
 
 def nearest_mount(rig: Rig, state: Corrected) -> str | None:
@@ -77,7 +77,7 @@ def nearest_mount(rig: Rig, state: Corrected) -> str | None:
     def criterion(misfit: float, price: int) -> float:
         return information(misfit**2, price, independent, floor)
 
-    best = min(explanations(rig, state), key=lambda one: criterion(one.misfit, one.price))
+    best = min(explanations(rig, state), key=lambda explanation: criterion(explanation.misfit, explanation.price))
     gain = criterion(state.fit.misfit, 0) - criterion(best.misfit, best.price)
     return best.mount if gain > MARGIN else None
 
@@ -100,9 +100,9 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
         yield "several friction mechanisms in a material that relaxes", both, both.shape[1]
     group = _groups(rig, loops)
     if group.max() > 0:
-        own = group[:, None] == np.arange(1, group.max() + 1)
-        friction = (refinement.omega * refinement.backbone.G)[:, None] * own
-        elastic = (refinement.backbone.FE - refinement.backbone.FE.mean())[:, None] * own
+        in_group = group[:, None] == np.arange(1, group.max() + 1)
+        friction = (refinement.omega * refinement.backbone.G)[:, None] * in_group
+        elastic = (refinement.backbone.FE - refinement.backbone.FE.mean())[:, None] * in_group
         for name, columns in zip(_GROUPED, (friction, elastic), strict=True):
             yield name, np.asarray(columns), int(group.max())
 

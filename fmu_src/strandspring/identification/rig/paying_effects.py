@@ -23,10 +23,10 @@ def with_paying_effects(rig: Rig, state: Corrected, noise: float, degrees: tuple
     """
     while True:
         tried = [fitted_with(rig, state.fit, sizes) for sizes in promising(rig, state, 0.0)]
-        settled = [one for one in tried if one is not None]
+        settled = [richer for richer in tried if richer is not None]
         if degrees is None:
-            settled += [leaner for one in settled if (leaner := _leaner(rig, one)) is not None]
-        paying = [one for one in settled if pays(one, state, noise)]
+            settled += [leaner for richer in settled if (leaner := _leaner(rig, richer)) is not None]
+        paying = [richer for richer in settled if pays(richer, state, noise)]
         if not paying:
             return state
         state = best_of(paying)

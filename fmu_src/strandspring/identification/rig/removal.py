@@ -72,10 +72,10 @@ def find_removable(
     """
     kept: list[Kept] = []
     while True:
-        found = find_effects(rig, candidates, noise, degrees)
-        doubted = _doubted(rig, found[0], noise)
+        states = find_effects(rig, candidates, noise, degrees)
+        doubted = _doubted(rig, states[0], noise)
         if doubted is None:
-            return found, kept
+            return states, kept
         kept.append(doubted)
         rig = rig.keeping(doubted.sizes)
 
@@ -147,10 +147,10 @@ def _other_mount(rig: Rig, best: Corrected, effects: Sequence[Effect]) -> str:
         return information(misfit**2, price, independent, floor)
 
     target = rms_in(without.loops, best.fit.misfit, best.loops)
-    own = criterion(target, sum(len(best.sizes[effect]) for effect in effects))
+    criterion_of_effects = criterion(target, sum(len(best.sizes[effect]) for effect in effects))
     for other in explanations(finer, without):
         # Wear must show among cycles of like amplitude and rate, however many such groups there are.
         price = 0 if other.is_grouped and set(effects) <= set(_WEAR) else other.price
-        if criterion(other.misfit, price) < own + CLOSE:
+        if criterion(other.misfit, price) < criterion_of_effects + CLOSE:
             return other.mount
     return ""

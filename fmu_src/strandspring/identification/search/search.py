@@ -214,7 +214,7 @@ def _choose(loops: SamplePoints, candidate: Candidate, independent: float, floor
     )
     R = np.asarray(np.linalg.qr(triangle[:, order].transpose(1, 0, 2), mode="r"))
     total = loops.weight.sum()
-    left = [float(one[N + M + 2 + freed, N + M + 2 + freed]) for one, (N, M) in zip(R, pairs, strict=True)]
+    left = [float(root[N + M + 2 + freed, N + M + 2 + freed]) for root, (N, M) in zip(R, pairs, strict=True)]
     criteria = [
         information(value**2 / total, N + M + 2, independent, floor) for value, (N, M) in zip(left, pairs, strict=True)
     ]
@@ -272,8 +272,8 @@ def other_splits(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
         for amplifier in range(candidate.basis.amplifier + 1):
             basis = replace(candidate.basis, amplifier=amplifier)
             minima = scan_minima(loops, basis.columns(loops.displacement))[:_STARTS]
-            found = (refined(loops, basis, start) for start in (candidate.refinement.hysteresis, *minima))
-            fits += [fit for fit in found if fit is not None]
+            refits = (refined(loops, basis, start) for start in (candidate.refinement.hysteresis, *minima))
+            fits += [fit for fit in refits if fit is not None]
     return _distinct(loops, fits)
 
 
@@ -296,7 +296,7 @@ def bending_more(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
     basis = replace(candidate.basis, amplifier=amplifier)
     other = refined(loops, basis, candidate.refinement.hysteresis)
     independent, floor = loops.force.size / candidate.autocorrelation_time, force_floor(loops)
-    return [_ranked(each, independent, floor) for each in (candidate, other) if each is not None]
+    return [_ranked(fit, independent, floor) for fit in (candidate, other) if fit is not None]
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:
@@ -319,8 +319,8 @@ def _ranked(candidate: Candidate, independent: float, floor: float) -> Candidate
     return replace(candidate, criterion=value + (0.0 if candidate.steady else SATURATION))
 
 
-def _alike(one: Candidate, other: Candidate) -> bool:
+def _alike(fit: Candidate, other: Candidate) -> bool:
     """Whether two fits are the same minimum."""
-    a, b = one.refinement.hysteresis, other.refinement.hysteresis
+    a, b = fit.refinement.hysteresis, other.refinement.hysteresis
     logs = np.log([a.rho / b.rho, a.sigma / b.sigma, a.n / b.n])
     return bool(np.abs(logs).max() <= _SAME)

@@ -72,8 +72,8 @@ def unrecorded(state: Corrected) -> Unrecorded:
     """What the records that a spring was fitted to say of loops that they do not hold."""
     loops, fit = state.loops, state.fit.refinement
     residuals = fit.backbone.misfit(loops.force, fit.omega)
-    columns, own = _columns(state, loops, fit)
-    mean, root = _posterior(loops, columns, own, residuals, loops.rms(fit.omega * fit.backbone.G))
+    columns, coefficients = _columns(state, loops, fit)
+    mean, root = _posterior(loops, columns, coefficients, residuals, loops.rms(fit.omega * fit.backbone.G))
     low, high = loops.reach
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     small = _through(middle + AMPLITUDE * half * np.resize([1.0, -1.0], 2 * _CYCLES + 2), 2 * _CYCLES - 1)
@@ -94,7 +94,7 @@ def unrecorded(state: Corrected) -> Unrecorded:
 
 
 def _posterior(
-    loops: SamplePoints, columns: FloatArray, own: int, residuals: FloatArray, hysteretic: float
+    loops: SamplePoints, columns: FloatArray, coefficients: int, residuals: FloatArray, hysteretic: float
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and a root of the covariance of the coefficients, of which the first are the spring's own.
 
@@ -102,7 +102,7 @@ def _posterior(
     ----------
     loops : SamplePoints
     columns : ndarray, shape (P, C)
-    own : int                       Columns of the spring itself.
+    coefficients : int              Columns of the spring itself.
     residuals : ndarray, shape (P,) [N]
     hysteretic : float              rms hysteretic force [N].
     """
@@ -112,7 +112,7 @@ def _posterior(
     triangle = triangle_of(np.column_stack([columns / scale, residuals]) * root[:, None])
     matrix, target = triangle[:, :-1], triangle[:, -1]
     prior = np.zeros(scale.size)
-    prior[own:] = 1.0 / (_PRIOR * hysteretic)
+    prior[coefficients:] = 1.0 / (_PRIOR * hysteretic)
     independent = residuals.size / autocorrelation_time(root * residuals)
     left = target
     for _ in range(_ROUNDS):

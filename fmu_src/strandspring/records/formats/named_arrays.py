@@ -88,8 +88,8 @@ def _timed(fields: Mapping[str, Variable], group: str, name: str) -> Iterator[Ch
     for number, signal in enumerate([signals] if isinstance(signals, Mapping) else signals, 1):
         label, values = signal.get("label"), signal.get("values")
         if hasattr(values, "dtype"):
-            own = label if isinstance(label, str) and label else f"signal {number}"
-            yield from array_channels(values, name, own, None, time)
+            channel_name = label if isinstance(label, str) and label else f"signal {number}"
+            yield from array_channels(values, name, channel_name, None, time)
 
 
 def _channel(

@@ -66,11 +66,11 @@ class _Reader:
         with guarded(self._kind, self._path):
             module = _imported(f"{__package__}.{request['module']}")
             _limit(request["memory"], request["seconds"])
-            found = module.read_tables(FileContent(self._path, data, ""))
-        if found and isinstance(found[0], Sheet):
-            return {"sheets": [sheet.name for sheet in found]}, [sheet.data for sheet in found]
-        self._channels = found
-        return {"channels": [_described(channel) for channel in found]}, ()
+            tables = module.read_tables(FileContent(self._path, data, ""))
+        if tables and isinstance(tables[0], Sheet):
+            return {"sheets": [sheet.name for sheet in tables]}, [sheet.data for sheet in tables]
+        self._channels = tables
+        return {"channels": [_described(channel) for channel in tables]}, ()
 
     def _values(self, number: int) -> Sequence[Any]:
         """Values and times of a channel, ndarrays of shape (K,); no times have shape (0,)."""

@@ -34,5 +34,5 @@ def _channel(channel: nptdms.TdmsChannel) -> Channel:
         return seconds(channel[:]), time
 
     moments = channel.dtype.kind == "M"
-    own = "s" if moments else unit if isinstance(unit, str) else None
-    return Channel(channel.group_name, channel.name, own, size, load, is_waveform)
+    stated_unit = "s" if moments else unit if isinstance(unit, str) else None
+    return Channel(channel.group_name, channel.name, stated_unit, size, load, is_waveform)

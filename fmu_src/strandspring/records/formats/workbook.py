@@ -72,9 +72,9 @@ def _check_extent(archive: zipfile.ZipFile, name: str, where: str) -> None:
     with archive.open(name) as stream:
         while block := stream.read(1024 * 1024):
             text = rest + block
-            found = _REFERENCE.findall(text)
-            rows = max(rows, *(int(number) for _, number in found), 0)
-            names = {letters for letters, _ in found}
+            references = _REFERENCE.findall(text)
+            rows = max(rows, *(int(number) for _, number in references), 0)
+            names = {letters for letters, _ in references}
             columns = max(columns, *(sum((c - 64) * 26**k for k, c in enumerate(reversed(n))) for n in names), 0)
             rest = text[-_OVERLAP:]
     if rows * columns > _MOST_CELLS:

@@ -100,17 +100,17 @@ class AxisLaws:
                     f"For secant stiffness the motion of {name} must be finite and > 0 [m], got {amplitude!r}; give a "
                     "motion, or a pose within the identified range."
                 )
-        each = amplitudes / self.series
-        found = np.empty(springs.size, dtype=np.complex128)
+        amplitude_of_spring = amplitudes / self.series
+        secant = np.empty(springs.size, dtype=np.complex128)
         known: dict[tuple[SpringParameters, float, float], complex] = {}
         for k, spring in enumerate(self._springs):
-            loop = (spring, float(springs[k]), float(each[k]))
+            loop = (spring, float(springs[k]), float(amplitude_of_spring[k]))
             if loop not in known:
                 figures = steady_loop_figures(PathSolver(spring), loop[1] - loop[2], loop[1] + loop[2])
                 known[loop] = complex(figures.secant_stiffness, figures.energy_per_cycle / (np.pi * loop[2] ** 2))
-            found[k] = known[loop]
-        at_ends = self.stops(springs + each)[0] - self.stops(springs - each)[0]
-        return np.asarray(self.parallel / self.series * found + 0.5 * at_ends / amplitudes)
+            secant[k] = known[loop]
+        at_ends = self.stops(springs + amplitude_of_spring)[0] - self.stops(springs - amplitude_of_spring)[0]
+        return np.asarray(self.parallel / self.series * secant + 0.5 * at_ends / amplitudes)
 
     def free_travel(self, springs: FloatArray) -> FloatArray:
         """Motion of each axis up to the nearer end of its springs' identified range, shape (M,) [m]."""
@@ -130,10 +130,10 @@ class AxisLaws:
 
     def _partials(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
         """Force of one spring of each axis [N], its derivatives by displacement [N/m] and omega [N], shape (3, M)."""
-        found = np.empty((3, springs.size))
+        partials = np.empty((3, springs.size))
         for spring, of_axes in self._alike():
-            found[:, of_axes] = PathSolver(spring).force_with_partials(springs[of_axes], omega[of_axes])
-        return found
+            partials[:, of_axes] = PathSolver(spring).force_with_partials(springs[of_axes], omega[of_axes])
+        return partials
 
     def _alike(self) -> Iterator[tuple[SpringParameters, list[int]]]:
         """Each different spring with the numbers of its axes."""

@@ -33,8 +33,8 @@ def direction_name(direction: Vector) -> str:
 
 def axes_by_mount(system: MountedSystem) -> list[tuple[Mount, list[tuple[int, MountAxis]]]]:
     """Each mount with the numbers of its axes."""
-    found, first = [], 0
+    numbered, first = [], 0
     for mount in system.mounts:
-        found.append((mount, list(enumerate(mount.axes, start=first))))
+        numbered.append((mount, list(enumerate(mount.axes, start=first))))
         first += len(mount.axes)
-    return found
+    return numbered

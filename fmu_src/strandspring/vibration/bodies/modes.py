@@ -108,7 +108,7 @@ def modes(
     losses = motion.along.T @ (np.imag(of_axes)[:, None] * motion.along)
     values, shapes = np.linalg.eigh(motion.stiffness(np.real(of_axes), forces) / motion.mass)
     held = np.abs(values) > _ROUNDING * np.abs(values).max(initial=0.0)
-    found = []
+    listed = []
     for value, is_held, q in zip(values.tolist(), held.tolist(), shapes.T, strict=True):
         shape, shares = _body_motions(motion, q)
         words = _words(system, shares)
@@ -122,8 +122,8 @@ def modes(
         if is_held:
             viscous, lost = (float(q @ matrix @ q) / motion.mass for matrix in (motion.damping, losses))
             damping = 0.5 * viscous / circular + 0.5 * lost / value
-        found.append(Mode(circular / (2.0 * math.pi), damping, shape, shares, words))
-    return tuple(found)
+        listed.append(Mode(circular / (2.0 * math.pi), damping, shape, shares, words))
+    return tuple(listed)
 
 
 def _body_motions(motion: SmallMotion, q: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -144,5 +144,5 @@ def _words(system: MountedSystem, shares: FloatArray) -> str:
         for body, of_body in zip(system.bodies, shares, strict=True)
         for name, share in zip(MOTIONS, of_body, strict=True)
     ]
-    ordered = sorted(named, key=lambda one: -one[0])
+    ordered = sorted(named, key=lambda named_share: -named_share[0])
     return ", ".join(f"{name} {100.0 * share:.0f} %" for share, name in ordered if share >= _NAMED)

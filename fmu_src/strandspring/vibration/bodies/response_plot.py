@@ -24,7 +24,7 @@ Responses = Mapping[str, Sequence[SystemResponse]]
 
 def size_of(candidates: Responses) -> tuple[float, float]:
     """Width and height of the figure [inches]."""
-    curves = sum(len(one[0].points) for one in candidates.values()) * len(_levels(candidates))
+    curves = sum(len(responses[0].points) for responses in candidates.values()) * len(_levels(candidates))
     return max(8.0, _WIDTH * len(_excitations(candidates))), _HEIGHT + _LEGEND * (curves // LEGEND_COLUMNS + 1)
 
 
@@ -46,11 +46,11 @@ def fill(figure: Figure, candidates: Responses, title: str) -> None:
 
 
 def _excitations(candidates: Responses) -> list[str]:
-    return list(dict.fromkeys(response.shaking.name for one in candidates.values() for response in one))
+    return list(dict.fromkeys(response.shaking.name for responses in candidates.values() for response in responses))
 
 
 def _levels(candidates: Responses) -> list[float]:
-    return list(dict.fromkeys(response.level for one in candidates.values() for response in one))
+    return list(dict.fromkeys(response.level for responses in candidates.values() for response in responses))
 
 
 def _draw(top: Axes, bottom: Axes, candidates: Responses, excitation: str) -> None:

@@ -83,11 +83,11 @@ def rest(
     gravity = np.zeros(3) if weightless else np.array(system.gravity)
     middle = _rest(system, kernel, gravity, 0.0, np.zeros(kernel.axes), None)
     if share == 0.0:
-        found = middle
+        pose = middle
     else:
-        found = _rest(system, kernel, gravity, share, share * kernel.senses(middle.force), middle.coordinates)
-    _check_range(system, found)
-    return found
+        pose = _rest(system, kernel, gravity, share, share * kernel.senses(middle.force), middle.coordinates)
+    _check_range(system, pose)
+    return pose
 
 
 def _rest(
@@ -110,9 +110,9 @@ def _rest(
     return RestPose(share, coordinates, omega, at.displacement[0], at.force[0])
 
 
-def _check_range(system: MountedSystem, found: RestPose) -> None:
+def _check_range(system: MountedSystem, pose: RestPose) -> None:
     for number, (mount, axis) in enumerate(system.axes()):
-        spring, displacement = axis.spring, float(found.displacement[number])
+        spring, displacement = axis.spring, float(pose.displacement[number])
         if not spring.displacement_min <= displacement <= spring.displacement_max:
             raise MountedSystemError(
                 f"Mount {mount.name} rests at {1e3 * displacement:.6g} mm of {axis.model or 'a spring'}, outside its "

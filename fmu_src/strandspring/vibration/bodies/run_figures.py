@@ -48,9 +48,9 @@ class RunFigures:
     absorbed: FloatArray
 
     @classmethod
-    def from_motion_figures(cls, found: MotionFigures) -> RunFigures:
+    def from_motion_figures(cls, figures: MotionFigures) -> RunFigures:
         """From what the kernel gives, in its order."""
-        points, axes = found.of_points, found.of_axes
+        points, axes = figures.of_points, figures.of_axes
         return cls(
             acceleration=points[:, 0],
             acceleration_time=points[:, 1],
@@ -59,7 +59,7 @@ class RunFigures:
             sway_components=points[:, 6:9],
             rms_acceleration=np.sqrt(points[:, 9:12]),
             rms_sway=_deviation(points[:, 12:15], points[:, 15:18]),
-            tilt=found.of_bodies[:, 0],
+            tilt=figures.of_bodies[:, 0],
             displacement_low=axes[:, 0],
             displacement_high=axes[:, 1],
             force=axes[:, 2],
@@ -104,9 +104,9 @@ class Energies:
     exchanged: float
 
     @classmethod
-    def from_motion_figures(cls, found: MotionFigures) -> Energies:
+    def from_motion_figures(cls, figures: MotionFigures) -> Energies:
         """From what the kernel gives, in its order."""
-        before, after, absorbed, damped, stops, gravity, base, load, exchanged = found.energies.tolist()
+        before, after, absorbed, damped, stops, gravity, base, load, exchanged = figures.energies.tolist()
         return cls(before, after, absorbed, damped, stops, gravity, base, load, exchanged + before)
 
     @property

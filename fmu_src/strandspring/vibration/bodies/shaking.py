@@ -102,5 +102,5 @@ class Shaking:
 
 def _projected(vector: FloatArray, free: FloatArray) -> FloatArray:
     """A force on the bodies as one on the coordinates; what is left where its parts cancel is 0."""
-    found, parts = vector @ free, np.abs(vector) @ np.abs(free)
-    return np.where(np.abs(found) > _ROUNDING * parts, found, 0.0)
+    projection, parts = vector @ free, np.abs(vector) @ np.abs(free)
+    return np.where(np.abs(projection) > _ROUNDING * parts, projection, 0.0)

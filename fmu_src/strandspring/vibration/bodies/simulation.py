@@ -161,13 +161,13 @@ def _run(
     coarse = RunFigures.from_motion_figures(run_once(system, kernel, case, start, h, case.averages(h, count)))
     while True:
         h, count = 0.5 * h, 2 * count
-        found = run_once(system, kernel, case, start, h, case.averages(h, count))
-        fine = RunFigures.from_motion_figures(found)
+        figures = run_once(system, kernel, case, start, h, case.averages(h, count))
+        fine = RunFigures.from_motion_figures(figures)
         errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
         if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors):
             break
         coarse = fine
-    energies = Energies.from_motion_figures(found)
+    energies = Energies.from_motion_figures(figures)
     check_balance(case, energies, h)
     return CaseRun(start, h, fine, errors, energies)
 
@@ -209,9 +209,9 @@ def run_once(
     ------
     MountedSystemError                 If the motion diverges.
     """
-    found = kernel.run(*_arguments(system, case, start, step, averages))
-    _check_finished(case, found, step, averages.shape[1])
-    return found
+    figures = kernel.run(*_arguments(system, case, start, step, averages))
+    _check_finished(case, figures, step, averages.shape[1])
+    return figures
 
 
 def run_with_histories(
@@ -225,8 +225,8 @@ def run_with_histories(
     """
     count = case.steps(step)
     arguments = _arguments(system, case, start, step, case.averages(step, count))
-    found, histories = kernel.run_with_histories(*arguments, stride=math.ceil(count / rows))
-    _check_finished(case, found, step, count)
+    figures, histories = kernel.run_with_histories(*arguments, stride=math.ceil(count / rows))
+    _check_finished(case, figures, step, count)
     return histories
 
 
@@ -241,10 +241,10 @@ def _arguments(
     )  # fmt: skip
 
 
-def _check_finished(case: LoadCase, found: MotionFigures, step: float, count: int) -> None:
-    if found.steps < count:
+def _check_finished(case: LoadCase, figures: MotionFigures, step: float, count: int) -> None:
+    if figures.steps < count:
         raise MountedSystemError(
-            f"{case.name}: the motion diverges {found.steps * step:.4g} s after its beginning, with steps of "
+            f"{case.name}: the motion diverges {figures.steps * step:.4g} s after its beginning, with steps of "
             f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
             "or a shorter `step`."
         )

@@ -120,7 +120,7 @@ class SystemResponse:
     @cached_property
     def resonances(self) -> tuple[PointResonance, ...]:
         """The largest gain of each point in each direction in which it moves by 1 % of what it moves most or more."""
-        found = []
+        peaks = []
         for p, point in enumerate(self.points):
             gains = np.abs(self.gain[:, p])
             for k, direction in enumerate(DIRECTIONS):
@@ -128,7 +128,7 @@ class SystemResponse:
                 if not gains[peak, k] > _OF_LARGEST * gains.max():
                     continue
                 isolates = self.gain_unit == "1" and gains[peak, k] > 1.0
-                found.append(
+                peaks.append(
                     PointResonance(
                         point=point.name,
                         direction=direction,
@@ -139,7 +139,7 @@ class SystemResponse:
                         inside=0 < peak < len(gains) - 1,
                     )
                 )
-        return tuple(found)
+        return tuple(peaks)
 
     @property
     def cautions(self) -> list[str]:

@@ -135,13 +135,15 @@ class _Axes:
         body = np.array([mount.body for mount, _ in axes])
         support = np.array([mount.support for mount, _ in axes]) % (count + 1)
         place = np.array([mount.place for mount, _ in axes])
-        center = np.vstack([[one.center for one in system.bodies], np.zeros(3)])
+        center = np.vstack([[rigid_body.center for rigid_body in system.bodies], np.zeros(3)])
         displacement = np.vstack([pose[0], np.zeros(3)])
         rotation = np.concatenate([pose[1], np.eye(3)[None]])
-        arm, own = (np.einsum("mij,mj->mi", rotation[of], place - center[of]) for of in (body, support))
+        arm, body_arm = (
+            np.einsum("mij,mj->mi", rotation[bodies], place - center[bodies]) for bodies in (body, support)
+        )
         direction = np.einsum("mij,mj->mi", rotation[support], np.array([axis.direction for _, axis in axes]))
         support_arm = center[body] + displacement[body] + arm - center[support] - displacement[support]
-        moved = np.einsum("mi,mi->m", direction, support_arm - own)
+        moved = np.einsum("mi,mi->m", direction, support_arm - body_arm)
         nominal, series = np.array([(axis.nominal, axis.series) for _, axis in axes]).T
         return cls(count, body, support, direction, arm, support_arm, nominal + moved / series)
 

@@ -36,11 +36,11 @@ def largest_stable_step(system: MountedSystem, pose: Pose | None = None, *, tilt
     """
     motion = SmallMotion.about(system, nominal_pose(system) if pose is None else pose)
     damping = np.array([axis.damping for _, axis in system.axes()])
-    found = [
+    matrices = [
         _in_all_directions(motion, of_axes) if tilted else motion.along.T @ (of_axes[:, None] * motion.along)
         for of_axes in (AxisLaws(system).steepest(), damping)
     ]
-    return _limit(*(matrix / motion.mass for matrix in found))
+    return _limit(*(matrix / motion.mass for matrix in matrices))
 
 
 def _limit(stiffness: FloatArray, damping: FloatArray) -> float:

@@ -230,8 +230,8 @@ KINDS = ("pulse", "drop", "sine", "sweep", "random", "record", "force")
 
 
 def _kind_of_case(value: Any) -> str | None:
-    found = [kind for kind in KINDS if isinstance(value, dict) and kind in value]
-    return f"{TAG}{found[0]}" if len(found) == 1 else None
+    kinds = [kind for kind in KINDS if isinstance(value, dict) and kind in value]
+    return f"{TAG}{kinds[0]}" if len(kinds) == 1 else None
 
 
 AnyCase = Annotated[

@@ -172,7 +172,7 @@ class _Builder:
         height = "" if drop.height is None else f" from {1e3 * drop.height:.6g} mm"
         cases = []
         for name, direction in self._directions(table, self._down()):
-            x, y, z = (speed * each for each in direction.vector)
+            x, y, z = (speed * component for component in direction.vector)
             text = f"drop{height}, {speed:.4g} m/s along {direction.text}"
             duration = self._duration(table, 0.0)
             cases.append(
@@ -281,7 +281,7 @@ class _Builder:
         strength = math.hypot(*self.around.gravity)
         if strength == 0.0:
             return None
-        x, y, z = (each / strength for each in self.around.gravity)
+        x, y, z = (component / strength for component in self.around.gravity)
         return Direction((x, y, z), "gravity")
 
     def _density(self, table: RandomTable) -> tuple[tuple[float, float], ...]:

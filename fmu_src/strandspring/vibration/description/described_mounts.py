@@ -97,7 +97,7 @@ def _stops(table: StopsTable, nominal: float) -> Stops:
 
 def _vector(values: FloatArray) -> Vector:
     length = math.hypot(*values.tolist())
-    x, y, z = (each / length for each in values.tolist())
+    x, y, z = (component / length for component in values.tolist())
     return x, y, z
 
 

@@ -45,7 +45,7 @@ def pulse_of(
     """
     ramps = (table.rise, table.fall)
     if table.pulse == "velocity-step":
-        if step is None or any(each is not None for each in (peak, table.duration, *ramps)):
+        if step is None or any(value is not None for value in (peak, table.duration, *ramps)):
             raise MountedSystemError(
                 f"a velocity step has `{step_name}` and neither peak nor duration; correct the keys."
             )
@@ -84,5 +84,5 @@ def sweep_amplitude(table: SweepTable) -> LevelTable:
         return LevelTable(((low, table.amplitude), (high, table.amplitude)))
     if table.displacement is None:
         raise MountedSystemError("must have `amplitude`, `displacement` or both, or a `table`; give one.")
-    a, b = ((2.0 * math.pi * each) ** 2 * table.displacement for each in (low, high))
+    a, b = ((2.0 * math.pi * frequency) ** 2 * table.displacement for frequency in (low, high))
     return LevelTable(((low, a), (high, b)))

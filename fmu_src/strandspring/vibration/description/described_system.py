@@ -45,11 +45,11 @@ def model_paths(table: SystemTable) -> dict[str, tuple[str | int, ...]]:
     """Model files of the mount types that some candidate uses, in their order, each with its first field."""
     used = {mount.type for mount in table.mount}
     used |= {new for candidate in table.candidate for old, new in candidate.types.items() if old in used}
-    found: dict[str, tuple[str | int, ...]] = {}
+    places: dict[str, tuple[str | int, ...]] = {}
     for name, mount_type in table.mount_type.items():
         for k, axis in enumerate(mount_type.axes if name in used else ()):
-            found.setdefault(axis.model, ("mount_type", name, "axes", k, "model"))
-    return found
+            places.setdefault(axis.model, ("mount_type", name, "axes", k, "model"))
+    return places
 
 
 def mounted_systems(table: SystemTable, models: Models) -> tuple[tuple[str, MountedSystem], ...]:
@@ -189,7 +189,7 @@ def _system(
     mounts: list[Mount] = []
     for k, mount in enumerate(table.mount):
         mounts += _mounts(k, mount, table, replaced, axes_of)
-        if sum(len(each.axes) for each in mounts) > MOST_AXES:
+        if sum(len(mount_of_system.axes) for mount_of_system in mounts) > MOST_AXES:
             raise MountedSystemError(f"mount: all mounts together must have at most {MOST_AXES} axes; take some out.")
     with located("mount"):
         system = MountedSystem(bodies, tuple(mounts), points, table.gravity, table.name)
@@ -231,10 +231,10 @@ def _mounts(
                 f"`rotate` must be one rotation or one for each of the {len(places)} places, got {len(rotations)}."
             )
     name = replaced.get(table.type, table.type)
-    found = []
-    for own, place, rotation in zip(_names_of_mounts(table), places, rotations, strict=True):
-        turn = () if rotation is None else tuple(rotation.angle * each for each in rotation.about.vector)
+    mounts = []
+    for mount_name, place, rotation in zip(_names_of_mounts(table), places, rotations, strict=True):
+        turn = () if rotation is None else tuple(rotation.angle * component for component in rotation.about.vector)
         axes = axes_of(name, turn)
         with located("mount", k):
-            found.append(Mount(own, body, place or (0.0, 0.0, 0.0), axes, support))
-    return found
+            mounts.append(Mount(mount_name, body, place or (0.0, 0.0, 0.0), axes, support))
+    return mounts

@@ -162,7 +162,7 @@ def measured(value: object, *quantities: QuantityKind) -> tuple[float, QuantityK
                 if not math.isfinite(number * factor):
                     raise QuantityError(f"must be {wanted}, got {quoted(value)}, which is not finite")
                 return number * factor, quantity
-    known = [each.name for _, powers in meanings for each in QUANTITIES if each.powers == powers]
+    known = [kind.name for _, powers in meanings for kind in QUANTITIES if kind.powers == powers]
     raise QuantityError(
         f"must be {wanted}, got {quoted(value)}, which is {' or '.join(dict.fromkeys(known)) or 'something else'}"
     )
@@ -181,7 +181,7 @@ def unit_in_si(unit: str, quantity: QuantityKind) -> float:
 
 
 def _wanted(quantities: tuple[QuantityKind, ...]) -> str:
-    return " or ".join(f"{each.name} such as '{each.example}'" for each in quantities)
+    return " or ".join(f"{kind.name} such as '{kind.example}'" for kind in quantities)
 
 
 def _named(value: object) -> str:
@@ -196,18 +196,18 @@ def _meanings(unit: str, refusal: str) -> list[tuple[float, Powers]]:
     factors = _UnitReader(unit, refusal).factors()
     if len(factors) > _MOST_FACTORS:
         raise QuantityError(f"{refusal}, with more than {_MOST_FACTORS} units")
-    found: dict[Powers, float] = {}
+    sizes: dict[Powers, float] = {}
     for choice in product(*(_meanings_of_name(name, refusal) for name, _ in factors)):
         size, powers = 1.0, _ALONE
-        for (factor, own), (_, power) in zip(choice, factors, strict=True):
+        for (factor, powers_of_unit), (_, power) in zip(choice, factors, strict=True):
             size *= factor**power
-            powers = _sum(powers, own, power)
-        found.setdefault(powers, size)
-    return [(size, powers) for powers, size in found.items()]
+            powers = _sum(powers, powers_of_unit, power)
+        sizes.setdefault(powers, size)
+    return [(size, powers) for powers, size in sizes.items()]
 
 
-def _sum(powers: Powers, own: Powers, times: int) -> Powers:
-    length, mass, time, angle, octaves = (total + times * one for total, one in zip(powers, own, strict=True))
+def _sum(powers: Powers, added: Powers, times: int) -> Powers:
+    length, mass, time, angle, octaves = (total + times * power for total, power in zip(powers, added, strict=True))
     return length, mass, time, angle, octaves
 
 
@@ -220,21 +220,21 @@ class _UnitReader:
 
     def factors(self) -> list[tuple[str, int]]:
         """All of them."""
-        found = self._quotient()
+        units = self._quotient()
         if self.tokens:
             raise self._unclear()
-        return found
+        return units
 
     def _quotient(self) -> list[tuple[str, int]]:
-        found = self._power()
+        units = self._power()
         while self._next() not in ("", "/", ")"):
             self._skip("*")
-            found += self._power()
+            units += self._power()
         if self._skip("/"):
-            found += [(name, -power) for name, power in self._power()]
+            units += [(name, -power) for name, power in self._power()]
             if self._next() not in ("", ")"):
                 raise self._unclear("; put what stands below the division into parentheses, as in N/(m s)")
-        return found
+        return units
 
     def _power(self) -> list[tuple[str, int]]:
         if self._skip("("):
@@ -252,10 +252,10 @@ class _UnitReader:
                 raise self._unclear()
             return base
         exponent = int(self.tokens.pop())
-        found = [(name, power * exponent) for name, power in base]
-        if any(not 1 <= abs(power) <= _LARGEST_POWER for _, power in found):
+        powers = [(name, power * exponent) for name, power in base]
+        if any(not 1 <= abs(power) <= _LARGEST_POWER for _, power in powers):
             raise self._unclear()
-        return found
+        return powers
 
     def _next(self) -> str:
         """The next token; "" at the end."""
@@ -272,13 +272,13 @@ class _UnitReader:
 
 
 def _meanings_of_name(name: str, refusal: str) -> tuple[tuple[float, Powers], ...]:
-    found: list[tuple[float, Powers]] = [_EXACT[name]] if name in _EXACT else [*_ANY_CASE.get(name.casefold(), ())]
+    meanings: list[tuple[float, Powers]] = [_EXACT[name]] if name in _EXACT else [*_ANY_CASE.get(name.casefold(), ())]
     kind = kind_of_unit(name)
     if kind is not None and kind != "other":
         try:
-            found.append((unit_factor(name, kind), _OF_RECORDS[kind]))
+            meanings.append((unit_factor(name, kind), _OF_RECORDS[kind]))
         except RecordError as problem:  # it could mean two things
             raise QuantityError(f"{refusal}; {str(problem).rstrip('.')}") from None
-    if not found:
+    if not meanings:
         raise QuantityError(f"{refusal}, where {quoted(name)} is not a known unit")
-    return tuple(found)
+    return tuple(meanings)

@@ -51,8 +51,8 @@ def read_columns(content: FileContent, wanted: Mapping[str, RecordColumn]) -> di
     ------
     RecordError            If the file has no such columns; the message names it.
     """
-    table, columns, where = _table(content, {name: each.column for name, each in wanted.items()})
-    factors = {name: _factor(columns[name], each, where) for name, each in wanted.items()}
+    table, columns, where = _table(content, {name: record_column.column for name, record_column in wanted.items()})
+    factors = {name: _factor(columns[name], record_column, where) for name, record_column in wanted.items()}
     return _read(table, columns, factors, where)
 
 
@@ -60,9 +60,9 @@ def read_timed_columns(
     content: FileContent, wanted: Mapping[str, RecordColumn], time: int | str | None, time_unit: str | None
 ) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Times [s], and columns in SI units, as `read_columns`; the column of times is found by its name if None."""
-    asked: dict[str, int | str | None] = {name: each.column for name, each in wanted.items()}
+    asked: dict[str, int | str | None] = {name: record_column.column for name, record_column in wanted.items()}
     table, columns, where = _table(content, asked | {"time": time})
-    factors = {name: _factor(columns[name], each, where) for name, each in wanted.items()}
+    factors = {name: _factor(columns[name], record_column, where) for name, record_column in wanted.items()}
     factors["time"] = choose_unit(columns["time"], "time", time_unit, where)[1]
     values = _read(table, columns, factors, where)
     return values.pop("time"), values
@@ -87,13 +87,13 @@ def _table(content: FileContent, asked: Mapping[str, int | str | None]) -> tuple
 def _column(table: SourceTable, wanted: int | str | None, name: str, where: str) -> Column:
     if wanted is not None:
         return asked_column(table.columns, wanted, name, where)
-    found = named_columns(table.columns, "time")
-    if len(found) != 1:
+    matching = named_columns(table.columns, "time")
+    if len(matching) != 1:
         raise RecordError(
             f"{where}: which column holds the {name} is not clear among {listed_columns(table.columns)}; name it by "
             "`time`."
         )
-    return found[0]
+    return matching[0]
 
 
 def _factor(column: Column, wanted: RecordColumn, where: str) -> float:

@@ -129,7 +129,7 @@ SweepRate = Annotated[
 def _read_vector(value: Any, kind: q.QuantityKind) -> Vector:
     if not (isinstance(value, list) and len(value) == 3):
         raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {shown(value)}")
-    x, y, z = (q.in_si(each, kind) for each in value)
+    x, y, z = (q.in_si(component, kind) for component in value)
     return x, y, z
 
 
@@ -172,18 +172,18 @@ def read_direction(value: Any) -> Direction:
         if axis is None or sign not in ("", "+", "-"):
             raise ValueError(f"must be '+x', '-x', '+y', '-y', '+z', '-z' or three numbers, got {quoted(value)}")
         factor = -1.0 if sign == "-" else 1.0
-        x, y, z = (factor * each if each else 0.0 for each in axis)
+        x, y, z = (factor * component if component else 0.0 for component in axis)
         return Direction((x, y, z), f"{sign or '+'}{value.strip()[-1:].lower()}")
-    if not (isinstance(value, list) and len(value) == 3 and all(is_finite(each) for each in value)):
+    if not (isinstance(value, list) and len(value) == 3 and all(is_finite(component) for component in value)):
         raise ValueError(f"must be three numbers, or a text such as '+x', got {shown(value)}")
     # The largest first, so that neither squares nor their sum leave the range of a double.
-    largest = max(abs(float(each)) for each in value)
+    largest = max(abs(float(component)) for component in value)
     if largest == 0.0:
         raise ValueError("must be a direction, got three zeros")
-    scaled = [float(each) / largest for each in value]
+    scaled = [float(component) / largest for component in value]
     length = math.hypot(*scaled)
-    x, y, z = (each / length for each in scaled)
-    return Direction((x, y, z), f"({', '.join(f'{float(each):g}' for each in value)})")
+    x, y, z = (component / length for component in scaled)
+    return Direction((x, y, z), f"({', '.join(f'{float(component):g}' for component in value)})")
 
 
 _DIRECTION_SCHEMA = {

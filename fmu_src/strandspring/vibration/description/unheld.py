@@ -115,4 +115,4 @@ def _advice(along: str) -> str:
 
 
 def _vector(direction: FloatArray) -> str:
-    return f"({', '.join(f'{each:.3g}' for each in direction + 0.0)})"
+    return f"({', '.join(f'{component:.3g}' for component in direction + 0.0)})"

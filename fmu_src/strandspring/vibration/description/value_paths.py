@@ -37,9 +37,9 @@ def locations(path: str, table: SystemTable) -> tuple[Location, ...]:
     ------
     MountedSystemError    If it leads to no value; the message names the nearest one that does.
     """
-    found = tuple(dict.fromkeys(_matches(path, table, ())))
-    if found:
-        return found
+    matches = tuple(dict.fromkeys(_matches(path, table, ())))
+    if matches:
+        return matches
     known = list(islice(_paths(table, ""), _MOST_SUGGESTED))
     raise MountedSystemError(
         f"{quoted(path)} is not the path of a value of this description; {suggestion(path, known)}"
@@ -87,9 +87,9 @@ def _matches(path: str, node: Any, location: Location) -> Iterator[Location]:
     for name, part in _children(node):
         if part in _FIXED:
             continue
-        for own in (name,) if isinstance(node, StrictTable) else (name, ALL):
-            if path == own or path.startswith(f"{own}."):
-                yield from _matches(path[len(own) + 1 :], _child(node, part), (*location, part))
+        for key in (name,) if isinstance(node, StrictTable) else (name, ALL):
+            if path == key or path.startswith(f"{key}."):
+                yield from _matches(path[len(key) + 1 :], _child(node, part), (*location, part))
 
 
 def _children(node: Any) -> Iterator[tuple[str, str | int]]:

@@ -132,20 +132,20 @@ def refine_peak(
     motions : list of SteadyMotion   In the order of the curve.
     measure : callable               Gives its values at motions.
     """
-    found = list(zip(motions, measure(motions).tolist(), strict=True))
+    measured = list(zip(motions, measure(motions).tolist(), strict=True))
     for _ in range(_REFINEMENTS):
-        top = max(range(len(found)), key=lambda k: found[k][1])
-        if not 0 < top < len(found) - 1:
+        top = max(range(len(measured)), key=lambda k: measured[k][1])
+        if not 0 < top < len(measured) - 1:
             break
-        around = [motion for motion, _ in found[top - 1 : top + 2]]
+        around = [motion for motion, _ in measured[top - 1 : top + 2]]
         if not (all(motion.rising for motion in around) and around[0].log < around[1].log < around[2].log):
             break
         # The later pair first, so that the earlier one keeps its place.
         for k in (1, 0):
             middle = _between(balance, around[k], around[k + 1], 0.5 * (around[k].log + around[k + 1].log))
             if middle is not None:
-                found.insert(top + k, (middle, float(measure([middle])[0])))
-    return [motion for motion, _ in found]
+                measured.insert(top + k, (middle, float(measure([middle])[0])))
+    return [motion for motion, _ in measured]
 
 
 def refine_superharmonics(
@@ -175,8 +175,8 @@ def refine_superharmonics(
         before = np.flatnonzero(np.append(curved, False) | np.insert(curved, 0, False))
         # From the end, so that what comes before keeps its place.
         for k in before[::-1].tolist():
-            one, other = refined[k], refined[k + 1]
-            middle = _between(balance, one, other, 0.5 * (one.log + other.log))
+            here, following = refined[k], refined[k + 1]
+            middle = _between(balance, here, following, 0.5 * (here.log + following.log))
             if middle is not None:
                 refined.insert(k + 1, middle)
         if len(refined) == logs.size:

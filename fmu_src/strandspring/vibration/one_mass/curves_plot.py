@@ -140,11 +140,11 @@ def _mark_superharmonics(axes: Axes, curves: Sequence[Curve]) -> list[int]:
 def _superharmonics(response: FrequencyResponse) -> dict[int, tuple[float, float]]:
     """Frequency [Hz] and amplitude [m] of superharmonic peaks by their order."""
     frequency, amplitude = response.column("frequency"), response.column("amplitude")
-    found: dict[int, tuple[float, float]] = {}
+    highest: dict[int, tuple[float, float]] = {}
     for k in find_peaks(np.log(amplitude), prominence=_PROMINENT)[0].tolist():
         ratio = response.natural_frequency / float(frequency[k])
         order = round(ratio)
         if order in _ORDERS and abs(ratio - order) < _ALIKE:
             at = (float(frequency[k]), float(amplitude[k]))
-            found[order] = max(found.get(order, at), at, key=lambda one: one[1])
-    return found
+            highest[order] = max(highest.get(order, at), at, key=lambda peak: peak[1])
+    return highest

@@ -137,19 +137,19 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
     p = system.spring
     solver = PathSolver(p)
     grid = np.linspace(p.displacement_min, p.displacement_max, _GRID)
-    each = system.static_load / system.parallel
+    load = system.static_load / system.parallel
 
     def backbone(omega: float) -> np.ndarray:
         return solver.force_with_partials(grid, np.full(_GRID, omega))[0]
 
     middle = backbone(0.0)
-    if not middle.min() <= each <= middle.max():
+    if not middle.min() <= load <= middle.max():
         raise IsolationError(
-            f"The static load of {each:.6g} N on each spring must lie within the forces of the identified range, "
+            f"The static load of {load:.6g} N on each spring must lie within the forces of the identified range, "
             f"{middle.min():.6g} to {middle.max():.6g} N{_masses(system, middle)}; use another mass, load or number of "
             "springs."
         )
-    equilibrium = _crossing(grid, middle, each)
+    equilibrium = _crossing(grid, middle, load)
     zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
     _, by_displacement, by_omega = solver.force_with_partials(np.array([equilibrium]), np.zeros(1))
     stiffness = system.stiffness_scale * float(by_displacement[0] + p.rho * by_omega[0])
@@ -161,7 +161,7 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
     # Loaded from below omega is 1 at most, unloaded from above -1 at least; the first place with the load holds.
     from_below = np.maximum.accumulate(backbone(1.0))
     from_above = np.minimum.accumulate(backbone(-1.0)[::-1])[::-1]
-    reached = [float(np.interp(each, forces, grid)) for forces in (from_below, from_above)]
+    reached = [float(np.interp(load, forces, grid)) for forces in (from_below, from_above)]
     return StaticEquilibrium(
         displacement=equilibrium,
         sag=system.series * (equilibrium - zero),

@@ -127,10 +127,10 @@ def answer_case(
     with_courses : bool          Whether histories and spectra are wanted, too.
     """
     try:
-        found = simulate_case(system, case, shares, step)
-        uses = tuple(RangeUse.from_run(system, run) for run in found.runs)
-        figures = tuple(_figures(found, uses, limits))
-        drawn = courses(system, case, governing(found)) if with_courses else None
+        result = simulate_case(system, case, shares, step)
+        uses = tuple(RangeUse.from_run(system, run) for run in result.runs)
+        figures = tuple(_figures(result, uses, limits))
+        drawn = courses(system, case, governing(result)) if with_courses else None
     except MountedSystemError as problem:
         return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
     return CaseAnswer(
@@ -139,35 +139,35 @@ def answer_case(
         case=case,
         verdict=judged(figures, bool(np.any([use.is_outside for use in uses]))),
         figures=figures,
-        runs=found.runs,
+        runs=result.runs,
         uses=uses,
         courses=drawn,
-        cautions=(*case_cautions(system, case, found.runs, uses, limits.tilt), *(drawn.cautions if drawn else ())),
+        cautions=(*case_cautions(system, case, result.runs, uses, limits.tilt), *(drawn.cautions if drawn else ())),
     )
 
 
-def governing(found: CaseResult) -> CaseRun:
+def governing(result: CaseResult) -> CaseRun:
     """The run with the largest acceleration of a point, or of the largest stroke where there are no points."""
-    if found.system.points:
-        return max(found.runs, key=lambda run: float(run.figures.acceleration.max()))
-    return max(found.runs, key=lambda run: float((run.figures.displacement_high - run.figures.displacement_low).max()))
+    if result.system.points:
+        return max(result.runs, key=lambda run: float(run.figures.acceleration.max()))
+    return max(result.runs, key=lambda run: float((run.figures.displacement_high - run.figures.displacement_low).max()))
 
 
-def _figures(found: CaseResult, uses: Sequence[RangeUse], limits: Limits) -> Iterator[Figure]:
+def _figures(result: CaseResult, uses: Sequence[RangeUse], limits: Limits) -> Iterator[Figure]:
     """All figures of a case, each the worst of its runs."""
-    points = [point.name for point in found.system.points]
-    bodies = [body.name for body in found.system.bodies]
-    shares = [run.start.share for run in found.runs]
+    points = [point.name for point in result.system.points]
+    bodies = [body.name for body in result.system.bodies]
+    shares = [run.start.share for run in result.runs]
 
     def of_runs(name: str) -> tuple[FloatArray, FloatArray]:
         """Figures and errors, each of shape (runs, subjects)."""
 
-        def stacked(of: Callable[[CaseRun], RunFigures]) -> FloatArray:
-            return np.array([getattr(of(run), name).ravel() for run in found.runs])
+        def stacked(figures_of: Callable[[CaseRun], RunFigures]) -> FloatArray:
+            return np.array([getattr(figures_of(run), name).ravel() for run in result.runs])
 
         return stacked(lambda run: run.figures), stacked(lambda run: run.errors)
 
-    axes = axis_names(found.system)
+    axes = axis_names(result.system)
     strokes = np.array([use.share for use in uses]), np.array([use.error for use in uses])
     kinds: list[tuple[FigureKind, Sequence[str], tuple[FloatArray, FloatArray], Mapping[str, float | None]]] = [
         (FigureKind.ACCELERATION, points, of_runs("acceleration"), limits.acceleration),
@@ -176,7 +176,7 @@ def _figures(found: CaseResult, uses: Sequence[RangeUse], limits: Limits) -> Ite
         (FigureKind.STROKE, axes, strokes, dict.fromkeys(axes, limits.stroke)),
         (FigureKind.FORCE, axes, of_runs("force"), {}),
     ]
-    if found.case.settling > 0.0:
+    if result.case.settling > 0.0:
         along = [f"{point} {letter}" for point in points for letter in "xyz"]
         kinds += [
             (FigureKind.RMS_ACCELERATION, along, of_runs("rms_acceleration"), {}),

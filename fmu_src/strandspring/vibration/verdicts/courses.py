@@ -61,8 +61,8 @@ class Courses:
     @property
     def size(self) -> int:
         """How many numbers its histories hold."""
-        of = self.histories
-        return of.acceleration.size + of.sway.size + of.displacement.size + of.force.size
+        histories = self.histories
+        return histories.acceleration.size + histories.sway.size + histories.displacement.size + histories.force.size
 
 
 def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
@@ -107,48 +107,52 @@ def _base_acceleration(case: LoadCase, interval: float, rows: int) -> FloatArray
     return total
 
 
-def _with_shock_spectra(of: Courses) -> Courses:
-    highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * of.interval))
+def _with_shock_spectra(motion: Courses) -> Courses:
+    highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * motion.interval))
     if highest <= SRS_LOWEST:
-        sentence = f"No shock response spectra: the rows of the histories are {of.interval:.3g} s apart."
-        return replace(of, cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence)))
+        sentence = f"No shock response spectra: the rows of the histories are {motion.interval:.3g} s apart."
+        return replace(motion, cautions=(*motion.cautions, Caution(CautionKind.SPECTRUM, motion.interval, sentence)))
     frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
 
     def spectra(history: FloatArray) -> tuple[ShockSpectrum, ...]:
-        return tuple(shock_spectrum(history[:, k], of.interval, frequency, SRS_DAMPING) for k in range(3))
+        return tuple(shock_spectrum(history[:, k], motion.interval, frequency, SRS_DAMPING) for k in range(3))
 
-    cautions = of.cautions
+    cautions = motion.cautions
     if highest < SRS_HIGHEST * (1.0 - 1e-9):
         sentence = (
-            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are {of.interval:.3g} s "
+            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are {motion.interval:.3g} s "
             "apart; shorten the simulated time to see more."
         )
-        cautions = (*cautions, Caution(CautionKind.SPECTRUM, of.interval, sentence))
+        cautions = (*cautions, Caution(CautionKind.SPECTRUM, motion.interval, sentence))
     return replace(
-        of,
-        shock=tuple(spectra(of.histories.acceleration[:, k]) for k in range(of.histories.acceleration.shape[1])),
-        base_shock=spectra(of.base) if of.base.any() else (),
+        motion,
+        shock=tuple(
+            spectra(motion.histories.acceleration[:, k]) for k in range(motion.histories.acceleration.shape[1])
+        ),
+        base_shock=spectra(motion.base) if motion.base.any() else (),
         cautions=cautions,
     )
 
 
-def _with_power_spectra(of: Courses, case: LoadCase) -> Courses:
-    first = math.ceil(case.settling / of.interval)
+def _with_power_spectra(motion: Courses, case: LoadCase) -> Courses:
+    first = math.ceil(case.settling / motion.interval)
     lasting = case.load_end
-    last = min(of.histories.time.size, math.floor(lasting / of.interval))
-    resolution = _SEGMENTS / max((last - first) * of.interval, of.interval)
+    last = min(motion.histories.time.size, math.floor(lasting / motion.interval))
+    resolution = _SEGMENTS / max((last - first) * motion.interval, motion.interval)
 
     def spectra(history: FloatArray) -> tuple[PowerSpectrum, ...]:
-        return tuple(power_spectrum(history[first:last, k], of.interval, resolution) for k in range(3))
+        return tuple(power_spectrum(history[first:last, k], motion.interval, resolution) for k in range(3))
 
     try:
         return replace(
-            of,
-            power=tuple(spectra(of.histories.acceleration[:, k]) for k in range(of.histories.acceleration.shape[1])),
-            base_power=spectra(of.base) if of.base.any() else (),
+            motion,
+            power=tuple(
+                spectra(motion.histories.acceleration[:, k]) for k in range(motion.histories.acceleration.shape[1])
+            ),
+            base_power=spectra(motion.base) if motion.base.any() else (),
         )
     except MountedSystemError as problem:
         return replace(
-            of,
-            cautions=(*of.cautions, Caution(CautionKind.SPECTRUM, of.interval, f"No power spectra: {problem}")),
+            motion,
+            cautions=(*motion.cautions, Caution(CautionKind.SPECTRUM, motion.interval, f"No power spectra: {problem}")),
         )

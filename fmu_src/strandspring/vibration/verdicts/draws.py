@@ -62,28 +62,30 @@ class CaseDraws:
         """The figures of a draw from one static equilibrium."""
         case = self.answer.case
         start = rest(system, run.start.share, case.weightless, kernel)
-        found = run_once(system, kernel, case, start, run.step, averages)
-        check_balance(case, Energies.from_motion_figures(found), run.step)
-        of = RunFigures.from_motion_figures(found)
-        strokes = np.maximum(*ways_used(self._laws, start.displacement, of.displacement_low, of.displacement_high))
-        return np.concatenate([of.acceleration, of.sway, of.tilt, strokes, of.force])
+        motion = run_once(system, kernel, case, start, run.step, averages)
+        check_balance(case, Energies.from_motion_figures(motion), run.step)
+        figures = RunFigures.from_motion_figures(motion)
+        strokes = np.maximum(
+            *ways_used(self._laws, start.displacement, figures.displacement_low, figures.displacement_high)
+        )
+        return np.concatenate([figures.acceleration, figures.sway, figures.tilt, strokes, figures.force])
 
-    def answered(self, found: Sequence[FloatArray | str]) -> CaseAnswer:
+    def answered(self, outcomes: Sequence[FloatArray | str]) -> CaseAnswer:
         """The answer with the quantiles of its figures."""
-        refusals = [one for one in found if isinstance(one, str)]
-        rows = np.array([one for one in found if not isinstance(one, str)])
+        refusals = [drawn for drawn in outcomes if isinstance(drawn, str)]
+        rows = np.array([drawn for drawn in outcomes if not isinstance(drawn, str)])
         reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
         if not rows.size:
-            return replace(self.answer, spread=CaseSpread(len(found), self._seed, len(refusals), reason, 1.0))
+            return replace(self.answer, spread=CaseSpread(len(outcomes), self._seed, len(refusals), reason, 1.0))
         figures = self.answer.figures[: rows.shape[1]]
         limits = np.array([np.inf if figure.limit is None else figure.limit for figure in figures])
         is_stroke = np.array([figure.quantity is FigureKind.STROKE for figure in figures])
         bad = (rows > limits).any(axis=1) | (rows[:, is_stroke] > 1.0 + ROUNDING).any(axis=1)
-        failing = (int(np.count_nonzero(bad)) + len(refusals)) / len(found)
+        failing = (int(np.count_nonzero(bad)) + len(refusals)) / len(outcomes)
         ends = np.quantile(rows, (0.05, 0.5, 0.95), axis=0).T.tolist()
         with_spread = (
-            *(replace(figure, spread=Quantiles(*each)) for figure, each in zip(figures, ends, strict=True)),
+            *(replace(figure, spread=Quantiles(*quantiles)) for figure, quantiles in zip(figures, ends, strict=True)),
             *self.answer.figures[len(figures) :],
         )
-        spread = CaseSpread(len(found), self._seed, len(refusals), reason, failing)
+        spread = CaseSpread(len(outcomes), self._seed, len(refusals), reason, failing)
         return replace(self.answer, figures=with_spread, spread=spread)

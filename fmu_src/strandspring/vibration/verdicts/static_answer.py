@@ -55,22 +55,22 @@ def static_answer(system: MountedSystem, shares: tuple[float, ...] = SHARES) -> 
     laws = AxisLaws(system)
     gravity = np.array(system.gravity)
     down = gravity / (math.hypot(*system.gravity) or 1.0)
-    refusals, found = [], []
+    refusals, mode_sets = [], []
     pose = poses[0].pose
     for share in (None, SECANT_SHARE):
         try:
             stiffness = None if share is None else secant_stiffness(system, pose, share=share)
-            found.append(modes(system, pose, stiffness, poses[0].omega))
+            mode_sets.append(modes(system, pose, stiffness, poses[0].omega))
         except MountedSystemError as problem:
             refusals.append(f"No {'tangent' if share is None else 'secant'} modes: {problem}")
-            found.append(())
-    turns = np.array([one.coordinates[:, 3:] for one in poses])
+            mode_sets.append(())
+    turns = np.array([rest_pose.coordinates[:, 3:] for rest_pose in poses])
     return StaticAnswer(
         poses=poses,
-        sag=np.array([one.displacements @ down for one in poses]),
+        sag=np.array([rest_pose.displacements @ down for rest_pose in poses]),
         tilt=2.0 * np.arctan2(np.linalg.norm(turns[:, :, 1:], axis=2), np.abs(turns[:, :, 0])),
-        places=np.array([(one.displacement - laws.low) / (laws.high - laws.low) for one in poses]),
-        tangent=found[0],
-        secant=found[1],
+        places=np.array([(rest_pose.displacement - laws.low) / (laws.high - laws.low) for rest_pose in poses]),
+        tangent=mode_sets[0],
+        secant=mode_sets[1],
         refusals=tuple(refusals),
     )
