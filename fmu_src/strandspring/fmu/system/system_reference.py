@@ -40,8 +40,8 @@ def reference_run(
     bases = [(-1.0) ** k * _SHARE * STANDARD_GRAVITY for k in range(len(base_directions(system)))]
     forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
     inputs = np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
-    _, found = expected_motion(system, options, inputs, options.step, _PARTS)
-    histories = (found.acceleration, found.sway, found.force, found.displacement)
+    _, motion = expected_motion(system, options, inputs, options.step, _PARTS)
+    histories = (motion.acceleration, motion.sway, motion.force, motion.displacement)
     columns = np.hstack([history.reshape(_STEPS + 1, -1) for history in histories])[:-1].T
     table = system_variables(system, options)
     names = [v.name for v in table if v.causality == "output"][:-1]  # without the energy

@@ -120,8 +120,8 @@ def _with_shock_spectra(motion: Courses) -> Courses:
     cautions = motion.cautions
     if highest < SRS_HIGHEST * (1.0 - 1e-9):
         sentence = (
-            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are {motion.interval:.3g} s "
-            "apart; shorten the simulated time to see more."
+            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are "
+            f"{motion.interval:.3g} s apart; shorten the simulated time to see more."
         )
         cautions = (*cautions, Caution(CautionKind.SPECTRUM, motion.interval, sentence))
     return replace(
