@@ -83,7 +83,7 @@ def test_random_sequences_of_calls(tmp_path: Path) -> None:
 def test_the_fuzzer_finds(fault: str, tmp_path: Path) -> None:
     sources = write_system_sources(tmp_path / "sources")
     file, text, other = FAULTS[fault]
-    path = sources / "system_fmu" / "c" / file
+    path = sources / "fmu" / "system" / "c" / file
     content = path.read_text()
     assert text in content
     path.write_text(content.replace(text, other))
