@@ -185,7 +185,7 @@ class Comparison(Result):
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `SpringDifference`, and p."""
+        """A parameter, or a figure of one amplitude, in each row, in SI units: fields of `SpringDifference`, and p."""
         import pandas as pd
 
         frame = pd.DataFrame(

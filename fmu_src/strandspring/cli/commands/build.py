@@ -218,8 +218,8 @@ def build(
     result(f"Model file: {model_path}")
     if sentence := zero_sentence(origin):
         result(sentence)
-    for fmu, kind, report in built:
-        _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(settings))))
+    for path, built_kind, report in built:
+        _print_fmu(path, "; ".join((_PURPOSES[built_kind], *_settings_apart(settings))))
         result(f"Check: {report.summary}")
 
 

@@ -61,7 +61,8 @@ def loops(evaluation: Evaluation) -> Chart:
     sentence = (
         "Measured force, and that of the saved spring alone along the displacement as recorded, over "
         f"{span(low, high, unit[0])} and {span(least, greatest, unit[1])}; rms error "
-        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}.{_fitted(evaluation)}{_shown(evaluation)}"
+        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}."
+        f"{_fitted(evaluation)}{_shown(evaluation)}"
     )
     return Chart(
         "loops", "Measured and predicted loops", Axis("displacement", unit[0]), Axis("force", unit[1]),
@@ -122,7 +123,8 @@ def force(evaluation: Evaluation) -> Chart:
         )
     samples = sum(view.fit.samples for view in evaluation.views)
     sentence = (
-        f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in evaluation.views)} samples "
+        f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in evaluation.views)} "
+        "samples "
         "are compared."
     )
     return Chart(
@@ -179,7 +181,8 @@ def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
         residual = view.compared
         at = visible(residual, min(view.points, _DOTS))
         traces.append(
-            Trace("residual", velocity[at] * unit.factor, residual[at] * evaluation.residual.factor, Role.FIRST, ChartForm.DOTS,
+            Trace("residual", velocity[at] * unit.factor, residual[at] * evaluation.residual.factor, Role.FIRST,
+                  ChartForm.DOTS,
                   record=view.place)
         )  # fmt: skip
         spread = float(np.std(velocity) * np.std(residual))

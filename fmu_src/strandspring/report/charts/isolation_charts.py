@@ -91,8 +91,9 @@ def _chart(
     sentence = (
         f"A mass of {number(system.mass * mass.factor)} {mass.name}"
         f"{', chosen so that it rests near mid-range,' if chosen else ''} on one spring: static equilibrium at "
-        f"{number(equilibrium.displacement * evaluation.length.factor)} {evaluation.length.name}, natural frequency of small motion "
-        f"{number(equilibrium.frequency, 3)} Hz. Resonance at {number(peaks[0].frequency, 3)} Hz with a "
+        f"{number(equilibrium.displacement * evaluation.length.factor)} {evaluation.length.name}, natural "
+        f"frequency of small motion {number(equilibrium.frequency, 3)} Hz. Resonance at "
+        f"{number(peaks[0].frequency, 3)} Hz with a "
         f"transmissibility of {number(peaks[0].transmissibility, 3)} at the smallest base motion, and at "
         f"{number(peaks[-1].frequency, 3)} Hz with {number(peaks[-1].transmissibility, 3)} at the largest"
         f"{'' if math.isnan(isolates) else f'; isolation begins at {number(isolates, 3)} Hz there'}."

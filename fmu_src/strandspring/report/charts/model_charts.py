@@ -33,9 +33,9 @@ def branches(evaluation: Evaluation) -> Chart:
         Trace("unloading, saturated", along, (elastic - hysteretic) * factor, Role.MODEL),
     )
     sentence = (
-        f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), evaluation.force)}, between the branches "
-        f"that long strokes approach; they are {number(2.0 * float(np.mean(hysteretic)) * factor, 3)} {evaluation.force.name} "
-        "apart in the mean."
+        f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), evaluation.force)}, between the "
+        f"branches that long strokes approach; they are {number(2.0 * float(np.mean(hysteretic)) * factor, 3)} "
+        f"{evaluation.force.name} apart in the mean."
     )
     return Chart(
         "branches", "Elastic force and saturated branches", Axis("displacement", evaluation.length),
@@ -133,7 +133,8 @@ def band(evaluation: Evaluation) -> tuple[Chart, Chart] | None:
         loop += [
             Trace("95 % prediction interval of a measured force", along, middle + interval, Role.FIRST, ChartForm.BAND,
                   low=middle - interval),
-            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, ChartForm.BAND, low=middle - mean),
+            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, ChartForm.BAND,
+                  low=middle - mean),
         ]  # fmt: skip
     loop.append(Trace("model", x, centre, Role.MODEL))
     widths = []
