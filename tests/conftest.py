@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 from pathlib import Path
+
+# Before NumPy is imported: tests run on all cores, each with one thread.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 
@@ -11,6 +15,20 @@ from fmu_tools import SPRING
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.model.modelfile import ModelFile
+
+# Files whose tests take more than some 4 s together; all others are quick.
+LONG = frozenset(
+    """
+    test_beside_records test_cautions test_cli test_comparison test_content test_displacement_noise test_effects
+    test_endings test_export_modelica test_figures_of_saved test_fmi3_binaries test_fmu_tuning test_formats
+    test_golden test_isolation test_journals test_limits test_manners test_many test_measured_mounts test_modelfile
+    test_models_fuzz test_motion_figures test_motion_laws test_motion_reference test_native_kernel
+    test_native_kernel_build test_native_states_form test_other_mounts test_page test_pages test_paper test_path
+    test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets test_record_page
+    test_records_fuzz test_refined test_rivals test_saturation test_search test_signals_random test_simulation_page
+    test_small_loops test_spring_alone test_study_runners test_system_fmi3 test_system_study
+    """.split()  # noqa: SIM905 - as a list it is fifty lines
+)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell without job control starts background work so, and the programs that tests interrupt would inherit it.
@@ -25,3 +43,10 @@ def native_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return build_native_fmu(
         ModelFile("spring", SPRING), tmp_path_factory.mktemp("native"), chosen_platforms("all"), zero=0.0
     )
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark as quick what is neither slow nor in a long file."""
+    for item in items:
+        if item.get_closest_marker("slow") is None and item.path.stem not in LONG:
+            item.add_marker("quick")

@@ -14,8 +14,8 @@ from fmu_tools import SPRING
 from native_tools import HEADERS
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
+from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.model.modelfile import ModelFile
-from strandspring.system_fmu.system_native import build_system_fmu
 from system_fmu_tools import BOX, BOX_OPTIONS
 
 FUNCTIONS = set(re.findall(r"FMI3_Export fmi3\w+TYPE +(fmi3\w+);", (HEADERS / "fmi3Functions.h").read_text()))

@@ -34,9 +34,9 @@ from strandspring import SpringParameters
 from strandspring.compiled.images import FMU3, SYSTEM3, fmi_headers
 from strandspring.fmu.native.block import USUAL, Form, values_source
 from strandspring.fmu.native.native_fmu import native_contents
+from strandspring.fmu.system.system_native import system_contents
+from strandspring.fmu.system.system_variables import SystemFmuOptions
 from strandspring.model.modelfile import ModelFile
-from strandspring.system_fmu.system_native import system_contents
-from strandspring.system_fmu.system_variables import SystemFmuOptions
 from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu_tools import BOX, BOX_OPTIONS
 
@@ -159,7 +159,7 @@ def build_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED)
 
 def build_system_pairs(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The same of FMUs of systems."""
-    of_fmus = [sources / "system_fmu" / "c" / name for name in ("system_all.c", "system_all3.c")]
+    of_fmus = [sources / "fmu" / "system" / "c" / name for name in ("system_all.c", "system_all3.c")]
     own = [*SHARED, *FUZZER.glob("fmi3/*.c"), FUZZER / "system" / "exchange2.c"]
     more = ("-Wno-sign-conversion", f"-I{sources}", *(f"-I{sources}/core/c/fmi{fmi}" for fmi in (2, 3)))
     return _build(of_fmus, own, folder, (*flags, *more))
@@ -187,7 +187,7 @@ def build_system(sources: Path, folder: Path, flags: tuple[str, ...] = SANITIZED
         compiled(folder / f"{unit.stem}.o", *flags, *includes, "-c", unit)
         for unit in (*SHARED, FUZZER / "system" / "systems.c")
     ]
-    of_fmu = sources / "system_fmu" / "c" / "system_all.c"
+    of_fmu = sources / "fmu" / "system" / "c" / "system_all.c"
     objects.append(compiled(folder / "fmu.o", *flags, *COUNTED, "-Wno-sign-conversion", "-c", of_fmu))
     return link(objects, folder / "fuzz", flags)
 

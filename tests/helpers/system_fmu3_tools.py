@@ -13,7 +13,7 @@ from typing import Any
 from fmpy.fmi3 import fmi3LogMessageCallback
 
 from native_tools import OK, Library, doubles
-from strandspring.system_fmu.system_variables import SystemFmuOptions
+from strandspring.fmu.system.system_variables import SystemFmuOptions
 from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem, system_library
 

@@ -14,8 +14,8 @@ from native_tools import OK, Library, Native, doubles
 from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.system_fmu.system_native import build_system_fmu
-from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions
+from strandspring.fmu.system.system_native import build_system_fmu
+from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
 from strandspring.vibration.bodies.mounted import Motion, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
 
 VERTICAL = SpringParameters((0.0, 20_000.0, 0.0, 1e7), (1.0, 2.0), 30.0, 700.0, 0.8, 0.7, 0.0, -0.03, 0.03)

@@ -30,9 +30,9 @@ from strandspring.compiled.images import SYSTEM3
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
-from strandspring.system_fmu.system_check import examine_system_fmu
-from strandspring.system_fmu.system_native import build_system_fmu, system_contents, system_identifier
-from strandspring.system_fmu.system_variables import SystemFmuOptions
+from strandspring.fmu.system.system_check import examine_system_fmu
+from strandspring.fmu.system.system_native import build_system_fmu, system_contents, system_identifier
+from strandspring.fmu.system.system_variables import SystemFmuOptions
 from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu3_tools import NativeSystem3, system_library3
 from system_fmu_tools import BOX, BOX_OPTIONS, STAGES, STAGES_OPTIONS, NativeSystem, shock, system_library
@@ -472,7 +472,7 @@ def test_files_are_those_of_fmi_3() -> None:
         assert told in page, told
     assert "fmi2" not in page
     page2 = system_contents(BOX, BOX_OPTIONS, ())["documentation/index.html"].decode()
-    for told in ("FMI 2.0 FMU", "With input derivatives of order 1", "fmi2DoStep", "sources/system_fmu/c/system_all.c"):
+    for told in ("FMI 2.0 FMU", "With input derivatives of order 1", "fmi2DoStep", "sources/fmu/system/c/system_all.c"):
         assert told in page2, told
 
 

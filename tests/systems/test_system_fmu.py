@@ -19,10 +19,10 @@ from kernel_tools import compiled
 from native_tools import CO_SIMULATION, ERROR, FUNCTIONS, MODEL_EXCHANGE, OK, Library, Native, doubles
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.system_fmu.system_check import examine_system_fmu
-from strandspring.system_fmu.system_native import build_system_fmu, system_contents
-from strandspring.system_fmu.system_reference import expected_motion
-from strandspring.system_fmu.system_variables import ForceInput, SystemFmuOptions, unique_names
+from strandspring.fmu.system.system_check import examine_system_fmu
+from strandspring.fmu.system.system_native import build_system_fmu, system_contents
+from strandspring.fmu.system.system_reference import expected_motion
+from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions, unique_names
 from strandspring.vibration.bodies.mounted import MountedSystem, Point
 from system_fmu_tools import (
     BOX,
@@ -484,7 +484,7 @@ def test_sources_compiled_by_the_system_give_the_same_motion(tmp_path: Path) -> 
     (binary,) = (folder / "binaries").rglob("*.*")
     binary.unlink()
     flags = ("-O2", "-fPIC", "-fvisibility=hidden", "-Wno-sign-conversion")
-    unit = folder / "sources/system_fmu/c/system_all.c"
+    unit = folder / "sources/fmu/system/c/system_all.c"
     linked = compiled(tmp_path / "unit.o", *flags, "-DFMI2_FUNCTION_PREFIX=stages_", "-c", unit)
     # No other name, so that several can be linked into one program.
     names = subprocess.run(["nm", "-g", "--defined-only", linked], capture_output=True, text=True, check=True).stdout

@@ -32,8 +32,8 @@ FAULTS = {
 }
 
 # The same where FMI 3.0 stands beside FMI 2.0, which stays sound.
-LIFE3, CALLS3 = "core/c/fmi3/fmi3_life.c", "system_fmu/c/system_calls3.c"
-INSTANCE = "system_fmu/c/system_instance.h"
+LIFE3, CALLS3 = "core/c/fmi3/fmi3_life.c", "fmu/system/c/system_calls3.c"
+INSTANCE = "fmu/system/c/system_instance.h"
 FAULTS3 = {
     "the time is off": (CALLS3, "return instance->state.time;", "return instance->state.time + 1.0;"),
     "a value is not checked": (LIFE3, "return fmu_require_change(instance, element, value);", "return FMU_OK;"),

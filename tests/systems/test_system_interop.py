@@ -12,7 +12,7 @@ import pytest
 
 from native_tools import OK
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.system_fmu.system_native import build_system_fmu
+from strandspring.fmu.system.system_native import build_system_fmu
 from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem
 
 # Exact in binary and a whole number of nanoseconds, so that no tool's clock drifts.

@@ -22,8 +22,8 @@ from strandspring.fmu.description.model_description import Backend, Content, des
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents
+from strandspring.fmu.system.system_variables import SystemFmuOptions
 from strandspring.model.modelfile import ModelFile
-from strandspring.system_fmu.system_variables import SystemFmuOptions
 from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, RigidBody
 from strandspring.vibration.bodies.solving import solver
 from system_fmu_tools import ACROSS, ALONG, BOX, SHEAR, UP, VERTICAL, NativeSystem, system_library

@@ -89,8 +89,8 @@ FMU = Unit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
 # The same for FMI 3, whose header declares two callbacks without a prototype.
 FMU3 = Unit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
 # The binary of the FMU of bodies on mounts, the same for all systems.
-SYSTEM = Unit("system", "system_fmu/c/system_all.c", FMU.flags, fmi=2)
-SYSTEM3 = Unit("system3", "system_fmu/c/system_all3.c", FMU3.flags, fmi=3)
+SYSTEM = Unit("system", "fmu/system/c/system_all.c", FMU.flags, fmi=2)
+SYSTEM3 = Unit("system3", "fmu/system/c/system_all3.c", FMU3.flags, fmi=3)
 # Those that become binaries of FMUs.
 OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from ...errors import MountedSystemError
 from ...fmu.native.platforms import Platform
-from ...system_fmu.system_check import examine_system_fmu
-from ...system_fmu.system_native import build_system_fmu, system_identifier
-from ...system_fmu.system_variables import ForceInput, SystemFmuOptions
+from ...fmu.system.system_check import examine_system_fmu
+from ...fmu.system.system_native import build_system_fmu, system_identifier
+from ...fmu.system.system_variables import ForceInput, SystemFmuOptions
 from ...vibration.bodies.loads import Channel, ChannelKind, LoadCase
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest

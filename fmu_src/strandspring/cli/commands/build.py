@@ -14,12 +14,12 @@ from ...api.fmus.fmus_in_place import BuiltFmu
 from ...errors import BuildError
 from ...fmu.archive import binary_sizes, fmu_path
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
+from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, save_model
 from ...model.stated_figures import NAMES
 from ...records.given import bundled_record
-from ...system_fmu.system_variables import system_variables
 from ...vibration.description.system_file import is_system_file
 from ..shared.cautions import note_most_harmful
 from ..shared.options import (

@@ -18,11 +18,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...api.common.result import Result
 from ...api.common.text_table import table_lines
 
 if TYPE_CHECKING:
     from rich.progress import Progress
+
+    from ...api.common.result import Result
 
 Item = TypeVar("Item")
 # Advice in messages names options as Python has them.

@@ -1,6 +1,6 @@
-#include "../../core/c/fmi/fmu_modes.h"
-#include "../../core/c/fmi/fmu_sound.h"
-#include "../../kernel/c/motion/vectors.h"
+#include "../../../core/c/fmi/fmu_modes.h"
+#include "../../../core/c/fmi/fmu_sound.h"
+#include "../../../kernel/c/motion/vectors.h"
 #include "system_state.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The calls of FMI 2.0 about derivatives. */
-#include "../../core/c/fmi2/fmi2_arguments.h"
-#include "../../core/c/spring/spring_number.h"
+#include "../../../core/c/fmi2/fmi2_arguments.h"
+#include "../../../core/c/spring/spring_number.h"
 
 #include <math.h>
 

@@ -3,13 +3,13 @@
 #define SPRING_LOCAL static inline
 #define FMU_FULL_NAME fmi2FullName
 
-#include "../../core/c/fmi2/fmi2_api.h"
+#include "../../../core/c/fmi2/fmi2_api.h"
 #include "system_names.h"
 #include "system_instance.h"
 
-#include "../../core/c/fmi2/fmi2_arguments.c"
-#include "../../core/c/fmi2/fmi2_fmustate.c"
-#include "../../core/c/fmi2/fmi2_life.c"
-#include "../../core/c/fmi2/fmi2_log.c"
+#include "../../../core/c/fmi2/fmi2_arguments.c"
+#include "../../../core/c/fmi2/fmi2_fmustate.c"
+#include "../../../core/c/fmi2/fmi2_life.c"
+#include "../../../core/c/fmi2/fmi2_log.c"
 #include "system_calls.c"
 #include "system_shared.c"

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.parameters import SCALARS, SpringParameters
-from ..errors import MountedSystemError
-from ..fmu.native.block import with_block
-from ..kernel.structures import rows
-from ..vibration.bodies.loads import ChannelKind
-from ..vibration.bodies.mounted import MountedSystem
-from ..vibration.bodies.solving import arrays
+from ...core.parameters import SCALARS, SpringParameters
+from ...errors import MountedSystemError
+from ...kernel.structures import rows
+from ...vibration.bodies.loads import ChannelKind
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.solving import arrays
+from ..native.block import with_block
 from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
 
 _MAGIC, _VERSION = b"strandspringsys", 1

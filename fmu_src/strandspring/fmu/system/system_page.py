@@ -6,8 +6,8 @@ from importlib.resources import files
 
 from jinja2 import Environment, StrictUndefined
 
-from ..compiled.images import Unit
-from ..vibration.bodies.mounted import MountedSystem
+from ...compiled.images import Unit
+from ...vibration.bodies.mounted import MountedSystem
 from .system_variables import SystemFmuOptions, system_start_values, system_variables
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from fmpy.validation import validate_fmu
 
-from ..fmu.checks.check import CheckReport
-from ..fmu.checks.table_check import compare_table
-from ..vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.mounted import MountedSystem
+from ..checks.check import CheckReport
+from ..checks.table_check import compare_table
 from .system_reference import reference_run, reference_step
 from .system_variables import SystemFmuOptions
 

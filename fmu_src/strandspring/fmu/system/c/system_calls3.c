@@ -1,6 +1,6 @@
 /* The calls of FMI 3.0 about derivatives, and the names of elements. Inputs hold over a step: FMI 3.0 has no
  * derivatives of inputs, and there is no intermediate update. */
-#include "../../core/c/fmi3/fmi3_arguments.h"
+#include "../../../core/c/fmi3/fmi3_arguments.h"
 
 /* Value references are those of system_instance.h, then the time, counted from 1. */
 Elements fmi3_elements(const Instance *instance, fmi3ValueReference reference)

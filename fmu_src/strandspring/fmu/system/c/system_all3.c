@@ -3,14 +3,14 @@
 /* Other names than in system_all.c, beside which it may stand in one program. */
 #define FMU_FULL_NAME(name) fmi3FullName(fmi3_##name)
 
-#include "../../core/c/fmi3/fmi3_api.h"
+#include "../../../core/c/fmi3/fmi3_api.h"
 #include "system_names.h"
 #include "system_instance.h"
 
-#include "../../core/c/fmi3/fmi3_absent.c"
-#include "../../core/c/fmi3/fmi3_arguments.c"
-#include "../../core/c/fmi3/fmi3_fmustate.c"
-#include "../../core/c/fmi3/fmi3_life.c"
+#include "../../../core/c/fmi3/fmi3_absent.c"
+#include "../../../core/c/fmi3/fmi3_arguments.c"
+#include "../../../core/c/fmi3/fmi3_fmustate.c"
+#include "../../../core/c/fmi3/fmi3_life.c"
 #include "system_calls3.c"
 #include "system_exchange3.c"
 #include "system_shared.c"

@@ -1,4 +1,4 @@
-#include "../../core/c/spring/spring_number.h"
+#include "../../../core/c/spring/spring_number.h"
 #include "system_instance.h"
 
 #include <math.h>

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.variables import Unit, Variable, units
-from ..errors import MountedSystemError
-from ..ground.gravity import STANDARD_GRAVITY
-from ..ground.quoting import printable
-from ..kernel.arrays import FloatArray
-from ..vibration.bodies.mounted import MountedSystem, RigidBody, Vector
+from ...core.variables import Unit, Variable, units
+from ...errors import MountedSystemError
+from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.quoting import printable
+from ...kernel.arrays import FloatArray
+from ...vibration.bodies.mounted import MountedSystem, RigidBody, Vector
 
 LEAST_STEP = 1e-12  # [s]
 LARGEST_GRAVITY = 1e4  # [m/s^2]

@@ -9,17 +9,17 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ..compiled.images import SYSTEM, SYSTEM3, fmi_headers
-from ..fmu.archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
-from ..fmu.description.array_variables import scalar_variables
-from ..fmu.description.content import Backend, Content
-from ..fmu.description.fmi3 import NO_EVENTS
-from ..fmu.description.fmi3_files import BUILD_DESCRIPTION, build_description
-from ..fmu.description.model_description import described
-from ..fmu.native.platforms import Platform, binaries, default_platforms
-from ..fmu.related_files import sealed
-from ..model.names import LONGEST_NAME, identifier
-from ..vibration.bodies.mounted import MountedSystem
+from ...compiled.images import SYSTEM, SYSTEM3, fmi_headers
+from ...model.names import LONGEST_NAME, identifier
+from ...vibration.bodies.mounted import MountedSystem
+from ..archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
+from ..description.array_variables import scalar_variables
+from ..description.content import Backend, Content
+from ..description.fmi3 import NO_EVENTS
+from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
+from ..description.model_description import described
+from ..native.platforms import Platform, binaries, default_platforms
+from ..related_files import sealed
 from .system_block import SystemBlock, system_block
 from .system_page import system_page
 from .system_reference import reference_tables
@@ -43,7 +43,7 @@ _LOG_CATEGORIES = {
     "logStatusError": "A value or a step was refused; the message names it.",
     "logAll": "Every message.",
 }
-_VALUES = "system_fmu/c/system_values.h"
+_VALUES = "fmu/system/c/system_values.h"
 
 
 def system_identifier(system: MountedSystem, fmi: int = 2) -> str:

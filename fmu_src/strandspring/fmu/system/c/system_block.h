@@ -1,7 +1,7 @@
 /* The block of the binary that holds one system of bodies on mounts.
  *
  * As with core/c/fmu/fmu_block.c a binary is compiled once for all systems, and making an FMU of it means to overwrite the
- * block; system_fmu/system_block.py does so, and writes the same values into system_values.h. Counts stand in front;
+ * block; fmu/system/system_block.py does so, and writes the same values into system_values.h. Counts stand in front;
  * the values are, one behind the other:
  *
  *     SystemStart
@@ -16,9 +16,9 @@
 #ifndef SYSTEM_BLOCK_H
 #define SYSTEM_BLOCK_H
 
-#include "../../core/c/fmi/fmu_bytes.h"
-#include "../../core/c/spring/spring.h"
-#include "../../kernel/c/motion/motion.h"
+#include "../../../core/c/fmi/fmu_bytes.h"
+#include "../../../core/c/spring/spring.h"
+#include "../../../kernel/c/motion/motion.h"
 
 #include <stdint.h>
 

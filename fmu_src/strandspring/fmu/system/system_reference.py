@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..errors import MountedSystemError
-from ..fmu.related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
-from ..ground.gravity import STANDARD_GRAVITY
-from ..kernel.arrays import FloatArray
-from ..kernel.motion import Histories, MotionFigures
-from ..vibration.bodies.mounted import MountedSystem
-from ..vibration.bodies.rest import rest
-from ..vibration.bodies.solving import solver
+from ...errors import MountedSystemError
+from ...ground.gravity import STANDARD_GRAVITY
+from ...kernel.arrays import FloatArray
+from ...kernel.motion import Histories, MotionFigures
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.rest import rest
+from ...vibration.bodies.solving import solver
+from ..related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .system_block import channel_rows_of
 from .system_variables import SystemFmuOptions, base_directions, system_variables
 

@@ -1,6 +1,6 @@
 /* The calls of FMI 3.0 for model exchange and event mode, which are legal in no mode of this FMU. They are there since
  * FMPy runs no FMU that lacks a function. */
-#include "../../core/c/fmi3/fmi3_arguments.h"
+#include "../../../core/c/fmi3/fmi3_arguments.h"
 
 /* The instance is never in a mode that allows the call. */
 #define OF_EXCHANGE(call, parameters) \

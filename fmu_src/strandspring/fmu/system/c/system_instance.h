@@ -11,11 +11,11 @@
 #ifndef SYSTEM_INSTANCE_H
 #define SYSTEM_INSTANCE_H
 
-#include "../../core/c/fmi/fmu_interface.h"
-#include "../../core/c/fmi/fmu_life.h"
-#include "../../core/c/fmi/fmu_log.h"
-#include "../../core/c/fmi/fmu_modes.h"
-#include "../../core/c/fmi/fmu_tables.h"
+#include "../../../core/c/fmi/fmu_interface.h"
+#include "../../../core/c/fmi/fmu_life.h"
+#include "../../../core/c/fmi/fmu_log.h"
+#include "../../../core/c/fmi/fmu_modes.h"
+#include "../../../core/c/fmi/fmu_tables.h"
 #include "system_state.h"
 
 enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
