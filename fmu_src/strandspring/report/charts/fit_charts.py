@@ -124,8 +124,7 @@ def force(evaluation: Evaluation) -> Chart:
     samples = sum(view.fit.samples for view in evaluation.views)
     sentence = (
         f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in evaluation.views)} "
-        "samples "
-        "are compared."
+        "samples are compared."
     )
     return Chart(
         "force", f"Force over {axis.text}", axis, Axis("force", evaluation.force), tuple(traces), sentence,
