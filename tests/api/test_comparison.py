@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify, synthesize
-from strandspring.api.comparing.comparison_words import Verdict
+from strandspring.api.comparing.comparison_words import ComparisonVerdict
 from strandspring.api.comparing.differences import loop_figures, parameter_differences
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.path import PathSolver
@@ -51,7 +51,7 @@ def by_hand(p: SpringParameters, deviation: float, **uncertainty: Any) -> Spring
 def test_a_known_difference_is_found_with_its_size() -> None:
     a, b = identified(25.0, 1), identified(22.5, 2)
     comparison = compare(a, b, draws=DRAWS, amplitudes=SIZES)
-    assert comparison.verdict is Verdict.DIFFERENT
+    assert comparison.verdict is ComparisonVerdict.DIFFERENT
     before, after = (
         loop_figures(replace(TRUE, kappa_omega=kappa), 0.5 * (comparison.low + comparison.high), SIZES)
         for kappa in (25.0, 22.5)
@@ -87,8 +87,8 @@ def test_one_spring_identified_twice_rarely_differs() -> None:
     alarms = 0
     for seed in range(100, 140, 2):
         comparison = compare(identified(25.0, seed, None), identified(25.0, seed + 1, None), draws=100)
-        alarms += comparison.verdict is Verdict.DIFFERENT
-        if comparison.verdict is Verdict.NOT_FOUND:
+        alarms += comparison.verdict is ComparisonVerdict.DIFFERENT
+        if comparison.verdict is ComparisonVerdict.NOT_FOUND:
             assert "could not have been seen" in comparison.sentence
     assert alarms <= 3
 
@@ -98,10 +98,10 @@ def test_degrees_chosen_differently_are_no_difference_of_the_springs() -> None:
     rich, plain = identified(25.0, 1052, None), identified(25.0, 1053, None)
     assert len(rich.parameters.kA) != len(plain.parameters.kA)
     comparison = compare(rich, plain, draws=DRAWS)
-    assert comparison.verdict is Verdict.NOT_FOUND
+    assert comparison.verdict is ComparisonVerdict.NOT_FOUND
     assert "FA of degree 2, B FE of degree 3 and FA of degree 1" in comparison.notes[0]
     worn = compare(rich, identified(20.0, 1053, (3, 1)), draws=DRAWS)
-    assert worn.verdict is Verdict.DIFFERENT
+    assert worn.verdict is ComparisonVerdict.DIFFERENT
 
 
 def test_the_error_of_a_difference_is_that_of_both_models() -> None:
@@ -137,7 +137,7 @@ def test_kappa_omega_is_compared_at_one_displacement() -> None:
     springs = by_hand(TRUE, 0.01), by_hand(other, 0.01)
     comparison = compare(*springs, draws=DRAWS)
     assert comparison.parameters[0].change == pytest.approx(0.0, abs=1e-12)
-    assert comparison.verdict is Verdict.NOT_FOUND
+    assert comparison.verdict is ComparisonVerdict.NOT_FOUND
 
 
 def test_the_joint_test_is_the_quadratic_form() -> None:
@@ -191,12 +191,12 @@ def test_without_uncertainty_nothing_is_judged() -> None:
         (by_hand(TRUE, 11.0), 'B: field "uncertainty.joint" says that kappa_omega is known to 1100 % only'),
     ):
         comparison = compare(identified(22.5, 2), spring, draws=DRAWS)
-        assert comparison.verdict is Verdict.UNKNOWN
+        assert comparison.verdict is ComparisonVerdict.UNKNOWN
         assert reason in comparison.sentence
         assert "As identified, secant stiffness" in comparison.sentence
         assert comparison.bands is None
         assert not any(one.differs for one in comparison.figures)
-    assert compare(identified(25.0, 1), identified(22.5, 2), draws=0).verdict is Verdict.UNKNOWN
+    assert compare(identified(25.0, 1), identified(22.5, 2), draws=0).verdict is ComparisonVerdict.UNKNOWN
 
 
 def test_errors_of_nothing_and_a_falling_force() -> None:
@@ -212,7 +212,7 @@ def test_errors_of_nothing_and_a_falling_force() -> None:
 
 def test_a_constant_elastic_force_is_compared() -> None:
     pair = [by_hand(replace(TRUE, kE=(5.0,), kappa_omega=kappa), 0.01) for kappa in (25.0, 20.0)]
-    assert compare(*pair, draws=20).verdict is Verdict.DIFFERENT
+    assert compare(*pair, draws=20).verdict is ComparisonVerdict.DIFFERENT
 
 
 def test_springs_of_quite_other_stiffness_are_not_swept_in_one_band() -> None:
@@ -230,7 +230,7 @@ def test_no_mass_is_chosen_for_a_spring_whose_force_falls() -> None:
 
 def test_a_model_is_the_same_as_itself() -> None:
     comparison = compare(identified(25.0, 1), identified(25.0, 1), draws=DRAWS)
-    assert comparison.verdict is Verdict.IDENTICAL
+    assert comparison.verdict is ComparisonVerdict.IDENTICAL
     assert comparison.loop_difference == (0.0, 0.0)
 
 
@@ -248,7 +248,7 @@ def test_ranges_that_lie_apart_are_refused_or_aligned() -> None:
     with pytest.raises(StrandspringError, match=r"30 to 70 mm and B from -70 to -30 mm.*`align=middle`"):
         compare(a, b)
     comparison = compare(a, b, align="middle", draws=DRAWS)
-    assert comparison.verdict is Verdict.NOT_FOUND
+    assert comparison.verdict is ComparisonVerdict.NOT_FOUND
     assert "each counted from the middle of its own range" in comparison.summary()
     assert (comparison.low, comparison.high) == pytest.approx((-AMPLITUDE, AMPLITUDE), rel=1e-3)
 
@@ -256,10 +256,10 @@ def test_ranges_that_lie_apart_are_refused_or_aligned() -> None:
 def test_a_moved_zero_is_suspected() -> None:
     a, b = identified(25.0, 1), identified(25.0, 2, zero=0.004)
     comparison = compare(a, b, draws=DRAWS)
-    assert comparison.verdict is Verdict.DIFFERENT
+    assert comparison.verdict is ComparisonVerdict.DIFFERENT
     (sentence,) = [sentence for sentence in comparison.cautions if "zero of displacement" in sentence]
     assert "lies -4 mm from that of A's" in sentence
-    assert compare(a, b, draws=DRAWS, align="middle").verdict is Verdict.NOT_FOUND
+    assert compare(a, b, draws=DRAWS, align="middle").verdict is ComparisonVerdict.NOT_FOUND
 
 
 def test_effects_of_the_rig_in_one_of_both_are_named() -> None:

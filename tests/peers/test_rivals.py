@@ -19,7 +19,7 @@ from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.generalised import generalised_path
 from strandspring.loops.strokes import find_strokes
 from strandspring.peers.rivals.classes import OWN, RIVALS
-from strandspring.peers.rivals.fitting import Fit, fit_class
+from strandspring.peers.rivals.fitting import RivalFit, fit_class
 from strandspring.peers.rivals.ranking import folds, rank
 from strandspring.peers.rivals.track import Track, _with_speed
 
@@ -146,7 +146,7 @@ def record_of(name: str, noise: float = 0.0, seed: int = 0) -> Record:
 
 
 @cache
-def fitted(name: str) -> tuple[Fit, Track]:
+def fitted(name: str) -> tuple[RivalFit, Track]:
     """The class fitted to its own data without noise."""
     track = Track.from_steady([find_steady_part(record_of(name))])
     return fit_class(CLASSES[name], track, folds(track)[0])[0], track
@@ -158,7 +158,7 @@ def test_each_class_recovers_its_own_data(name: str) -> None:
     assert fit.misfit <= 2e-3 * float(np.std(track.loops.force))  # points are means over cells of the strokes
 
 
-def response(fit: Fit, displacement: np.ndarray, time: np.ndarray) -> np.ndarray:
+def response(fit: RivalFit, displacement: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Force along a path from a virgin spring, shape (K,) [N]; polynomials go on beyond the range of the records."""
     record = Record.from_arrays(displacement, np.zeros_like(displacement), time)
     strokes = find_strokes(record.displacement, 0.0)

@@ -18,7 +18,7 @@ from strandspring.report.charts import engineering_charts, evaluation, fit_chart
 from strandspring.report.charts.engineering import EngineeringFigures
 from strandspring.report.charts.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
 from strandspring.report.content import quantities, thinning
-from strandspring.report.content.blocks import Content, Facts, Gallery, Level, Notice, Table, Text
+from strandspring.report.content.blocks import Facts, Gallery, Level, Notice, PageContent, PageTable, Text
 from strandspring.report.content.chart import Chart
 from strandspring.report.content.thinning import visible
 from strandspring.report.details import ReportDetails
@@ -28,16 +28,16 @@ from strandspring.report.report_content import report_content
 from synthetic import record_of, sine, spring_of
 
 
-def content_of(identification: Identification, **details: object) -> Content:
+def content_of(identification: Identification, **details: object) -> PageContent:
     return report_content(identification, identification.spring("a").model, ReportDetails(**details))  # type: ignore[arg-type]
 
 
-def table_of(content: Content, title: str) -> Table:
-    blocks = [block for section in content.sections for block in section.blocks if isinstance(block, Table)]
+def table_of(content: PageContent, title: str) -> PageTable:
+    blocks = [block for section in content.sections for block in section.blocks if isinstance(block, PageTable)]
     return next(block for block in blocks if block.title == title)
 
 
-def notices(content: Content) -> list[Notice]:
+def notices(content: PageContent) -> list[Notice]:
     return [block for section in content.sections for block in section.blocks if isinstance(block, Notice)]
 
 

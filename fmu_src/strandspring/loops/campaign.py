@@ -109,7 +109,7 @@ def _by_frequency(cycles: Sequence[Cycle]) -> list[list[Cycle]]:
     """Cycles of one frequency together, by rising frequency."""
     classes: list[list[Cycle]] = []
     start = 0.0
-    for cycle in sorted(cycles, key=lambda one: one.frequency or 0.0):
+    for cycle in sorted(cycles, key=lambda cycle: cycle.frequency or 0.0):
         frequency = cycle.frequency or 0.0
         if not classes or frequency > _SAME_FREQUENCY * start:
             classes.append([])
@@ -216,9 +216,9 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
         end = min(figures.high for figures in members) - _END * stroke
         if end - begin >= _LEAST_SHARED * stroke:
             cells = np.linspace(begin, end, _CELLS)
-            (one, its_variance), (other, other_variance) = _loading(group, cells), _loading(largest, cells)
-            squares.append(np.mean((one - other) ** 2))
-            variances.append(its_variance + other_variance)
+            (first, first_variance), (second, second_variance) = _loading(group, cells), _loading(largest, cells)
+            squares.append(np.mean((first - second) ** 2))
+            variances.append(first_variance + second_variance)
     if not squares:
         return Overlap(OverlapVerdict.NO_SHARED_RANGE)
     noise = float(np.mean(variances))

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .loop import AMPLITUDE_TOLERANCE, Branch, Loop, LoopFigures
+from .loop import AMPLITUDE_TOLERANCE, Loop, LoopBranch, LoopFigures
 from .noise_levels import noise_level
 from .strokes import Strokes, find_strokes
 
@@ -146,10 +146,10 @@ def _end_forces(strokes: Strokes, force: FloatArray) -> FloatArray:
     return np.where(moments[0] >= _MIN_FITTED_SAMPLES, at_end + coefficients[:, 0, 0], at_end)
 
 
-def _branch(strokes: Strokes, force: FloatArray, cycle: range, direction: int) -> Branch:
+def _branch(strokes: Strokes, force: FloatArray, cycle: range, direction: int) -> LoopBranch:
     """Samples of the strokes in one direction; of a period that begins within a stroke, the last stroke comes first."""
     pieces = [
         np.arange(strokes.turning[k], strokes.turning[k + 1] + 1) for k in cycle if strokes.direction[k] == direction
     ]
     order = np.concatenate(pieces[::-1])[::direction]
-    return Branch(strokes.displacement[order], force[order])
+    return LoopBranch(strokes.displacement[order], force[order])

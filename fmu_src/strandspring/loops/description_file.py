@@ -51,7 +51,7 @@ _PATTERN = frozenset("*?[")
 
 
 @dataclass(frozen=True)
-class Entry:
+class CampaignEntry:
     """One record that is to be read.
 
     Attributes
@@ -68,7 +68,7 @@ class Entry:
         return self.wanted.read(self.path)
 
 
-def entries(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None) -> list[Entry]:
+def entries(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None) -> list[CampaignEntry]:
     """The records that paths stand for: each is a record, or a description file (.toml) of several.
 
     Parameters
@@ -81,12 +81,12 @@ def entries(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None
     RecordError   If a description is wrong; the message names file and field.
     """
     given = given or Wanted()
-    found = []
+    listed = []
     for path in paths:
         is_description = os.fspath(path).lower().endswith(_SUFFIX)
-        own = _described(Path(path)) if is_description else [Entry(os.fspath(path), Wanted())]
-        found += [Entry(entry.path, given.over(entry.wanted)) for entry in own]
-    return found
+        described = _described(Path(path)) if is_description else [CampaignEntry(os.fspath(path), Wanted())]
+        listed += [CampaignEntry(entry.path, given.over(entry.wanted)) for entry in described]
+    return listed
 
 
 def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> list[Record]:
@@ -123,10 +123,12 @@ def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> 
     >>> record.label, len(record), float(record.force.max())
     ('lot A', 9, 16000.0)
     """
-    return [Entry(entry.path, (given or Wanted()).over(entry.wanted)).read() for entry in _described(Path(path))]
+    return [
+        CampaignEntry(entry.path, (given or Wanted()).over(entry.wanted)).read() for entry in _described(Path(path))
+    ]
 
 
-def _described(path: Path) -> list[Entry]:
+def _described(path: Path) -> list[CampaignEntry]:
     name = readable(path)
     text = read_text(path, _MAX_BYTES, "a description file", RecordError)
     try:
@@ -137,17 +139,17 @@ def _described(path: Path) -> list[Entry]:
     if not isinstance(records, list) or not records or not all(isinstance(record, dict) for record in records):
         raise RecordError(f"{name}: must name its records, each as a table [[record]] with the key file.")
     for_all = _checked(content, name)
-    found = []
+    listed = []
     for number, record in enumerate(records, 1):
         where = f"{name}, record {number}"
         file = record.pop("file", None)
         if not isinstance(file, str) or not file:
             raise RecordError(f"{where}: must have the key file with a path or pattern, got {file!r:.60}.")
-        wanted = _checked(record, where).over(for_all)
-        found += [Entry(str(each), wanted) for each in _files(path, file, where)]
-    if len(found) > _MAX_FILES:
-        raise RecordError(f"{name}: must name at most {_MAX_FILES} files, found {len(found)}; split it.")
-    return found
+        options = _checked(record, where).over(for_all)
+        listed += [CampaignEntry(str(member), options) for member in _files(path, file, where)]
+    if len(listed) > _MAX_FILES:
+        raise RecordError(f"{name}: must name at most {_MAX_FILES} files, found {len(listed)}; split it.")
+    return listed
 
 
 def _checked(content: Mapping[str, Any], where: str) -> Wanted:
@@ -163,7 +165,7 @@ def _checked(content: Mapping[str, Any], where: str) -> Wanted:
             raise RecordError(f"{where}: {context['error']}") from None
         field = str(problem["loc"][0]) if problem["loc"] else ""
         if problem["type"] == "unexpected_keyword_argument":
-            known = ", ".join(each.name for each in fields(Wanted))
+            known = ", ".join(option.name for option in fields(Wanted))
             raise RecordError(f"{where}: {field[:60]!r} is not a key; the keys are {known}.") from None
         reason = problem["msg"][:1].lower() + problem["msg"][1:]
         raise RecordError(f"{where}, {field}: {reason}, got {problem['input']!r:.60}.") from None
@@ -191,13 +193,13 @@ def _files(description: Path, file: str, where: str) -> list[Path]:
             "or move the description."
         )
     try:
-        fitting = (each for each in folder.glob(file) if each.is_file() and each != description)
-        found = sorted(islice(fitting, _MAX_FILES + 1))
+        fitting = (member for member in folder.glob(file) if member.is_file() and member != description)
+        files = sorted(islice(fitting, _MAX_FILES + 1))
     except (ValueError, OSError) as problem:
         raise RecordError(f"{where}, file: {file[:60]!r} is not a usable pattern ({problem}); correct it.") from None
-    if not found:
+    if not files:
         raise RecordError(
             f"{where}, file: no file fits {file[:60]!r} in the folder {readable(folder.resolve())}; correct the "
             "pattern."
         )
-    return found
+    return files

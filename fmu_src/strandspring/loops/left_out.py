@@ -95,7 +95,7 @@ def dwells(record: Record, strokes: Strokes) -> Dwells:
             within[begin + 1 : end] = True
             changes[rose].append(_change_at_rest(record, begin, end))
     # After loading the force relaxes the other way than after unloading; several rests tell more than the noise of one.
-    means = [np.mean(each, axis=0) / [1.0, math.sqrt(len(each))] for each in changes.values() if each]
+    means = [np.mean(group, axis=0) / [1.0, math.sqrt(len(group))] for group in changes.values() if group]
     if not means:
         return Dwells(resting, within)
     change, scatter = np.max([(abs(mean), deviation) for mean, deviation in means], axis=0).tolist()

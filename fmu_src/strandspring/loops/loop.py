@@ -89,7 +89,7 @@ PANELS = tuple(LOOP_FIGURE[key] for key in ("secant_stiffness", "energy_per_cycl
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class LoopBranch:
     """Points of one branch of a loop in ascending order of displacement.
 
     Attributes
@@ -129,13 +129,13 @@ class Loop:
     Attributes
     ----------
     figures : LoopFigures
-    loading, unloading : Branch
+    loading, unloading : LoopBranch
     noise : float                  Standard deviation of the noise on the branches' forces [N]; 0 for the model.
     """
 
     figures: LoopFigures
-    loading: Branch
-    unloading: Branch
+    loading: LoopBranch
+    unloading: LoopBranch
     noise: float
 
 

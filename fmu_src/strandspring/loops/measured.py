@@ -84,8 +84,8 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
     return tuple(_measured(group) for group in group_by_amplitude(cycles))
 
 
-def _measured(found: Sequence[Cycle]) -> MeasuredLoop:
-    group = [cycle for cycle in found if cycle.gap == 0.0] or found
+def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
+    group = [cycle for cycle in cycles if cycle.gap == 0.0] or cycles
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
     return MeasuredLoop(
         path=group[0].path,

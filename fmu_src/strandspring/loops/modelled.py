@@ -6,7 +6,7 @@ import numpy as np
 
 from ..kernel.path import PathSolver
 from ..kernel.steady import steady_omega
-from .loop import Branch, Loop, LoopFigures
+from .loop import Loop, LoopBranch, LoopFigures
 
 _POINTS = 513  # on each branch, for the peak forces and for comparing branches
 
@@ -30,7 +30,7 @@ def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
         max_force=float(force.max()),
         energy_per_cycle=cycle_energy,
     )
-    return Loop(figures, Branch(rising, loading), Branch(rising, unloading), noise=0.0)
+    return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
 
 
 def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigures:

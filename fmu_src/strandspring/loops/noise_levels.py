@@ -65,8 +65,8 @@ def across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
     if len(turns) * (order + 1) <= few:
         return np.empty(0, np.intp)
     places = (np.asarray(turns, np.intp)[:, None] - np.arange(order + 1)).ravel()
-    found = np.unique(places[(places >= 0) & (places < samples - order)])
-    return found if found.size > few else found[:0]
+    unique = np.unique(places[(places >= 0) & (places < samples - order)])
+    return unique if unique.size > few else unique[:0]
 
 
 def _level_of(differences: FloatArray, order: int) -> float:

@@ -121,6 +121,6 @@ def overview(record: Record) -> RecordOverview:
             CycleOverview(number, cycle.first_sample, cycle.last_sample, cycle.figures.amplitude, cycle.frequency)
             for number, cycle in enumerate(find_cycles(record), 1)
         ),
-        left_out=tuple(each for each in left_out if each.samples.size),
+        left_out=tuple(part for part in left_out if part.samples.size),
         notes=record.notes,
     )

@@ -108,21 +108,21 @@ def select(
     keep = slice(0, len(record))
     notes = []
     if chosen.cycles is not None:
-        found = find_cycles(record)
-        first, last = (chosen.cycles[0] or 1, chosen.cycles[1] or len(found))
-        if not found:
+        whole = find_cycles(record)
+        first, last = (chosen.cycles[0] or 1, chosen.cycles[1] or len(whole))
+        if not whole:
             raise RecordError(
                 f"{record.path}: has no full cycle (two consecutive strokes equal in length within 3 %) to select; "
                 "select by time instead."
             )
         which = f"cycle {first}" if first == last else f"cycles {first} to {last}"
-        if first > len(found) or last > len(found):
+        if first > len(whole) or last > len(whole):
             raise RecordError(
-                f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {len(found)}; "
-                f"select among 1 to {len(found)}."
+                f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {len(whole)}; "
+                f"select among 1 to {len(whole)}."
             )
-        keep = slice(found[first - 1].first_sample, found[last - 1].last_sample + 1)
-        notes.append(f"{which} of {len(found)} selected, {_samples(keep, record)}, as given")
+        keep = slice(whole[first - 1].first_sample, whole[last - 1].last_sample + 1)
+        notes.append(f"{which} of {len(whole)} selected, {_samples(keep, record)}, as given")
     if chosen.time is not None:
         keep = _window(record, chosen.time, keep)
         low, high = _ends(chosen.time, "s")

@@ -107,12 +107,12 @@ def _breaks(values: FloatArray, half: int) -> NDArray[np.intp]:
     gain = np.sum([np.convolve(values, contrast[::-1], "valid") ** 2 for contrast in contrasts], axis=0)
     highest = np.lib.stride_tricks.sliding_window_view(np.pad(gain, half), 2 * half + 1).max(axis=1)
     peaks = gain >= highest
-    found = peaks & (gain > _BREAK * float(np.median(gain)))
+    breaks = peaks & (gain > _BREAK * float(np.median(gain)))
     # Where breaks are close together, most windows have one; what is usual is the gain of the others.
-    without = np.convolve(found, np.ones(2 * half + 1), "same") < 0.5
+    without = np.convolve(breaks, np.ones(2 * half + 1), "same") < 0.5
     if np.mean(without) > _LEAST_WITHOUT:
-        found = peaks & (gain > _BREAK * float(np.median(gain[without])))
-    return np.asarray(np.flatnonzero(found) + half)
+        breaks = peaks & (gain > _BREAK * float(np.median(gain[without])))
+    return np.asarray(np.flatnonzero(breaks) + half)
 
 
 def _joined(

@@ -34,13 +34,13 @@ COLUMN = 88.0  # width of a column of a journal [mm]
 _RESOLUTION = 600  # of a PNG [dots per inch]
 
 
-def _over_amplitude(key: str, of: Evaluation) -> Figure | None:
-    charts = engineering_charts.over_amplitude(of, EngineeringFigures(of))
+def _over_amplitude(key: str, evaluation: Evaluation) -> Figure | None:
+    charts = engineering_charts.over_amplitude(evaluation, EngineeringFigures(evaluation))
     return next((chart for chart in charts if chart.key == key), None)
 
 
-def _band(of: Evaluation) -> Figure | None:
-    charts = model_charts.band(of)
+def _band(evaluation: Evaluation) -> Figure | None:
+    charts = model_charts.band(evaluation)
     return None if charts is None else charts[0]
 
 
@@ -119,6 +119,8 @@ def write_figure(path: str | Path, identification: IdentifiedModel) -> None:
     path = Path(path)
     if path.suffix.lower() not in SUFFIXES:
         raise StrandspringError(f"A figure must end in {', '.join(SUFFIXES)}, got {str(path)!r}; choose one of them.")
-    of = Evaluation(identification)
+    evaluation = Evaluation(identification)
     with rc_context(STYLE):
-        save_figure(path, paper_figure(fit_charts.loops(of), COLUMN, dict(enumerate(of.names))), _RESOLUTION)
+        save_figure(
+            path, paper_figure(fit_charts.loops(evaluation), COLUMN, dict(enumerate(evaluation.names))), _RESOLUTION
+        )

@@ -13,13 +13,13 @@ from ..loops.overview import RecordOverview, overview
 from ..loops.strokes import IndexArray
 from ..model.outcomes import IdentificationError
 from ..records.record import Record
-from .content.blocks import Block, Content, Gallery, Level, Notice, Section, Table, Text
-from .content.chart import Axis, Chart, Form, Role, Trace
-from .content.quantities import NUMBER, Unit, number, span
+from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text
+from .content.chart import Axis, Chart, ChartForm, Role, Trace
+from .content.quantities import NUMBER, DisplayUnit, number, span
 from .content.thinning import visible
 from .rendering.page import write_page
 
-_MM, _N, _S = Unit("mm", 1e3), Unit("N"), Unit("s")
+_MM, _N, _S = DisplayUnit("mm", 1e3), DisplayUnit("N"), DisplayUnit("s")
 _POINTS = 6000  # of a line
 _MARKS = 400  # of a kind
 _ROWS = 200  # of the table of cycles
@@ -58,11 +58,11 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
         Section("cycles", "Cycles", tuple(_cycles(records, seen, names))),
         Section("detected", "What was detected", tuple(_detected(seen, names))),
     )
-    subtitle = f"{sum(map(len, records))} samples, {sum(len(each.cycles) for each in seen)} whole cycles"
+    subtitle = f"{sum(map(len, records))} samples, {sum(len(seen_record.cycles) for seen_record in seen)} whole cycles"
     title = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
-    content = Content(f"Record: {title}", subtitle, sections, names, f"strandspring {__version__}")
+    content = PageContent(f"Record: {title}", subtitle, sections, names, f"strandspring {__version__}")
     # Cycles of a part are not counted as --cycles counts those of the whole record.
-    choosable = 0 if any(record.is_cut for record in records) else max(len(each.cycles) for each in seen)
+    choosable = 0 if any(record.is_cut for record in records) else max(len(seen_record.cycles) for seen_record in seen)
     choice = {"cycles": choosable, "timed": timed}
     write_page(path, content, "record_page.html.j2", "record_page.js", choice)
 
@@ -93,20 +93,20 @@ def _without_folder(refusal: str) -> str:
     return f"{PurePath(where).name}{colon}{reason}"
 
 
-def _left_out(each: RecordOverview) -> Iterator[tuple[str, Role, IndexArray]]:
-    for part in each.left_out:
+def _left_out(seen_record: RecordOverview) -> Iterator[tuple[str, Role, IndexArray]]:
+    for part in seen_record.left_out:
         step = max(1, part.samples.size // _MARKS)
         yield _REASONS[part.reason], _ROLES[part.reason], part.samples[::step]
 
 
 def _loops(records: Sequence[Record], seen: Sequence[RecordOverview], first: Sequence[int]) -> Chart:
     traces = []
-    for place, (record, each) in enumerate(zip(records, seen, strict=True)):
+    for place, (record, seen_record) in enumerate(zip(records, seen, strict=True)):
         x, force = 1e3 * record.displacement, record.force
         for name, role, at in _pieces(record, first[place]):
             traces.append(Trace(name, x[at], force[at], role, record=place))
-        for reason, role, samples in _left_out(each):
-            traces.append(Trace(reason, x[samples], force[samples], role, Form.DOTS, record=place))
+        for reason, role, samples in _left_out(seen_record):
+            traces.append(Trace(reason, x[samples], force[samples], role, ChartForm.DOTS, record=place))
     low = min(float(record.displacement.min()) for record in records)
     high = max(float(record.displacement.max()) for record in records)
     sentence = (
@@ -124,17 +124,19 @@ def _along(
     advice = " Zoom along the time to choose a window." if timed else " Without rising times no window can be chosen."
     for key, title, unit in (("displacement", "Displacement", _MM), ("force", "Force", _N)):
         traces = []
-        for place, (record, each) in enumerate(zip(records, seen, strict=True)):
+        for place, (record, seen_record) in enumerate(zip(records, seen, strict=True)):
             along = record.rising_time if timed else None
             t = np.arange(1.0, len(record) + 1.0) if along is None else along
             values = unit.factor * getattr(record, key)
             for name, role, at in _pieces(record, first[place]):
                 traces.append(Trace(name, t[at], values[at], role, record=place))
             if key == "displacement":
-                begins = np.array([cycle.first_sample for cycle in each.cycles][:_MARKS], dtype=np.intp)
-                traces.append(Trace("a cycle begins", t[begins], values[begins], Role.MODEL, Form.MARKS, record=place))
-            for reason, role, samples in _left_out(each):
-                traces.append(Trace(reason, t[samples], values[samples], role, Form.DOTS, record=place))
+                begins = np.array([cycle.first_sample for cycle in seen_record.cycles][:_MARKS], dtype=np.intp)
+                traces.append(
+                    Trace("a cycle begins", t[begins], values[begins], Role.MODEL, ChartForm.MARKS, record=place)
+                )
+            for reason, role, samples in _left_out(seen_record):
+                traces.append(Trace(reason, t[samples], values[samples], role, ChartForm.DOTS, record=place))
         yield Chart(key, f"{title} over {axis.text}", axis, Axis(key, unit), tuple(traces),
                     f"{title} in the order of measurement.{advice}", wide=True, single=True)  # fmt: skip
 
@@ -146,12 +148,14 @@ def _cycles(records: Sequence[Record], seen: Sequence[RecordOverview], names: di
             "Cycles are counted within the part that was selected, so that their numbers are not those of --cycles; "
             "show the whole record to choose cycles.",
         )
-    for place, (record, each) in enumerate(zip(records, seen, strict=True)):
-        if not each.cycles:
-            yield Notice(Level.CARE, f"{names[place]} holds no whole cycle; {len(each.strokes)} strokes were found.")
+    for place, (record, seen_record) in enumerate(zip(records, seen, strict=True)):
+        if not seen_record.cycles:
+            yield Notice(
+                Level.CARE, f"{names[place]} holds no whole cycle; {len(seen_record.strokes)} strokes were found."
+            )
             continue
         rows = []
-        for cycle in each.cycles[:_ROWS]:
+        for cycle in seen_record.cycles[:_ROWS]:
             x = record.displacement[cycle.first_sample : cycle.last_sample + 1]
             rows.append(
                 (
@@ -165,13 +169,13 @@ def _cycles(records: Sequence[Record], seen: Sequence[RecordOverview], names: di
                 )
             )  # fmt: skip
         header = ("cycle", "samples", "time", "amplitude [mm]", "displacement", "frequency [Hz]")
-        yield Table(f"Cycles of {names[place]}", header, tuple(rows))
-        if len(each.cycles) > _ROWS:
-            yield Text(f"{len(each.cycles) - _ROWS} more cycles follow.")
+        yield PageTable(f"Cycles of {names[place]}", header, tuple(rows))
+        if len(seen_record.cycles) > _ROWS:
+            yield Text(f"{len(seen_record.cycles) - _ROWS} more cycles follow.")
 
 
 def _detected(seen: Sequence[RecordOverview], names: dict[int, str]) -> Iterator[Block]:
-    for place, each in enumerate(seen):
-        yield Text(f"{names[place]}: {'; '.join(each.notes) or 'nothing was assumed'}.")
-        for part in each.left_out:
+    for place, seen_record in enumerate(seen):
+        yield Text(f"{names[place]}: {'; '.join(seen_record.notes) or 'nothing was assumed'}.")
+        for part in seen_record.left_out:
             yield Notice(Level.CARE, f"{part.samples.size} samples: {_REASONS[part.reason]}.")

@@ -17,7 +17,7 @@ from . import report_tables as tables
 from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation
-from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Signatures, Text, Tile, Tiles
+from .content.blocks import Block, Facts, Gallery, Level, Notice, PageContent, Section, Signatures, Text, Tile, Tiles
 from .content.chart import Figure
 from .content.quantities import NUMBER, number, percent, prose, unit_of
 from .details import ReportDetails
@@ -74,7 +74,7 @@ def report_content(
     details: ReportDetails,
     comparison: str = "",
     progress: Progress | None = None,
-) -> Content:
+) -> PageContent:
     """Everything a report says.
 
     Parameters
@@ -86,50 +86,54 @@ def report_content(
     progress : callable          Called with the name of each part before the work on it begins.
     """
     say = progress or (lambda _: None)
-    of = Evaluation(identification)
-    figures = EngineeringFigures(of)
+    evaluation = Evaluation(identification)
+    figures = EngineeringFigures(evaluation)
     say("engineering figures")
     head = [
-        Section("verdict", "Verdict", tuple(_verdict(of, figures, comparison))),
-        Section("figures", "Engineering figures", tuple(_engineering(of, figures))),
+        Section("verdict", "Verdict", tuple(_verdict(evaluation, figures, comparison))),
+        Section("figures", "Engineering figures", tuple(_engineering(evaluation, figures))),
     ]
     say("fit and residuals")
     middle = [
-        Section("fit", "Fit", (Gallery((fit_charts.loops(of), fit_charts.force(of))), tables.records(of))),
-        Section("residuals", "Residuals", (Gallery(_residuals(of)),)),
-        Section("model", "Model", tuple(_model(of))),
+        Section(
+            "fit",
+            "Fit",
+            (Gallery((fit_charts.loops(evaluation), fit_charts.force(evaluation))), tables.records(evaluation)),
+        ),
+        Section("residuals", "Residuals", (Gallery(_residuals(evaluation)),)),
+        Section("model", "Model", tuple(_model(evaluation))),
     ]
-    if trends := engineering_charts.trends(of):
+    if trends := engineering_charts.trends(evaluation):
         middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
     say("transmissibility")
-    middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(of, details.mass))))
+    middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(evaluation, details.mass))))
     tail = [
-        Section("assumptions", "What was assumed", tuple(_assumptions(of))),
-        Section("provenance", "Provenance", tuple(_provenance(of, model))),
+        Section("assumptions", "What was assumed", tuple(_assumptions(evaluation))),
+        Section("provenance", "Provenance", tuple(_provenance(evaluation, model))),
         Section("release", "Release", (Signatures(_SIGNATURES),)),
     ]
     first = Section("details", "Test", (Facts(details.pairs),))
-    return Content(
+    return PageContent(
         title=f"Spring identification: {model.name}",
-        subtitle=of.without_folders(model.description),
+        subtitle=evaluation.without_folders(model.description),
         sections=(first, *head, *middle, *tail),
-        records={view.place: view.name for view in of.shown},
+        records={view.place: view.name for view in evaluation.shown},
         footer=f"strandspring {__version__}",
     )
 
 
-def _verdict(of: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
-    notice, sentences = verdict(of, figures)
+def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
+    notice, sentences = verdict(evaluation, figures)
     yield notice
-    yield Tiles(tuple(_tiles(of, figures)))
+    yield Tiles(tuple(_tiles(evaluation, figures)))
     for sentence in sentences:
-        yield Text(of.prose(sentence))
+        yield Text(evaluation.prose(sentence))
     if comparison:
-        yield Text(of.prose(comparison))
-    for outcome, detail in of.identification.findings.items():
+        yield Text(evaluation.prose(comparison))
+    for outcome, detail in evaluation.identification.findings.items():
         grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
-        yield Notice(grade, *_caution(outcome, of.prose(detail)))
-    for sentence in of.identification.uncertainty.get("indistinct", ()):
+        yield Notice(grade, *_caution(outcome, evaluation.prose(detail)))
+    for sentence in evaluation.identification.uncertainty.get("indistinct", ()):
         yield Notice(Level.CARE, prose(f"{sentence}."))
 
 
@@ -146,23 +150,23 @@ def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
     return text, f"{advice[:1].upper()}{advice[1:]}." if advice else ""
 
 
-def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
+def _tiles(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
     row = figures.largest
     shown = row.model if row.measured is None else row.measured.figures
-    at = f"at ±{number(0.5 * (row.high - row.low) * of.length.factor, 3)} {of.length.name}"
+    at = f"at ±{number(0.5 * (row.high - row.low) * evaluation.length.factor, 3)} {evaluation.length.name}"
     for name, text, kind in engineering_charts.FIGURES:
         value = getattr(shown, name)
         unit = unit_of(kind, value) if kind else NUMBER
         model = number(getattr(row.model, name) * unit.factor, 3, zeros=True)
         note = f"model, {at}" if row.measured is None else f"measured {at}; model {model}"
         yield Tile(text.capitalize(), number(value * unit.factor, 3, zeros=True), unit.name, note)
-    whole = of.identification
-    error = f"rms error {number(whole.rmse * of.residual.factor, 3)} {of.residual.name}"
-    own, fitted = whole.figures, whole.fitted_figures
-    is_apart = differ(own, fitted)
+    whole = evaluation.identification
+    error = f"rms error {number(whole.rmse * evaluation.residual.factor, 3)} {evaluation.residual.name}"
+    alone, fitted = whole.figures, whole.fitted_figures
+    is_apart = differ(alone, fitted)
     beside = f"; as fitted {number(fitted['rnl'], 4, zeros=True)}" if is_apart else ""
     yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"saved spring alone, 1 is perfect; {error}{beside}")
-    ratio, of_fit = energy_ratio(own), energy_ratio(fitted)
+    ratio, of_fit = energy_ratio(alone), energy_ratio(fitted)
     if ratio is not None:
         beside = f"; as fitted {number(of_fit, 3, zeros=True)}" if is_apart and of_fit is not None else ""
         yield Tile("Loop energy", number(ratio, 3, zeros=True), "× measured", f"saved spring alone{beside}")
@@ -173,8 +177,8 @@ def _tiles(of: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
         )
 
 
-def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
-    yield tables.engineering(of, figures)
+def _engineering(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
+    yield tables.engineering(evaluation, figures)
     signs = []
     if any(row.measured is not None and row.measured.spread is not None for row in figures.table):
         signs.append("standard deviation from cycle to cycle (measured)")
@@ -186,37 +190,41 @@ def _engineering(of: Evaluation, figures: EngineeringFigures) -> Iterator[Block]
         "stored energy = secant stiffness · amplitude² / 2. The model's loop is the steady one between the same "
         "turning points."
     )
-    if of.identification.effects:
+    if evaluation.identification.effects:
         text += " Measured figures contain the effects of the rig, the model's do not."
     yield Text(text)
-    yield Gallery(engineering_charts.over_amplitude(of, figures))
+    yield Gallery(engineering_charts.over_amplitude(evaluation, figures))
 
 
-def _residuals(of: Evaluation) -> tuple[Figure, ...]:
+def _residuals(evaluation: Evaluation) -> tuple[Figure, ...]:
     charts = (
-        fit_charts.residuals_over_time(of),
-        fit_charts.residuals_over_displacement(of),
-        fit_charts.residuals_over_velocity(of),
-        fit_charts.histogram(of),
-        fit_charts.autocorrelation(of),
+        fit_charts.residuals_over_time(evaluation),
+        fit_charts.residuals_over_displacement(evaluation),
+        fit_charts.residuals_over_velocity(evaluation),
+        fit_charts.histogram(evaluation),
+        fit_charts.autocorrelation(evaluation),
     )
     return tuple(chart for chart in charts if chart is not None)
 
 
-def _model(of: Evaluation) -> Iterator[Block]:
-    charts: list[Figure] = [model_charts.branches(of), model_charts.amplifier(of), model_charts.omega(of)]
-    band, correlations = model_charts.band(of), model_charts.correlations(of)
+def _model(evaluation: Evaluation) -> Iterator[Block]:
+    charts: list[Figure] = [
+        model_charts.branches(evaluation),
+        model_charts.amplifier(evaluation),
+        model_charts.omega(evaluation),
+    ]
+    band, correlations = model_charts.band(evaluation), model_charts.correlations(evaluation)
     if correlations is not None:
         charts.append(correlations)
     if band is not None:
         charts += band
     yield Gallery(tuple(charts))
-    yield tables.parameters(of)
-    yield Facts(tables.ranges(of))
-    interval = ForceInterval.from_uncertainty(of.identification.uncertainty)
+    yield tables.parameters(evaluation)
+    yield Facts(tables.ranges(evaluation))
+    interval = ForceInterval.from_uncertainty(evaluation.identification.uncertainty)
     if interval is not None:
         yield Text(prose(f"{interval.sentence}."))
-    further = (*_sampled(of.identification.uncertainty), *_effects(of.identification.effects))
+    further = (*_sampled(evaluation.identification.uncertainty), *_effects(evaluation.identification.effects))
     if further:
         yield Facts(further)
 
@@ -225,15 +233,15 @@ def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Bootstrap and posterior, where they were asked for."""
     names = ("kappa_omega", "rho", "sigma", "n")
     if "bootstrap" in known:
-        own = known["bootstrap"]
-        spread = ", ".join(f"{name} ± {number(own[name], 2)}" for name in names)
-        yield f"Bootstrap of {own['repetitions']} (seed {own['seed']})", spread
+        bootstrap = known["bootstrap"]
+        spread = ", ".join(f"{name} ± {number(bootstrap[name], 2)}" for name in names)
+        yield f"Bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']})", spread
     if "posterior" in known:
-        own = known["posterior"]
-        medians = {name: [number(own[name][k], 6) for k in (2, 0, -1)] for name in names}
+        posterior = known["posterior"]
+        medians = {name: [number(posterior[name][k], 6) for k in (2, 0, -1)] for name in names}
         ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
-        short = "" if own["long_enough"] else "; too few steps to be trusted"
-        yield f"Posterior of {own['steps']} steps (seed {own['seed']})", f"median and 95 %: {ends}{short}"
+        short = "" if posterior["long_enough"] else "; too few steps to be trusted"
+        yield f"Posterior of {posterior['steps']} steps (seed {posterior['seed']})", f"median and 95 %: {ends}{short}"
 
 
 def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -241,18 +249,18 @@ def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip()
 
 
-def _isolation(of: Evaluation, mass: float | None) -> Iterator[Block]:
-    chart = isolation_charts.transmissibility(of, mass)
+def _isolation(evaluation: Evaluation, mass: float | None) -> Iterator[Block]:
+    chart = isolation_charts.transmissibility(evaluation, mass)
     yield Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
 
 
-def _assumptions(of: Evaluation) -> Iterator[Block]:
-    whole = of.identification
+def _assumptions(evaluation: Evaluation) -> Iterator[Block]:
+    whole = evaluation.identification
     pairs = []
-    for view in of.views[:_LISTED]:
+    for view in evaluation.views[:_LISTED]:
         if view.record.notes:
-            pairs.append((view.name, "; ".join(map(of.without_folders, view.record.notes))))
-    notes = [of.prose(note) for note in notes_on(whole)]
+            pairs.append((view.name, "; ".join(map(evaluation.without_folders, view.record.notes))))
+    notes = [evaluation.prose(note) for note in notes_on(whole)]
     if notes:
         pairs.append(("Not considered", " ".join(notes)))
     share = percent(whole.steady_share, 3)
@@ -260,10 +268,10 @@ def _assumptions(of: Evaluation) -> Iterator[Block]:
     yield Facts(tuple(pairs))
 
 
-def _provenance(of: Evaluation, model: ModelFile) -> Iterator[Block]:
-    whole = of.identification
+def _provenance(evaluation: Evaluation, model: ModelFile) -> Iterator[Block]:
+    whole = evaluation.identification
     options = [f"{name.replace('_', ' ')} {_plain(value)}" for name, value in whole.options.items()]
-    yield tables.provenance(of)
+    yield tables.provenance(evaluation)
     yield Facts(
         (
             ("Method", whole.method),
@@ -280,7 +288,7 @@ def _plain(value: Any) -> str:
     if isinstance(value, float):
         return number(value, 6)
     if isinstance(value, dict):
-        return ", ".join(f"{name} {_plain(own)}" for name, own in value.items())
+        return ", ".join(f"{name} {_plain(entry)}" for name, entry in value.items())
     if isinstance(value, list | tuple):
         return "; ".join(map(_plain, value))
     return str(value)

@@ -10,9 +10,9 @@ from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
 from ..loops.loop import LoopFigures
 from ..model.stated_figures import energy_ratio
-from .charts.engineering import NAMES, Comparison, EngineeringFigures, MeasuredFigures
+from .charts.engineering import NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
 from .charts.evaluation import Evaluation
-from .content.blocks import Table
+from .content.blocks import PageTable
 from .content.quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
 
 _MAIN = (
@@ -25,7 +25,7 @@ _KINDS = ("stiffness", "energy", "")
 _LISTED = 200  # records in a table
 
 
-def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
+def engineering(evaluation: Evaluation, figures: EngineeringFigures) -> PageTable:
     """Stiffness, energy and loss factor of each amplitude, measured and modelled."""
     largest = {name: max(abs(getattr(row.model, name)) for row in figures.table) for name in NAMES}
     units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, _KINDS, strict=True)]
@@ -33,23 +33,23 @@ def engineering(of: Evaluation, figures: EngineeringFigures) -> Table:
     strong = []
     for row in figures.table:
         strong.append(len(rows))
-        amplitude = number(0.5 * (row.high - row.low) * of.length.factor, 4)
+        amplitude = number(0.5 * (row.high - row.low) * evaluation.length.factor, 4)
         for label, cells in _of_amplitude(row, [unit.factor for unit in units], figures.smallest_measured):
             rows.append((amplitude, label, *cells))
             amplitude = ""
     header = (
-        f"amplitude [{of.length.name}]",
+        f"amplitude [{evaluation.length.name}]",
         "",
         f"secant stiffness [{units[0].name}]",
         f"energy per cycle [{units[1].name}]",
         "loss factor",
     )
-    return Table(
+    return PageTable(
         "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), tuple(strong), compact=True
     )
 
 
-def _of_amplitude(row: Comparison, factors: list[float], smallest: float) -> Iterator[tuple[str, list[str]]]:
+def _of_amplitude(row: AmplitudeComparison, factors: list[float], smallest: float) -> Iterator[tuple[str, list[str]]]:
     def cells(figures: LoopFigures, reach: tuple[float, ...] | None) -> list[str]:
         return [
             with_reach(getattr(figures, name) * factor, None if reach is None else reach[k] * factor)
@@ -79,15 +79,15 @@ def _source(measured: MeasuredFigures) -> str:
     return text
 
 
-def parameters(of: Evaluation) -> Table:
+def parameters(evaluation: Evaluation) -> PageTable:
     """All parameters with unit, standard error and 95 % interval; without the last two if they are unknown."""
-    p, known = of.identification.parameters, of.identification.uncertainty
+    p, known = evaluation.identification.parameters, evaluation.identification.uncertainty
     rows = [*_main_rows(p, known)]
     strong = [0, len(rows)]
     if p.FE_knots:
         errors = known.get("FE_forces") or [None] * len(p.FE_forces)
         for k, (x, value, error) in enumerate(zip(p.FE_knots, p.FE_forces, errors, strict=True)):
-            meaning = f"elastic force at {number(x * of.length.factor)} {of.length.name}"
+            meaning = f"elastic force at {number(x * evaluation.length.factor)} {evaluation.length.name}"
             rows.append(_row(f"FE_forces[{k}]", meaning, "N", value, error))
     else:
         errors = known.get("kE") or [None] * len(p.kE)
@@ -101,7 +101,7 @@ def parameters(of: Evaluation) -> Table:
     header: tuple[str, ...] = ("parameter", "meaning", "value", "unit", "standard error", "95 % interval")
     if not known:
         header, rows = header[:4], [row[:4] for row in rows]
-    return Table("Parameters", header, tuple(rows), tuple(strong))
+    return PageTable("Parameters", header, tuple(rows), tuple(strong))
 
 
 def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:
@@ -139,9 +139,9 @@ def _power(unit: str, power: int) -> str:
     return f"{unit}/m{superscript(power) if power > 1 else ''}"
 
 
-def records(of: Evaluation) -> Table:
+def records(evaluation: Evaluation) -> PageTable:
     """Records with what was compared, and how well the spring alone follows them; also the fit where it differs."""
-    unit, views = of.residual, of.views[:_LISTED]
+    unit, views = evaluation.residual, evaluation.views[:_LISTED]
     beside = any(view.differs for view in views)
     header = ["record", "samples compared", f"rms error [{unit.name}]", "RNL", "energy / measured"]
     rows = []
@@ -156,7 +156,7 @@ def records(of: Evaluation) -> Table:
         row += [number(view.fitted.rnl, 4, zeros=True), _ratio(view.fitted)] if beside else []
         rows.append((*row, view.fit.compared))
     header += ["RNL as fitted", "energy / measured as fitted"] if beside else []
-    return Table("Records and fit", (*header, "compared"), tuple(rows))
+    return PageTable("Records and fit", (*header, "compared"), tuple(rows))
 
 
 def _ratio(fit: RecordFit) -> str:
@@ -164,17 +164,18 @@ def _ratio(fit: RecordFit) -> str:
     return "–" if ratio is None else number(ratio, 3, zeros=True)
 
 
-def provenance(of: Evaluation) -> Table:
+def provenance(evaluation: Evaluation) -> PageTable:
     """Files with their digests."""
     rows = tuple(
-        (view.name, str(len(view.record)), view.record.sha256 or "not from a file") for view in of.views[:_LISTED]
+        (view.name, str(len(view.record)), view.record.sha256 or "not from a file")
+        for view in evaluation.views[:_LISTED]
     )
-    return Table("Files", ("file", "samples", "SHA-256"), rows)
+    return PageTable("Files", ("file", "samples", "SHA-256"), rows)
 
 
-def ranges(of: Evaluation) -> tuple[tuple[str, str], ...]:
+def ranges(evaluation: Evaluation) -> tuple[tuple[str, str], ...]:
     """The ranges that belong to the parameters."""
-    p, unit = of.identification.parameters, of.length
+    p, unit = evaluation.identification.parameters, evaluation.length
     if p.FE_knots:
         about = "FA about"
         form = f"FE is a cubic spline through {len(p.FE_knots)} knots, FA a polynomial of degree {len(p.kA) - 1}"

@@ -13,7 +13,7 @@ from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.static_answer import SECANT_SHARE
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts as charts
-from .content.blocks import Block, Content, Facts, Gallery, Level, Notice, Section, Table, Text, Tile, Tiles
+from .content.blocks import Block, Facts, Gallery, Level, Notice, PageContent, PageTable, Section, Text, Tile, Tiles
 from .content.chart import Figure as Drawing
 from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
@@ -43,13 +43,13 @@ class SimulationContent:
     draws: int
 
 
-def write_simulation(path: str | Path, of: SimulationContent) -> None:
+def write_simulation(path: str | Path, simulation: SimulationContent) -> None:
     """Write the report of a simulation.
 
     Parameters
     ----------
     path : str or Path            Ending in .html or .pdf.
-    of : SimulationContent
+    simulation : SimulationContent
 
     Raises
     ------
@@ -57,33 +57,33 @@ def write_simulation(path: str | Path, of: SimulationContent) -> None:
                                   cannot be written.
     """
     check_report_path(path)
-    write(path, simulation_content(of))
+    write(path, simulation_content(simulation))
 
 
-def simulation_content(of: SimulationContent) -> Content:
+def simulation_content(simulation: SimulationContent) -> PageContent:
     """Everything the report says."""
-    drawn = {place: answer for place, answer in enumerate(of.answers) if answer.courses is not None}
-    several = len(of.candidates) > 1
+    drawn = {place: answer for place, answer in enumerate(simulation.answers) if answer.courses is not None}
+    several = len(simulation.candidates) > 1
     names = {
         place: f"{answer.candidate}, {answer.case.name}" if several else answer.case.name
         for place, answer in drawn.items()
     }
     sections = [
-        Section("verdict", "Verdict", tuple(_verdict(of))),
-        Section("rest", "At rest", tuple(_rest(of))),
-        Section("modes", "Natural modes", tuple(_modes(of))),
-        Section("cautions", "Cautions", tuple(_cautions(of))),
+        Section("verdict", "Verdict", tuple(_verdict(simulation))),
+        Section("rest", "At rest", tuple(_rest(simulation))),
+        Section("modes", "Natural modes", tuple(_modes(simulation))),
+        Section("cautions", "Cautions", tuple(_cautions(simulation))),
     ]
     if drawn:
-        sections.append(Section("histories", "Histories", tuple(_histories(of, drawn))))
-        spectra = [one for one in (charts.shock_spectra(drawn), charts.power_spectra(drawn)) if one is not None]
+        sections.append(Section("histories", "Histories", tuple(_histories(simulation, drawn))))
+        spectra = [chart for chart in (charts.shock_spectra(drawn), charts.power_spectra(drawn)) if chart is not None]
         if spectra:
-            sections.append(Section("spectra", "Spectra in and out", (Gallery(tuple(spectra)), *_settled(of))))
-    sections.append(Section("errors", "Unknowns, errors and energy", tuple(_errors(of))))
-    sections.append(Section("description", "Load cases", tuple(_description(of))))
-    return Content(
-        title=f"Simulation: {of.name}",
-        subtitle=of.description,
+            sections.append(Section("spectra", "Spectra in and out", (Gallery(tuple(spectra)), *_settled(simulation))))
+    sections.append(Section("errors", "Unknowns, errors and energy", tuple(_errors(simulation))))
+    sections.append(Section("description", "Load cases", tuple(_description(simulation))))
+    return PageContent(
+        title=f"Simulation: {simulation.name}",
+        subtitle=simulation.description,
         sections=tuple(sections),
         records=names,
         footer=f"strandspring {__version__}",
@@ -91,68 +91,72 @@ def simulation_content(of: SimulationContent) -> Content:
     )
 
 
-def _verdict(of: SimulationContent) -> Iterator[Block]:
+def _verdict(simulation: SimulationContent) -> Iterator[Block]:
     by_candidate: dict[str, list[CaseAnswer]] = {}
-    for answer in of.answers:
+    for answer in simulation.answers:
         by_candidate.setdefault(answer.candidate, []).append(answer)
-    good = [name for name, own in by_candidate.items() if all(one.verdict is CaseVerdict.PASSES for one in own)]
+    good = [
+        name
+        for name, of_candidate in by_candidate.items()
+        if all(case_answer.verdict is CaseVerdict.PASSES for case_answer in of_candidate)
+    ]
     if good:
         yield Notice(Level.GOOD, f"Within all limits in all load cases: {', '.join(good)}.")
-    elif of.answers:
+    elif simulation.answers:
         yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
-    yield Tiles(tuple(_tile(name, own) for name, own in list(by_candidate.items())[:_MOST_TILES]))
-    yield _verdict_table(of)
-    if len(of.answers) > _MOST_ROWS:
-        yield Text(f"{len(of.answers) - _MOST_ROWS} more rows are left out here; a CSV file has them all.")
+    yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
+    yield _verdict_table(simulation)
+    if len(simulation.answers) > _MOST_ROWS:
+        yield Text(f"{len(simulation.answers) - _MOST_ROWS} more rows are left out here; a CSV file has them all.")
     yield Text(
         "Acceleration is the largest absolute one of the worst point, sway the largest displacement from rest "
         "relative to the base, stroke the largest share of a spring's way from rest to the end of its identified "
         "range. Each is the worst of all static equilibria, in percent of its limit where it has one."
     )
-    if not of.draws:
+    if not simulation.draws:
         yield Notice(Level.INFORMATION, "The spread by the uncertainty of the model files was not asked for.",
                      "Simulate with draws to see it.")  # fmt: skip
-    if any(answer.figures for answer in of.answers):
-        yield Gallery((charts.acceleration_against_stroke(of.answers),))
+    if any(answer.figures for answer in simulation.answers):
+        yield Gallery((charts.acceleration_against_stroke(simulation.answers),))
 
 
-def _tile(name: str, own: Sequence[CaseAnswer]) -> Tile:
-    passed = sum(answer.verdict is CaseVerdict.PASSES for answer in own)
+def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
+    passed = sum(answer.verdict is CaseVerdict.PASSES for answer in answers)
     limited = [
-        (figure.value / figure.limit, figure, answer) for answer in own for figure in answer.figures if figure.limit
+        (figure.value / figure.limit, figure, answer) for answer in answers for figure in answer.figures if figure.limit
     ]
     note = "no figures"
     if limited:
-        share, figure, answer = max(limited, key=lambda one: one[0])
+        share, figure, answer = max(limited, key=lambda entry: entry[0])
         note = f"nearest limit: {figure.quantity.value} of {figure.subject} in {answer.case.name}, {percent(share, 3)}"
-    return Tile(name, f"{passed} of {len(own)}", "cases", note)
+    return Tile(name, f"{passed} of {len(answers)}", "cases", note)
 
 
-def _verdict_table(of: SimulationContent) -> Table:
+def _verdict_table(simulation: SimulationContent) -> PageTable:
     header = ["candidate and case", "verdict"]
     for quantity in _JUDGED:
         header.append(f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]")
-        if of.draws and quantity is not FigureKind.TILT:
+        if simulation.draws and quantity is not FigureKind.TILT:
             header.append("5 to 95 %")
-    if of.draws:
+    if simulation.draws:
         header.append("draws beyond a limit")
     rows = []
-    for answer in of.answers[:_MOST_ROWS]:
+    for answer in simulation.answers[:_MOST_ROWS]:
         row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
         for quantity in _JUDGED:
             figure = answer.worst(quantity)
             row.append(_cell(figure))
-            if of.draws and quantity is not FigureKind.TILT:
+            if simulation.draws and quantity is not FigureKind.TILT:
                 row.append(_spread(figure))
-        if of.draws:
+        if simulation.draws:
             row.append("–" if answer.spread is None else percent(answer.spread.failing, 3))
         rows.append(tuple(row))
     begins = tuple(
         k
-        for k, answer in enumerate(of.answers[:_MOST_ROWS])
-        if not k or answer.candidate != of.answers[k - 1].candidate
+        for k, answer in enumerate(simulation.answers[:_MOST_ROWS])
+        if not k or answer.candidate != simulation.answers[k - 1].candidate
     )
-    return Table("Verdict on each candidate in each load case", tuple(header), tuple(rows), strong=begins)
+    return PageTable("Verdict on each candidate in each load case", tuple(header), tuple(rows), strong=begins)
 
 
 def _cell(figure: Figure | None) -> str:
@@ -180,128 +184,130 @@ def _spread(figure: Figure | None) -> str:
     return f"{_number(figure.quantity, figure.spread.low)} to {_number(figure.quantity, figure.spread.high)}"
 
 
-def _rest(of: SimulationContent) -> Iterator[Block]:
+def _rest(simulation: SimulationContent) -> Iterator[Block]:
     rows = []
-    for one in of.candidates:
-        if one.static is None:
-            yield Notice(Level.POOR, f"{one.name}: {prose(one.refusal)}")
+    for candidate in simulation.candidates:
+        if candidate.static is None:
+            yield Notice(Level.POOR, f"{candidate.name}: {prose(candidate.refusal)}")
             continue
-        for k, body in enumerate(one.system.bodies):
-            for at, pose in enumerate(one.static.poses):
-                moved = [_tiny(1e3 * float(each)) for each in pose.displacements[k]]
-                tilt = _tiny(math.degrees(float(one.static.tilt[at, k])))
-                low, high = one.static.places[at].min(), one.static.places[at].max()
+        for k, body in enumerate(candidate.system.bodies):
+            for at, pose in enumerate(candidate.static.poses):
+                moved = [_tiny(1e3 * float(component)) for component in pose.displacements[k]]
+                tilt = _tiny(math.degrees(float(candidate.static.tilt[at, k])))
+                low, high = candidate.static.places[at].min(), candidate.static.places[at].max()
                 place = f"{number(100.0 * low, 3)} to {number(100.0 * high, 3)}"
-                rows.append((f"{one.name}, {body.name}", _omega(pose.share), *moved, tilt, place))
+                rows.append((f"{candidate.name}, {body.name}", _omega(pose.share), *moved, tilt, place))
     if rows:
         header = ("candidate and body", "omega", "x [mm]", "y [mm]", "z [mm]", "tilt [°]", "springs in their range [%]")
-        yield Table("Static pose from the nominal one, for each omega at rest", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable("Static pose from the nominal one, for each omega at rest", header, tuple(rows[:_MOST_ROWS]))
         yield Text(
             "omega of springs at rest is unknown; it is 0, 1 or −1 times the sign of each spring's static force. "
             "0 % is the lower end of a spring's identified range, 100 % its upper end."
         )
 
 
-def _modes(of: SimulationContent) -> Iterator[Block]:
+def _modes(simulation: SimulationContent) -> Iterator[Block]:
     share = percent(SECANT_SHARE)
     header = ("mode", "tangent [Hz]", "motion", f"secant at {share} [Hz]", "damping [%]")
-    for one in of.candidates:
-        if one.static is None or not one.static.tangent:
+    for candidate in simulation.candidates:
+        if candidate.static is None or not candidate.static.tangent:
             continue
         rows = []
-        for k, mode in enumerate(one.static.tangent[:_MOST_MODES]):
-            secant = one.static.secant[k] if one.static.secant else None
+        for k, mode in enumerate(candidate.static.tangent[:_MOST_MODES]):
+            secant = candidate.static.secant[k] if candidate.static.secant else None
             of_loops = ("–", "–") if secant is None else (number(secant.frequency), number(100.0 * secant.damping, 2))
             rows.append((str(k + 1), number(mode.frequency), mode.words, *of_loops))
-        yield Table(f"Natural modes of {one.name}", header, tuple(rows))
+        yield PageTable(f"Natural modes of {candidate.name}", header, tuple(rows))
     yield Text(
         "Tangent: of vanishing motion about the static pose with omega 0. Secant: with the stiffness and the losses "
         f"of steady loops in which each spring moves by {share} of its way to the nearer end of its identified range."
     )
 
 
-def _cautions(of: SimulationContent) -> Iterator[Block]:
+def _cautions(simulation: SimulationContent) -> Iterator[Block]:
     of_candidates: dict[str, list[str]] = {}
-    for one in of.candidates:
-        for sentence in one.cautions:
-            of_candidates.setdefault(sentence, []).append(one.name)
+    for candidate in simulation.candidates:
+        for sentence in candidate.cautions:
+            of_candidates.setdefault(sentence, []).append(candidate.name)
     for sentence, names in of_candidates.items():
         yield Notice(Level.CARE, f"{', '.join(names)}: {prose(sentence)}")
-    for answer in of.answers:
+    for answer in simulation.answers:
         if answer.refusal:
             yield Notice(Level.POOR, f"{answer.candidate}, {answer.case.name}: refused. {prose(answer.refusal)}")
-    yield from _grouped(of.answers)
+    yield from _grouped(simulation.answers)
 
 
 def _grouped(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     """The largest caution of each kind, with where others of its kind are."""
-    found: dict[CautionKind, list[tuple[float, str, str]]] = {}
+    by_kind: dict[CautionKind, list[tuple[float, str, str]]] = {}
     for answer in answers:
         for caution in answer.cautions:
             where = f"{answer.candidate}, {answer.case.name}"
-            found.setdefault(caution.kind, []).append((caution.measure, where, caution.text))
-    for cautions in (found[kind] for kind in CautionKind if kind in found):
-        _, where, text = max(cautions, key=lambda one: one[0])
+            by_kind.setdefault(caution.kind, []).append((caution.measure, where, caution.text))
+    for cautions in (by_kind[kind] for kind in CautionKind if kind in by_kind):
+        _, where, text = max(cautions, key=lambda entry: entry[0])
         others = [other for _, other, _ in cautions if other != where]
         more = f" Less so in: {'; '.join(others)}." if others else ""
         yield Notice(Level.CARE, f"{where}: {prose(text)}{more}")
 
 
-def _histories(of: SimulationContent, drawn: Mapping[int, CaseAnswer]) -> Iterator[Block]:
+def _histories(simulation: SimulationContent, drawn: Mapping[int, CaseAnswer]) -> Iterator[Block]:
     places = dict(drawn)
-    left = sum(1 for answer in of.answers if answer.figures and answer.courses is None)
+    left = sum(1 for answer in simulation.answers if answer.figures and answer.courses is None)
     if left:
-        yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(of.answers)} answers.",
+        yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(simulation.answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip
     figures: list[Drawing] = [*charts.histories(places), charts.loops(places)]
     yield Gallery(tuple(figures))
     paths = tuple(charts.sway_paths(places))
     if paths:
         yield Gallery(paths)
-    yield from _envelopes(of)
+    yield from _envelopes(simulation)
 
 
-def _settled(of: SimulationContent) -> Iterator[Block]:
+def _settled(simulation: SimulationContent) -> Iterator[Block]:
     """Root mean squares of vibration."""
     rows = []
-    for answer in of.answers:
+    for answer in simulation.answers:
         values = [
-            [one.quantity.column.factor * one.value for one in answer.figures_of(FigureKind.RMS_ACCELERATION)],
-            [one.quantity.column.factor * one.value for one in answer.figures_of(FigureKind.RMS_SWAY)],
+            [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_ACCELERATION)],
+            [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_SWAY)],
         ]
         if not values[0]:
             continue
         power = answer.courses.power if answer.courses is not None else ()
         for k, point in enumerate(answer.system.points):
             cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
-            error = max((one.root_mean_square_error for one in power[k]), default=0.0) if power else math.nan
+            error = max((spectrum.root_mean_square_error for spectrum in power[k]), default=0.0) if power else math.nan
             where = f"{answer.candidate}, {answer.case.name}, {point.name}"
             rows.append((where, *cells, percent(error) if math.isfinite(error) else "–"))
     if rows:
         header = (
             "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
         )  # fmt: skip
-        yield Table("Root mean squares of acceleration, and of sway about its mean", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable(
+            "Root mean squares of acceleration, and of sway about its mean", header, tuple(rows[:_MOST_ROWS])
+        )
 
 
-def _envelopes(of: SimulationContent) -> Iterator[Block]:
+def _envelopes(simulation: SimulationContent) -> Iterator[Block]:
     """The room that each point needs."""
     rows = []
-    for one in of.candidates:
-        own = [answer for answer in of.answers if answer.candidate == one.name and answer.runs]
-        for k, point in enumerate(one.system.points):
-            sways = [run.figures.sway_components[k] for answer in own for run in answer.runs]
+    for candidate in simulation.candidates:
+        answered = [answer for answer in simulation.answers if answer.candidate == candidate.name and answer.runs]
+        for k, point in enumerate(candidate.system.points):
+            sways = [run.figures.sway_components[k] for answer in answered for run in answer.runs]
             if sways:
                 largest = [max(float(sway[axis]) for sway in sways) for axis in range(3)]
-                rows.append((f"{one.name}, {point.name}", *(_tiny(1e3 * each) for each in largest)))
+                rows.append((f"{candidate.name}, {point.name}", *(_tiny(1e3 * component) for component in largest)))
     if rows:
         header = ("candidate and point", "± x [mm]", "± y [mm]", "± z [mm]")
-        yield Table("Sway envelope from rest over all load cases", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable("Sway envelope from rest over all load cases", header, tuple(rows[:_MOST_ROWS]))
 
 
-def _errors(of: SimulationContent) -> Iterator[Block]:
+def _errors(simulation: SimulationContent) -> Iterator[Block]:
     rows = []
-    for answer in of.answers:
+    for answer in simulation.answers:
         if not answer.runs:
             continue
         row = [f"{answer.candidate}, {answer.case.name}"]
@@ -321,7 +327,9 @@ def _errors(of: SimulationContent) -> Iterator[Block]:
         "error", "step [µs]", "energy exchanged [J]", "residual",
     )  # fmt: skip
     if rows:
-        yield Table("Range over omega at rest, numerical errors and energy balance", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable(
+            "Range over omega at rest, numerical errors and energy balance", header, tuple(rows[:_MOST_ROWS])
+        )
         yield Text(
             "Each figure is given from the least to the worst static equilibrium, with omega of the worst. The "
             "error is a third of the change from the run with twice the step. The residual of the energy balance is "
@@ -329,9 +337,9 @@ def _errors(of: SimulationContent) -> Iterator[Block]:
         )
 
 
-def _description(of: SimulationContent) -> Iterator[Block]:
-    cases = {answer.case.name: answer.case for answer in of.answers}
-    yield Facts((("File", of.source), *((name, case.text or case.kind) for name, case in cases.items())))
+def _description(simulation: SimulationContent) -> Iterator[Block]:
+    cases = {answer.case.name: answer.case for answer in simulation.answers}
+    yield Facts((("File", simulation.source), *((name, case.text or case.kind) for name, case in cases.items())))
 
 
 def _omega(share: float) -> str:

@@ -20,18 +20,18 @@ HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
 _EXTRAPOLATED = frozenset({Outcome.ONE_AMPLITUDE, Outcome.SMALL_LOOPS})
 
 
-def level(of: Evaluation) -> Level:
+def level(evaluation: Evaluation) -> Level:
     """How far the model can be relied on."""
-    findings = set(of.identification.findings)
+    findings = set(evaluation.identification.findings)
     if findings & _POOR:
         return Level.POOR
     return Level.CARE if findings - HARMLESS else Level.GOOD
 
 
-def verdict(of: Evaluation, figures: EngineeringFigures) -> tuple[Notice, tuple[str, ...]]:
+def verdict(evaluation: Evaluation, figures: EngineeringFigures) -> tuple[Notice, tuple[str, ...]]:
     """The headline, and the sentences that support it."""
-    findings = of.identification.findings
-    grade = level(of)
+    findings = evaluation.identification.findings
+    grade = level(evaluation)
     others = len(set(findings) - HARMLESS)
     headline = {
         Level.GOOD: "Good to use within the recorded range.",
@@ -42,18 +42,18 @@ def verdict(of: Evaluation, figures: EngineeringFigures) -> tuple[Notice, tuple[
         headline = "Good to use at the recorded amplitudes; smaller loops are extrapolated."
     if grade is Level.CARE and findings.keys() & _ALONE:
         headline = "The saved spring alone differs from what was recorded: use it with the cautions below."
-    return Notice(grade, headline), (_fit(of, figures), _range(of, figures), _rate(of))
+    return Notice(grade, headline), (_fit(evaluation, figures), _range(evaluation, figures), _rate(evaluation))
 
 
-def _fit(of: Evaluation, figures: EngineeringFigures) -> str:
-    whole, unit = of.identification, of.residual
+def _fit(evaluation: Evaluation, figures: EngineeringFigures) -> str:
+    whole, unit = evaluation.identification, evaluation.residual
     parts = [
         "The saved spring alone, driven by the displacement as recorded, follows the measured force with an rms error "
         f"of {number(whole.rmse * unit.factor, 3)} {unit.name}, {percent(1.0 - whole.rnl)} of the rms force "
         f"({_figures(whole.figures)}; RNL 1 is perfect)"
     ]
     if differ(whole.figures, whole.fitted_figures):
-        parts.append(f"as fitted, {of.beside}, it is {_figures(whole.fitted_figures)}")
+        parts.append(f"as fitted, {evaluation.beside}, it is {_figures(whole.fitted_figures)}")
     if whole.lack_of_fit is not None:
         lack = whole.lack_of_fit
         noise = f"{number(lack.over_noise, 2)} times the noise of the records"
@@ -76,8 +76,8 @@ def _figures(figures: Figures) -> str:
     return f"RNL {number(figures['rnl'], 4, zeros=True)}{energy}"
 
 
-def _range(of: Evaluation, figures: EngineeringFigures) -> str:
-    p, unit = of.identification.parameters, of.length
+def _range(evaluation: Evaluation, figures: EngineeringFigures) -> str:
+    p, unit = evaluation.identification.parameters, evaluation.length
     half = 0.5 * (p.displacement_max - p.displacement_min)
     where = (
         f"It holds from {span(p.displacement_min, p.displacement_max, unit)} (amplitudes up to "
@@ -91,9 +91,9 @@ def _range(of: Evaluation, figures: EngineeringFigures) -> str:
     return f"{where}. Recorded amplitudes: {number(amplitudes[0], 3)} to {number(amplitudes[-1], 3)} {unit.name}."
 
 
-def _rate(of: Evaluation) -> str:
+def _rate(evaluation: Evaluation) -> str:
     """Whether the spring is as rate independent as the model."""
-    rate, overlap = campaign_verdicts(of.identification.records)
+    rate, overlap = campaign_verdicts(evaluation.identification.records)
     sentences = [
         "The model is rate independent; these records do not show whether the spring is."
         if rate is None

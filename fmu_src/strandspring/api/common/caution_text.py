@@ -52,11 +52,11 @@ def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[s
     alike = np.abs(np.log(amplitudes[:, None] / known)).min(axis=1) <= _ALIKE
     if np.mean(~alike) <= _FEW:
         return []
-    own = amplitudes[~alike]
+    beyond = amplitudes[~alike]
     given = ", ".join(f"{1e3 * value:.3g}" for value in sorted(known))
     return [
-        f"{record.path}: holds loops of {1e3 * own.min():.3g} to {1e3 * own.max():.3g} mm, but {source} was identified "
-        f"from loops of {given} mm; its 95 % prediction interval does not hold for the others."
+        f"{record.path}: holds loops of {1e3 * beyond.min():.3g} to {1e3 * beyond.max():.3g} mm, but {source} was "
+        f"identified from loops of {given} mm; its 95 % prediction interval does not hold for the others."
     ]
 
 

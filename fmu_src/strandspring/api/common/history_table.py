@@ -25,16 +25,16 @@ def history_table(answer: CaseAnswer) -> tuple[list[str], Iterable[Iterable[obje
     courses = answer.courses
     if courses is None:
         raise MountedSystemError(f"The histories of {answer.candidate} in {answer.case.name} were not kept.")
-    of = courses.histories
+    histories = courses.histories
     header = ["time [s]", *(f"base acceleration {letter} [m/s^2]" for letter in "xyz")]
-    columns = [of.time[:, None], courses.base]
+    columns = [histories.time[:, None], courses.base]
     for k, point in enumerate(answer.system.points):
         header += [f"{point.name} acceleration {letter} [m/s^2]" for letter in "xyz"]
         header += [f"{point.name} displacement {letter} [m]" for letter in "xyz"]
-        columns += [of.acceleration[:, k], of.sway[:, k]]
+        columns += [histories.acceleration[:, k], histories.sway[:, k]]
     for k, name in enumerate(axis_names(answer.system)):
         header += [f"{name} displacement of a spring [m]", f"{name} force [N]"]
-        columns += [of.displacement[:, k : k + 1], of.force[:, k : k + 1]]
+        columns += [histories.displacement[:, k : k + 1], histories.force[:, k : k + 1]]
     return header, np.hstack(columns).tolist()
 
 
@@ -50,7 +50,9 @@ def unique_names(texts: Sequence[str]) -> list[str]:
     taken: set[str] = set()
     for text in texts:
         name = re.sub(r"[^\w+-]+", "_", text)[:_LONGEST]
-        wanted = next(one for one in chain([name], (f"{name}_{k}" for k in count(2))) if one.lower() not in taken)
-        taken.add(wanted.lower())
-        names.append(wanted)
+        chosen = next(
+            variant for variant in chain([name], (f"{name}_{k}" for k in count(2))) if variant.lower() not in taken
+        )
+        taken.add(chosen.lower())
+        names.append(chosen)
     return names

@@ -68,7 +68,7 @@ def table_lines(
     title = label.folded_to(max(1, width // 3))
     bands: list[list[_Column]] = []
     for column in (column.folded() for column in columns if column is not label):
-        if not bands or sum(one.width + len(_GAP) for one in (*bands[-1], column)) > width:
+        if not bands or sum(part.width + len(_GAP) for part in (*bands[-1], column)) > width:
             bands.append([title])
         bands[-1].append(column)
     return [line for band in bands for line in ("", *_lines(band))][1:]

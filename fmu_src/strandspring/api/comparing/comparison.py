@@ -28,10 +28,17 @@ from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes
 from .comparison_plot import draw
-from .comparison_words import Verdict, figure_table, joint_sentence, parameter_table, percent, verdict_sentence
+from .comparison_words import (
+    ComparisonVerdict,
+    figure_table,
+    joint_sentence,
+    parameter_table,
+    percent,
+    verdict_sentence,
+)
 from .differences import (
-    Difference,
     HysteresisTest,
+    SpringDifference,
     drawn,
     figure_differences,
     judged,
@@ -93,12 +100,12 @@ class Comparison(Result):
     align : "record" or "middle"           Where both count displacement from: as their records do, or each from the
                                            middle of its own range.
     low, high : float                      The range that both share, so counted [m].
-    verdict : Verdict
+    verdict : ComparisonVerdict
     unknown : str                          Why nothing can be judged, in words; else empty.
     draws, seed : int                      Springs drawn of each model, and the seed.
-    parameters : tuple of Difference       Of kappa_omega in the middle of the shared range, rho, sigma and n.
+    parameters : tuple of SpringDifference Of kappa_omega in the middle of the shared range, rho, sigma and n.
     test : HysteresisTest or None          Of these together.
-    figures : tuple of Difference          Of steady loops about the middle of the shared range.
+    figures : tuple of SpringDifference    Of steady loops about the middle of the shared range.
     bands : (ndarray, ndarray) or None     5 % and 95 % of the figures of A and of B, each of shape
                                            (2, amplitudes, 4): secant stiffness, energy, loss factor, mean force.
     loops : (Loop, Loop)                   Steady loops over the shared range.
@@ -112,13 +119,13 @@ class Comparison(Result):
     align: Align
     low: float
     high: float
-    verdict: Verdict
+    verdict: ComparisonVerdict
     unknown: str
     draws: int
     seed: int
-    parameters: tuple[Difference, ...]
+    parameters: tuple[SpringDifference, ...]
     test: HysteresisTest | None
-    figures: tuple[Difference, ...]
+    figures: tuple[SpringDifference, ...]
     bands: tuple[Any, Any] | None
     loops: tuple[Loop, Loop]
     mass: SharedMass
@@ -143,18 +150,22 @@ class Comparison(Result):
             for label, model, source in zip("AB", self.models, self.sources, strict=True)
         ]
         ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
-        own = "" if self.align == "record" else ", each counted from the middle of its own range"
+        centring = "" if self.align == "record" else ", each counted from the middle of its own range"
         of_each = (
             f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty (single parameters and "
             "loss factors are not judged)"
             if self.bands
             else ""
         )
-        return [*names, self.sentence, f"Compared over the shared range {ends}{own}{of_each}."]
+        return [*names, self.sentence, f"Compared over the shared range {ends}{centring}{of_each}."]
 
     def _tail(self) -> list[str]:
         """Joint test, loops, transmissibility and records in words."""
-        lines = [f"{one.quantity}: {one.reason}." for one in self.parameters if one.reason and not self.unknown]
+        lines = [
+            f"{difference.quantity}: {difference.reason}."
+            for difference in self.parameters
+            if difference.reason and not self.unknown
+        ]
         if self.test is not None:
             lines.append(joint_sentence(self.test))
         rms, share = self.loop_difference
@@ -162,7 +173,7 @@ class Comparison(Result):
             f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
             "the loop's height."
         )
-        return [*lines, *self.mass.lines(), *(one.sentence for one in self.records)]
+        return [*lines, *self.mass.lines(), *(record.sentence for record in self.records)]
 
     def lines(self, width: int | None = None) -> list[str]:
         """All of it in words and tables of at most a width."""
@@ -174,10 +185,12 @@ class Comparison(Result):
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """One parameter, or figure of one amplitude, in each row, in SI units: the fields of `Difference`, and p."""
+        """A parameter, or a figure of one amplitude, in each row, in SI units: fields of `SpringDifference`, and p."""
         import pandas as pd
 
-        frame = pd.DataFrame([{**asdict(one), "p": one.p} for one in (*self.parameters, *self.figures)])
+        frame = pd.DataFrame(
+            [{**asdict(difference), "p": difference.p} for difference in (*self.parameters, *self.figures)]
+        )
         return frame.drop(columns="words").astype({"amplitude": float})
 
     def as_json(self) -> dict[str, Any]:
@@ -192,19 +205,19 @@ class Comparison(Result):
             "range": [self.low, self.high],
             "draws": self.draws if self.bands else 0,
             "seed": self.seed,
-            "parameters": [{**asdict(one), "p": one.p} for one in self.parameters],
+            "parameters": [{**asdict(difference), "p": difference.p} for difference in self.parameters],
             "hysteresis_test": None if self.test is None else asdict(self.test),
-            "figures": [{**asdict(one), "p": one.p} for one in self.figures],
+            "figures": [{**asdict(difference), "p": difference.p} for difference in self.figures],
             "loop": {"rms_difference": rms, "share_of_height": share},
             "transmissibility": self.mass.as_json(),
             "records": [
                 {
-                    "path": one.record.path,
-                    "a": one.a.figures,
-                    "b": one.b.figures,
-                    "better": one.better or None,
+                    "path": compared.record.path,
+                    "a": compared.a.figures,
+                    "b": compared.b.figures,
+                    "better": compared.better or None,
                 }
-                for one in self.records
+                for compared in self.records
             ],
             "notes": list(self.notes),
             "cautions": list(self.cautions),
@@ -331,19 +344,21 @@ def compare(
         (loop_figures(pair[0], middle, reaches), loop_figures(pair[1], middle, reaches)) for pair in (springs, plain)
     )
     figures = figure_differences(of_each, of_plain, reaches, scatter)
-    if scatter is not None and all(math.isnan(one.z) for one in figures):
+    if scatter is not None and all(math.isnan(difference.z) for difference in figures):
         scatter, unknown = None, "the springs drawn from the uncertainty are all alike; identify both again"
     if is_same:
-        verdict, test = Verdict.IDENTICAL, None
+        verdict, test = ComparisonVerdict.IDENTICAL, None
     elif scatter is None:
-        verdict = Verdict.UNKNOWN
+        verdict = ComparisonVerdict.UNKNOWN
     else:
         figures, test = judged(figures, test)
-        beyond = any(one.differs for one in figures) or (test is not None and test.differs)
-        verdict = Verdict.DIFFERENT if beyond else Verdict.NOT_FOUND
+        beyond = any(difference.differs for difference in figures) or (test is not None and test.differs)
+        verdict = ComparisonVerdict.DIFFERENT if beyond else ComparisonVerdict.NOT_FOUND
     loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
     solvers = [PathSolver(model.parameters) for model in models]  # each in the coordinates of its own records
-    followed = tuple(RecordComparison(record, *(predict_record(one, record) for one in solvers)) for record in records)
+    followed = tuple(
+        RecordComparison(record, *(predict_record(solver, record) for solver in solvers)) for record in records
+    )
     return Comparison(
         (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
         tuple(parameters), test, tuple(figures),
@@ -352,7 +367,7 @@ def compare(
         shared_mass(springs, low, high, mass),
         followed,
         tuple(comparison_notes(models, verdict)),
-        tuple(comparison_cautions(models, records, [(one.a, one.b) for one in followed], align, loops)),
+        tuple(comparison_cautions(models, records, [(compared.a, compared.b) for compared in followed], align, loops)),
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from ...records.record import Record
 from ..common.caution_text import backwards_cautions, effects_of, outside_cautions, smoothing_caution
 from .alignment import Align, aligned, apart, middle_of, shared_range
 from .common_form import common_form, form_of, form_words
-from .comparison_words import Verdict, percent
+from .comparison_words import ComparisonVerdict, percent
 
 _SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
 _SCATTER = (
@@ -23,7 +23,7 @@ _SCATTER = (
 )
 
 
-def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> list[str]:
+def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: ComparisonVerdict) -> list[str]:
     """What is good to know of the result: different forms, and what the uncertainty does not hold."""
     forms = [form_of(model.parameters) for model in models]
     notes = []
@@ -34,7 +34,7 @@ def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: Verdict) -> l
             f"one, and a difference counts, with its z, only as far as it remains with {form_words(common)} in both; "
             "for more, identify both with the same degrees (`degrees=N,M`)."
         )
-    return [*notes, _SCATTER] if verdict in (Verdict.DIFFERENT, Verdict.NOT_FOUND) else notes
+    return [*notes, _SCATTER] if verdict in (ComparisonVerdict.DIFFERENT, ComparisonVerdict.NOT_FOUND) else notes
 
 
 def comparison_cautions(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...loops.loop import PANELS, Loop
 from ...vibration.one_mass.response import FrequencyResponse
-from .differences import FIGURES, Difference
+from .differences import FIGURES, SpringDifference
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +18,7 @@ _COLORS = ("C0", "C3")
 def draw(
     panels: Sequence[Axes],
     loops: Sequence[Loop],
-    figures: Sequence[Difference],
+    figures: Sequence[SpringDifference],
     bands: tuple[Any, Any] | None,
     responses: Sequence[FrequencyResponse],
 ) -> None:
@@ -40,7 +40,7 @@ def draw(
     difference.set(xlabel="displacement [mm]", ylabel="force of B less that of A [N]", title="difference of force")
     difference.legend()
     for axis, column in zip(middle, PANELS, strict=True):
-        _figure(axis, [one for one in figures if one.quantity == column.key], bands, column.factor)
+        _figure(axis, [row for row in figures if row.quantity == column.key], bands, column.factor)
         axis.set(xlabel="amplitude [mm]", ylabel=column.label, title="5 to 95 % shaded" if bands else "")
     for label, color, response in zip("AB", _COLORS, responses, strict=False):
         last.plot(response.column("frequency"), response.column("transmissibility"), color, lw=1.3, label=label)
@@ -57,11 +57,18 @@ def draw(
         axis.grid(True, which="both", color="0.93")
 
 
-def _figure(axis: Axes, own: Sequence[Difference], bands: tuple[Any, Any] | None, factor: float) -> None:
-    amplitudes = [1e3 * (one.amplitude or 0.0) for one in own]
-    place = [*FIGURES].index(own[0].quantity)
+def _figure(axis: Axes, differences: Sequence[SpringDifference], bands: tuple[Any, Any] | None, factor: float) -> None:
+    amplitudes = [1e3 * (difference.amplitude or 0.0) for difference in differences]
+    place = [*FIGURES].index(differences[0].quantity)
     for k, (side, color) in enumerate(zip("ab", _COLORS, strict=True)):
         if bands is not None:
             low, high = factor * bands[k][:, :, place]
             axis.fill_between(amplitudes, low, high, color=color, alpha=0.2, lw=0.0)
-        axis.plot(amplitudes, [factor * getattr(one, side) for one in own], f"{color}", marker="o", ms=4, lw=1.2)
+        axis.plot(
+            amplitudes,
+            [factor * getattr(difference, side) for difference in differences],
+            f"{color}",
+            marker="o",
+            ms=4,
+            lw=1.2,
+        )

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from enum import Enum
 
 from ...loops.loop import LOOP_FIGURE
-from .differences import FIGURES, Difference, HysteresisTest
+from .differences import FIGURES, HysteresisTest, SpringDifference
 
 _LEAST_P = 1e-12  # beyond which a probability is no more than small
 
 
-class Verdict(Enum):
+class ComparisonVerdict(Enum):
     """Whether two springs differ; the value begins the sentence for the user."""
 
     DIFFERENT = "The springs differ beyond their uncertainty"
@@ -22,38 +22,43 @@ class Verdict(Enum):
 
 
 def verdict_sentence(
-    verdict: Verdict,
+    verdict: ComparisonVerdict,
     unknown: str,
-    figures: Sequence[Difference],
-    parameters: Sequence[Difference],
+    figures: Sequence[SpringDifference],
+    parameters: Sequence[SpringDifference],
     test: HysteresisTest | None,
 ) -> str:
     """The verdict with what it is based on; `unknown` says why nothing can be judged."""
-    if verdict is Verdict.IDENTICAL:
+    if verdict is ComparisonVerdict.IDENTICAL:
         return f"{verdict.value}."
-    if verdict is Verdict.UNKNOWN:
-        largest = [_largest(own) for own in _by_quantity(figures)]
+    if verdict is ComparisonVerdict.UNKNOWN:
+        largest = [_largest(group) for group in _by_quantity(figures)]
         return f"{verdict.value}: {unknown}. As identified, {'; '.join(map(_in_words, largest))}."
-    if verdict is Verdict.NOT_FOUND:
-        ends = [own[-1] for own in _by_quantity(figures) if not math.isnan(own[-1].seen_from)]
-        seen = [f"{_size(one, one.seen_from)} in {one.words}" for one in ends]
+    if verdict is ComparisonVerdict.NOT_FOUND:
+        ends = [group[-1] for group in _by_quantity(figures) if not math.isnan(group[-1].seen_from)]
+        seen = [f"{_size(difference, difference.seen_from)} in {difference.words}" for difference in ends]
         at = f" at {_millimetres(ends[-1].amplitude)}" if ends else ""
         return f"{verdict.value}; differences smaller than {_listed(seen)}{at} could not have been seen."
-    found, same = [], []
-    for own in _by_quantity(figures):
-        beyond = [one for one in own if one.differs]
+    changes, same = [], []
+    for group in _by_quantity(figures):
+        beyond = [difference for difference in group if difference.differs]
         if beyond:
-            found.append(_in_words(max(beyond, key=lambda one: abs(one.z))))
-        elif not math.isnan(own[-1].seen_from):
-            within = max(max(abs(one.low), abs(one.high)) for one in own if not math.isnan(one.z))
-            same.append(f"{own[0].words} is the same within {_size(own[0], within)}")
+            changes.append(_in_words(max(beyond, key=lambda difference: abs(difference.z))))
+        elif not math.isnan(group[-1].seen_from):
+            within = max(
+                max(abs(difference.low), abs(difference.high)) for difference in group if not math.isnan(difference.z)
+            )
+            same.append(f"{group[0].words} is the same within {_size(group[0], within)}")
     if test is not None and test.differs:
-        most = max((one for one in parameters if not math.isnan(one.z)), key=lambda one: abs(one.z))
-        found.append(
+        most = max(
+            (difference for difference in parameters if not math.isnan(difference.z)),
+            key=lambda difference: abs(difference.z),
+        )
+        changes.append(
             f"the hysteresis parameters differ together (chi-square {test.chi_square:.3g} at "
             f"{test.degrees_of_freedom} degrees of freedom), {most.quantity} most clearly (z = {most.z:.1f})"
         )
-    return f"{verdict.value}: {'; '.join([*found, *same])}."
+    return f"{verdict.value}: {'; '.join([*changes, *same])}."
 
 
 def joint_sentence(test: HysteresisTest) -> str:
@@ -65,35 +70,35 @@ def joint_sentence(test: HysteresisTest) -> str:
     )
 
 
-def parameter_table(parameters: Sequence[Difference]) -> tuple[list[str], list[list[str]]]:
+def parameter_table(parameters: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of the hysteresis parameters."""
     rows = [
         [
-            f"{one.quantity} [{one.unit}]" if one.unit != "1" else one.quantity,
-            f"{one.a:.4g}",
-            f"{one.b:.4g}",
-            _signed(one),
-            _between(one),
-            "-" if math.isnan(one.z) else f"{one.z:.2f}",
+            f"{difference.quantity} [{difference.unit}]" if difference.unit != "1" else difference.quantity,
+            f"{difference.a:.4g}",
+            f"{difference.b:.4g}",
+            _signed(difference),
+            _between(difference),
+            "-" if math.isnan(difference.z) else f"{difference.z:.2f}",
         ]
-        for one in parameters
+        for difference in parameters
     ]
     return ["parameter", "A", "B", "B - A", "5 to 95 %", "z"], rows
 
 
-def figure_table(figures: Sequence[Difference]) -> tuple[list[str], list[list[str]]]:
+def figure_table(figures: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
     """Headings and rows of the loops' figures."""
     rows = []
-    for one in figures:
-        column = LOOP_FIGURE[one.quantity]
+    for difference in figures:
+        column = LOOP_FIGURE[difference.quantity]
         rows.append(
             [
                 column.heading,
-                f"{1e3 * (one.amplitude or 0.0):.4g}",
-                *map(column.text, (one.a, one.b)),
-                _signed(one),
-                _between(one),
-                ("-" if math.isnan(one.z) else f"{one.z:.2f}") + ("*" if one.differs else ""),
+                f"{1e3 * (difference.amplitude or 0.0):.4g}",
+                *map(column.text, (difference.a, difference.b)),
+                _signed(difference),
+                _between(difference),
+                ("-" if math.isnan(difference.z) else f"{difference.z:.2f}") + ("*" if difference.differs else ""),
             ]
         )
     return ["figure", "at mm", "A", "B", "B - A", "5 to 95 %", "z"], rows
@@ -104,45 +109,55 @@ def percent(share: float) -> str:
     return f"{100.0 * share:.2g}" if abs(share) < 0.995 else f"{100.0 * share:.0f}"
 
 
-def _by_quantity(figures: Sequence[Difference]) -> list[list[Difference]]:
+def _by_quantity(figures: Sequence[SpringDifference]) -> list[list[SpringDifference]]:
     """Differences of each figure that is judged, by rising amplitude."""
-    return [[one for one in figures if one.quantity == name] for name, is_judged in FIGURES.items() if is_judged]
+    return [
+        [difference for difference in figures if difference.quantity == name]
+        for name, is_judged in FIGURES.items()
+        if is_judged
+    ]
 
 
-def _largest(differences: list[Difference]) -> Difference:
-    return max(differences, key=lambda one: 0.0 if math.isnan(one.change) else abs(one.change))
+def _largest(differences: list[SpringDifference]) -> SpringDifference:
+    return max(differences, key=lambda difference: 0.0 if math.isnan(difference.change) else abs(difference.change))
 
 
-def _in_words(one: Difference) -> str:
+def _in_words(difference: SpringDifference) -> str:
     """Such as: energy per cycle at 20 mm is 12 % (8 to 16 %) lower in B."""
     ends = ""
-    if not math.isnan(one.low):
-        pair = sorted((one.low, one.high), key=abs)
-        crosses = one.low * one.high < 0.0
-        shown = [one.low, one.high] if crosses else [abs(end) for end in pair]
-        numbers = " to ".join(_size(one, end, bare=True) for end in shown)
-        ends = f" ({numbers} {'%' if one.relative else one.unit})"
-    side = "higher" if one.change > 0.0 else "lower"
-    where = f" at {_millimetres(one.amplitude)}"
-    if one.change == 0.0:
-        return f"{one.words}{where} is equal"
-    return f"{one.words}{where} is {_size(one, abs(one.change))}{ends} {side} in B"
+    if not math.isnan(difference.low):
+        pair = sorted((difference.low, difference.high), key=abs)
+        crosses = difference.low * difference.high < 0.0
+        shown = [difference.low, difference.high] if crosses else [abs(end) for end in pair]
+        numbers = " to ".join(_size(difference, end, bare=True) for end in shown)
+        ends = f" ({numbers} {'%' if difference.relative else difference.unit})"
+    side = "higher" if difference.change > 0.0 else "lower"
+    where = f" at {_millimetres(difference.amplitude)}"
+    if difference.change == 0.0:
+        return f"{difference.words}{where} is equal"
+    return f"{difference.words}{where} is {_size(difference, abs(difference.change))}{ends} {side} in B"
 
 
-def _size(one: Difference, value: float, bare: bool = False) -> str:
-    number = percent(value) if one.relative else f"{value:.2g}"
-    return number if bare else f"{number} {'%' if one.relative else one.unit}"
+def _size(difference: SpringDifference, value: float, bare: bool = False) -> str:
+    number = percent(value) if difference.relative else f"{value:.2g}"
+    return number if bare else f"{number} {'%' if difference.relative else difference.unit}"
 
 
-def _signed(one: Difference) -> str:
-    return "-" if math.isnan(one.change) else f"{100.0 * one.change:+.3g} %" if one.relative else f"{one.change:+.3g}"
+def _signed(difference: SpringDifference) -> str:
+    return (
+        "-"
+        if math.isnan(difference.change)
+        else f"{100.0 * difference.change:+.3g} %"
+        if difference.relative
+        else f"{difference.change:+.3g}"
+    )
 
 
-def _between(one: Difference) -> str:
-    if math.isnan(one.low):
+def _between(difference: SpringDifference) -> str:
+    if math.isnan(difference.low):
         return "-"
-    factor, unit = (100.0, " %") if one.relative else (1.0, "")
-    return f"{factor * one.low:+.3g} to {factor * one.high:+.3g}{unit}"
+    factor, unit = (100.0, " %") if difference.relative else (1.0, "")
+    return f"{factor * difference.low:+.3g} to {factor * difference.high:+.3g}{unit}"
 
 
 def _millimetres(amplitude: float | None) -> str:

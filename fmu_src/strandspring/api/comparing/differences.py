@@ -45,7 +45,7 @@ _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it c
 
 
 @dataclass(frozen=True)
-class Difference:
+class SpringDifference:
     """Of one quantity of two springs.
 
     Attributes
@@ -149,7 +149,7 @@ def figure_differences(
     in_common_form: tuple[FloatArray, FloatArray],
     amplitudes: Sequence[float],
     draws: tuple[FloatArray, FloatArray] | None,
-) -> list[Difference]:
+) -> list[SpringDifference]:
     """Differences of the figures of two springs, figure by figure.
 
     Parameters
@@ -159,7 +159,7 @@ def figure_differences(
     amplitudes : sequence of float         [m]
     draws : (ndarray, ndarray) or None     Figures of drawn springs of A and B.
     """
-    found = []
+    differences = []
     a, b = figures
     change = b - a
     held = _held(change, in_common_form[1] - in_common_form[0])
@@ -171,7 +171,7 @@ def figure_differences(
         relative = column.unit != "N"  # a force may be 0
         for k, amplitude in enumerate(amplitudes):
             scale = abs(float(a[k, j])) if relative else 1.0
-            one = Difference(
+            difference = SpringDifference(
                 column.key,
                 column.unit,
                 column.words,
@@ -182,15 +182,15 @@ def figure_differences(
                 _over(change[k, j], scale),
             )
             if draws is not None and deviation[k, j] > 0.0:
-                one = replace(
-                    one,
+                difference = replace(
+                    difference,
                     low=_over(low[k, j], scale),
                     high=_over(high[k, j], scale),
                     z=float(held[k, j] / deviation[k, j]),
                     seen_from=_over(deviation[k, j], scale),  # until the number of judgements is known
                 )
-            found.append(one)
-    return found
+            differences.append(difference)
+    return differences
 
 
 def _held(change: FloatArray, in_common_form: FloatArray) -> FloatArray:
@@ -210,7 +210,7 @@ def parameter_differences(
     joints: tuple[JointCovariance | None, JointCovariance | None],
     labels: tuple[str, str],
     place: float,
-) -> tuple[list[Difference], HysteresisTest | None]:
+) -> tuple[list[SpringDifference], HysteresisTest | None]:
     """Differences of the four hysteresis parameters, kappa_omega at a displacement [m], and their joint test.
 
     As in `figure_differences`, z and the test are those of what remains in one form. The test is None where a model has
@@ -224,24 +224,26 @@ def parameter_differences(
     if joints[0] is not None and joints[1] is not None:
         rows = [_rows(p, joint, place) for p, joint in zip(springs, joints, strict=True) if joint is not None]
         known = rows[0] @ rows[0].T + rows[1] @ rows[1].T
-    found = []
+    differences = []
     for k, (name, unit) in enumerate(HYSTERETIC_UNITS.items()):
-        one = Difference(name, unit, name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k]))
+        difference = SpringDifference(
+            name, unit, name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k])
+        )
         reasons = [
             _unbounded(name, label, p, uncertainty)
             for label, p, uncertainty in zip(labels, springs, uncertainties, strict=True)
         ]
         reason = "; ".join(filter(None, reasons)) or ("" if known is not None else "no joint covariance")
         if reason or known is None or not known[k, k] > 0.0:
-            found.append(replace(one, reason=reason or "no standard error"))
+            differences.append(replace(difference, reason=reason or "no standard error"))
             continue
         error = math.sqrt(known[k, k])
         low, high = (math.expm1(min(change[k] + side * _NORMAL_90 * error, _MOST_LOG)) for side in (-1.0, 1.0))
-        found.append(replace(one, low=low, high=high, z=float(held[k] / (_OF_CHOICE * error))))
+        differences.append(replace(difference, low=low, high=high, z=float(held[k] / (_OF_CHOICE * error))))
     if known is None:
-        return found, None
-    tests = [_joint_test(found, each, _OF_CHOICE**2 * known) for each in (change, remaining)]
-    return found, min(filter(None, tests), key=lambda test: test.chi_square, default=None)
+        return differences, None
+    tests = [_joint_test(differences, shift, _OF_CHOICE**2 * known) for shift in (change, remaining)]
+    return differences, min(filter(None, tests), key=lambda test: test.chi_square, default=None)
 
 
 def _values(p: SpringParameters, place: float) -> FloatArray:
@@ -281,8 +283,10 @@ def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[
     return "" if low is not None else f"< {high:.3g} in {label} (95 %), not bounded from below"
 
 
-def _joint_test(differences: Sequence[Difference], change: FloatArray, covariance: FloatArray) -> HysteresisTest | None:
-    tested = [k for k, one in enumerate(differences) if not math.isnan(one.z)]
+def _joint_test(
+    differences: Sequence[SpringDifference], change: FloatArray, covariance: FloatArray
+) -> HysteresisTest | None:
+    tested = [k for k, difference in enumerate(differences) if not math.isnan(difference.z)]
     if not tested:
         return None
     # Imported here because it takes a tenth of a second.
@@ -298,10 +302,14 @@ def _joint_test(differences: Sequence[Difference], change: FloatArray, covarianc
 
 
 def judged(
-    differences: Sequence[Difference], test: HysteresisTest | None
-) -> tuple[list[Difference], HysteresisTest | None]:
+    differences: Sequence[SpringDifference], test: HysteresisTest | None
+) -> tuple[list[SpringDifference], HysteresisTest | None]:
     """The same, with what is beyond the uncertainty and what could have been seen, by Holm's procedure."""
-    places = [k for k, one in enumerate(differences) if FIGURES.get(one.quantity) and not math.isnan(one.z)]
+    places = [
+        k
+        for k, difference in enumerate(differences)
+        if FIGURES.get(difference.quantity) and not math.isnan(difference.z)
+    ]
     probabilities = [differences[k].p for k in places] + ([] if test is None else [test.p])
     count = max(len(probabilities), 1)
     beyond = [False] * count
@@ -311,8 +319,8 @@ def judged(
         beyond[k] = True
     normal = NormalDist()
     reach = normal.inv_cdf(1.0 - 0.5 * LEVEL / count) + normal.inv_cdf(0.95)
-    result = [replace(one, seen_from=math.nan) for one in differences]
+    result = [replace(difference, seen_from=math.nan) for difference in differences]
     for place, differs in zip(places, beyond, strict=False):
-        one = differences[place]
-        result[place] = replace(one, differs=differs, seen_from=reach * one.seen_from)
+        difference = differences[place]
+        result[place] = replace(difference, differs=differs, seen_from=reach * difference.seen_from)
     return result, None if test is None else replace(test, differs=beyond[-1])

@@ -280,9 +280,9 @@ def _model(source: Any, name: str | None) -> ModelFile:
         model = model_of(source)
         return model if name is None else replace(model, name=name)
     if isinstance(source, IdentifiedModel):
-        found = source
+        identification = source
     else:
-        found = identify_records(as_records(source))
-        for sentence in found.cautions:
+        identification = identify_records(as_records(source))
+        for sentence in identification.cautions:
             warnings.warn(sentence, stacklevel=3)
-    return found.model_file(identifier(Path(found.records[0].path).stem) if name is None else name)
+    return identification.model_file(identifier(Path(identification.records[0].path).stem) if name is None else name)

@@ -88,13 +88,13 @@ class SystemToBuild:
 
 def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:
     """An input for each force on a body that some load case has; one for both senses of a direction."""
-    found: dict[tuple[int, tuple[float, ...], tuple[float, ...]], ForceInput] = {}
+    inputs: dict[tuple[int, tuple[float, ...], tuple[float, ...]], ForceInput] = {}
     for case in cases:
         for channel in case.channels:
             keys = [_key(channel, sense) for sense in (1.0, -1.0)]
-            if channel.kind is ChannelKind.FORCE and not any(key in found for key in keys):
-                found[keys[0]] = ForceInput(case.name, channel.body, channel.place, channel.direction)
-    return tuple(found.values())
+            if channel.kind is ChannelKind.FORCE and not any(key in inputs for key in keys):
+                inputs[keys[0]] = ForceInput(case.name, channel.body, channel.place, channel.direction)
+    return tuple(inputs.values())
 
 
 def _key(channel: LoadChannel, sense: float) -> tuple[int, tuple[float, ...], tuple[float, ...]]:

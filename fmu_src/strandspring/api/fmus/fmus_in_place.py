@@ -64,10 +64,10 @@ def build_in_place(folder: Path, jobs: Sequence[FmuJob], progress: Progress = un
             built.append((fmu, BuiltFmu(job.target, job.kind, replace(report, path=job.target))))
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            for fmu, one in built:
-                fmu.replace(one.path)
+            for fmu, built_fmu in built:
+                fmu.replace(built_fmu.path)
         except OSError as problem:
             raise StrandspringError(
                 f"{folder} cannot be written: {reason_of(problem)}; check the rights there."
             ) from None
-    return [one for _, one in built]
+    return [built_fmu for _, built_fmu in built]

@@ -157,9 +157,9 @@ class Information(Result):
         for axis, column in zip(panels, PANELS, strict=True):
             axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
             for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):
-                own = [measured.figures for measured, _ in self.pairs if measured.path == path]
-                amplitudes = [1e3 * figures.amplitude for figures in own]
-                axis.plot(amplitudes, list(map(column.drawn, own)), f"C{number}o", label=PurePath(path).name)
+                shown = [measured.figures for measured, _ in self.pairs if measured.path == path]
+                amplitudes = [1e3 * figures.amplitude for figures in shown]
+                axis.plot(amplitudes, list(map(column.drawn, shown)), f"C{number}o", label=PurePath(path).name)
             axis.set(xlabel="amplitude [mm]", ylabel=column.label)
         panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)

@@ -238,12 +238,12 @@ def identify_many(
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
     begin = time.monotonic()
     target = Path(folder)
-    found = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
+    listed = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     say = notify or (lambda _: None)
-    total = len(found.springs)
+    total = len(listed.springs)
     advance = progress or (lambda done, total: None)  # noqa: ARG005
     batch = identify_batch(
-        found.springs,
+        listed.springs,
         target,
         BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
         Local(workers) if scheduler is None else cluster_of(scheduler, say),
@@ -251,4 +251,4 @@ def identify_many(
         lambda done: advance(done, total),
         say,
     )
-    return ManyResult(target, batch, found.left_out, time.monotonic() - begin)
+    return ManyResult(target, batch, listed.left_out, time.monotonic() - begin)

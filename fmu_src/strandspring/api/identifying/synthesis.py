@@ -144,14 +144,14 @@ def synthesize_ni(
 
 
 def _checked(name: str, value: float, condition: str, holds: Callable[[float], bool] = lambda _: True) -> float:
-    found = number(name, value)
-    if not (math.isfinite(found) and holds(found)):
+    checked = number(name, value)
+    if not (math.isfinite(checked) and holds(checked)):
         raise ValueError(f"`{name}` must be {condition}, got {value!r}.")
-    return found
+    return checked
 
 
 def _checked_not_negative(name: str, value: float) -> float:
-    return _checked(name, value, ">= 0", lambda found: found >= 0.0)
+    return _checked(name, value, ">= 0", lambda checked: checked >= 0.0)
 
 
 def _refuse_impossible(cycles: int, samples: int, amplitudes: int) -> None:

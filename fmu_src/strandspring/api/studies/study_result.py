@@ -187,8 +187,8 @@ def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
 
 
 def _quantiles(point: dict[str, Any], figure: StudyFigure) -> dict[str, float] | None:
-    found = {end: point[f"{figure.name}_{end}"] for end in QUANTILES}
-    return None if None in found.values() else found
+    quantiles = {end: point[f"{figure.name}_{end}"] for end in QUANTILES}
+    return None if None in quantiles.values() else quantiles
 
 
 def _cell(point: dict[str, Any], figure: StudyFigure, end: str) -> str:

@@ -198,8 +198,8 @@ def study(
         extrapolate=extrapolate,
     )
 
-    found = executed(planned, runner, output, progress, notify)
-    return StudyResult(planned, found, tuple(cautions_in_use(content.name, content)), content, origin)
+    execution = executed(planned, runner, output, progress, notify)
+    return StudyResult(planned, execution, tuple(cautions_in_use(content.name, content)), content, origin)
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> JointCovariance:

@@ -65,8 +65,8 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         """The result as the command prints it with --json."""
         content = super().as_json()
         for point in content["points"]:
-            point["values"] = [point.pop(one.heading) for one in self.study.varied]
-        varied = [{"path": one.path, "unit": one.unit, "values": one.values} for one in self.study.varied]
+            point["values"] = [point.pop(axis.heading) for axis in self.study.varied]
+        varied = [{"path": axis.path, "unit": axis.unit, "values": axis.values} for axis in self.study.varied]
         return {"name": self.name, "vary": varied, "cases": [name for _, name in self.study.cases], **content}
 
     def plot(self, axes: Axes | None = None) -> Axes:
@@ -115,24 +115,24 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     @property
     def headline(self) -> str:
         """What was run, in words, and how many candidates at grid points have each verdict."""
-        study, found = self.study, self._executed.summaries
+        study, summaries = self.study, self._executed.summaries
         springs = f"{study.draws} draws (seed {study.seed})" if study.draws else "the identified springs"
-        counts = ((verdict.value, (found["verdict"] == verdict.value).sum()) for verdict in CaseVerdict)
+        counts = ((verdict.value, (summaries["verdict"] == verdict.value).sum()) for verdict in CaseVerdict)
         verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts if count)
         return (
             f"{self.name}: {counted(len(study), 'run')}: {springs} of {counted(len(study.candidates), 'candidate')} in "
             f"{counted(len(study.cases), 'load case')} at each of {counted(study.grid_size, 'grid point')}: "
-            f"{verdicts}, {counted(int(found['refused'].sum()), 'run')} refused"
+            f"{verdicts}, {counted(int(summaries['refused'].sum()), 'run')} refused"
         )
 
     def _head(self, point: dict[str, Any]) -> dict[str, str]:
-        head = {one.heading: shown_alone(point[one.heading]) for one in self.study.varied}
+        head = {axis.heading: shown_alone(point[axis.heading]) for axis in self.study.varied}
         head |= {"candidate": point["candidate"], "verdict": point["verdict"]}
         head["least margin"] = point["least_margin"] or "-"
         return head | ({"passing %": f"{100.0 * point['passing']:.3g}", "": ""} if self.study.draws else {})
 
     def _where(self, point: dict[str, Any]) -> str:
-        values = (f"{one.path} {one.shown(point[one.heading])}" for one in self.study.varied)
+        values = (f"{axis.path} {axis.shown(point[axis.heading])}" for axis in self.study.varied)
         return ", ".join([*values, point["candidate"]])
 
 
@@ -201,5 +201,5 @@ def study_system(
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
 
-    found = executed(planned, runner, output, progress, notify)
-    return SystemStudyResult(planned, found, cautions, content["name"])
+    execution = executed(planned, runner, output, progress, notify)
+    return SystemStudyResult(planned, execution, cautions, content["name"])

@@ -227,31 +227,31 @@ class Isolation(AnyIsolation):
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
         several = len(self.models) > 1
         lines: list[str] = []
-        for one in self.models:
-            first, *rest = one.equilibrium_lines()
-            lines += [f"{self._name(one)}: {first}" if several else first, *rest]
+        for isolated in self.models:
+            first, *rest = isolated.equilibrium_lines()
+            lines += [f"{self._name(isolated)}: {first}" if several else first, *rest]
         if several and self.levels_chosen:
             lines.append(self.levels_chosen)
         lines += self._table(_TABLE, width, attrgetter("resonances"))
         return [*lines, *self._cautions()]
 
-    def _name(self, one: IsolatedModel) -> str:
-        return one.label if one.source is None else f"{one.label} ({one.source})"
+    def _name(self, isolated: IsolatedModel) -> str:
+        return isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
 
     @property
     def cautions(self) -> list[str]:
         """Cautions of the identifications, and where a motion leaves the identified range."""
         sentences: list[str] = []
-        for one in self.models:
-            sentences += cautions_in_use(one.label, one.model)
-            for response in one.responses:
+        for isolated in self.models:
+            sentences += cautions_in_use(isolated.label, isolated.model)
+            for response in isolated.responses:
                 outside = [point.frequency for point in response.points if point.extrapolating]
                 if outside:
-                    of_model = f"{one.label}, " if len(self.models) > 1 else ""
+                    of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
                     sentences.append(
                         f"{of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
                         f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
-                        f"{outside_range(one.system.spring)}"
+                        f"{outside_range(isolated.system.spring)}"
                     )
         return sentences
 
@@ -266,12 +266,12 @@ class Isolation(AnyIsolation):
         return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
 
     def _repr_html_(self) -> str:
-        text = escape("\n".join(line for one in self.models for line in one.equilibrium_lines()))
+        text = escape("\n".join(line for isolated in self.models for line in isolated.equilibrium_lines()))
         return f"<pre>{text}</pre>{self.resonances().to_html(escape=True)}"
 
     def as_json(self, checked: Sequence[CheckedMotion] = ()) -> dict[str, Any]:
         """The result as the command prints it with --json: of one model, or a list of them in `models`."""
-        models = [one.as_json(checked) for one in self.models]
+        models = [isolated.as_json(checked) for isolated in self.models]
         content = models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
         return {**content, "cautions": self.cautions}
 
@@ -328,19 +328,19 @@ class Isolation(AnyIsolation):
         from ...cosimulation.steady_check import check_steady
         from ...fmu.native.native_fmu import build_native_fmu
 
-        runs = [(one, response, point) for one, response in self.every for point in _ends(response)]
+        runs = [(isolated, response, point) for isolated, response in self.every for point in _ends(response)]
         total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
         with TemporaryFolder() as folder:
             fmus = {}
-            for built, one in enumerate(self.models):
-                progress(f"Building the FMU of {one.label}", built, total)
-                fmus[one] = build_native_fmu(one.model, folder / str(built), zero=one.zero)
-            for one, response, point in runs:
-                task = f"Simulating {one.label}, {response.level_text}, {point.frequency:.4g} Hz"
+            for built, isolated in enumerate(self.models):
+                progress(f"Building the FMU of {isolated.label}", built, total)
+                fmus[isolated] = build_native_fmu(isolated.model, folder / str(built), zero=isolated.zero)
+            for isolated, response, point in runs:
+                task = f"Simulating {isolated.label}, {response.level_text}, {point.frequency:.4g} Hz"
                 progress(task, len(fmus) + len(checked), total)
-                check = check_steady(fmus[one], one.system, response.excitation, response.level, point)
-                checked.append(CheckedMotion(one, response, check))
+                check = check_steady(fmus[isolated], isolated.system, response.excitation, response.level, point)
+                checked.append(CheckedMotion(isolated, response, check))
         progress("Simulated", total, total)
         return tuple(checked)
 
@@ -349,10 +349,10 @@ def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
     """What `Isolation.verify` found, in words."""
     from ...cosimulation.steady_check import PERIODS
 
-    several = len({one.model for one in checked}) > 1
+    several = len({motion.model for motion in checked}) > 1
     return [
         f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:",
-        *(f"  {f'{one.model.label}, ' if several else ''}{one.sentence}" for one in checked),
+        *(f"  {f'{motion.model.label}, ' if several else ''}{motion.sentence}" for motion in checked),
     ]
 
 
@@ -438,25 +438,25 @@ def isolate(
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     if given is None:
         excitation = Excitation.BASE_DISPLACEMENT
-        levels, chosen, nearest = default_levels([free_travel(one.system, one.equilibrium) for one in parts])
+        levels, chosen, nearest = default_levels([free_travel(part.system, part.equilibrium) for part in parts])
         chosen += f" on {parts[nearest].label}{', the smallest of these models' if len(parts) > 1 else ''}."
     else:
         (excitation, levels), chosen = given, ""
 
-    def respond(one: IsolatedModel, level: float, advance: Callable[[float], None]) -> FrequencyResponse:
-        frequencies = band_frequencies(band, points, one.equilibrium)
-        with _named(one.label, len(parts)):
+    def respond(part: IsolatedModel, level: float, advance: Callable[[float], None]) -> FrequencyResponse:
+        frequencies = band_frequencies(band, points, part.equilibrium)
+        with _named(part.label, len(parts)):
             return frequency_response(
-                one.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+                part.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
             )
 
     tasks = [
-        (f"{one.label}, {excitation.level_text(level)}", partial(respond, one, level))
-        for one in parts
+        (f"{part.label}, {excitation.level_text(level)}", partial(respond, part, level))
+        for part in parts
         for level in levels
     ]
     responses = iter(computed(tasks, points, progress))
-    finished = tuple(replace(one, responses=tuple(islice(responses, len(levels)))) for one in parts)
+    finished = tuple(replace(part, responses=tuple(islice(responses, len(levels)))) for part in parts)
     return Isolation(finished, excitation, levels, chosen)
 
 

@@ -71,13 +71,15 @@ def shared_mass(
         chosen, load = (mass, mass * STANDARD_GRAVITY) if mass is not None else _default(springs[0], low, high)
         systems = [IsolatedMass(spring, chosen, load) for spring in springs]
         rest = [static_equilibrium(system) for system in systems]
-        level = _LEVEL * min(min(each.displacement - low, high - each.displacement) for each in rest)
+        level = _LEVEL * min(
+            min(equilibrium.displacement - low, high - equilibrium.displacement) for equilibrium in rest
+        )
         if not level > 0.0:
             raise IsolationError(
                 f"{chosen:.4g} kg rest at {1e3 * rest[0].displacement:.4g} mm on A and "
                 f"{1e3 * rest[1].displacement:.4g} mm on B, outside the range that both share; use another mass."
             )
-        frequencies = [each.frequency for each in rest]
+        frequencies = [equilibrium.frequency for equilibrium in rest]
         if not max(frequencies) <= _APART * min(frequencies) < np.inf:
             raise IsolationError(
                 f"The natural frequencies of {frequencies[0]:.4g} Hz on A and {frequencies[1]:.4g} Hz on B are too far "

@@ -68,7 +68,7 @@ class Simulation(Result):
         import pandas as pd
 
         cases = list(dict.fromkeys(answer.case.name for answer in self.answers))
-        table = {one.name: dict.fromkeys(cases, "") for one in self.candidates}
+        table = {candidate.name: dict.fromkeys(cases, "") for candidate in self.candidates}
         for answer in self.answers:
             table[answer.candidate][answer.case.name] = answer.verdict.value
         return pd.DataFrame.from_dict(table, orient="index", columns=cases)
@@ -128,8 +128,8 @@ class Simulation(Result):
         from ...report.charts.motion_charts import acceleration_against_stroke
         from ...report.rendering.drawing import draw
 
-        (own,) = some_axes(axes, 1, 1, _SIZE)
-        return draw(acceleration_against_stroke(self.answers), own, scale=1.4)
+        (axis,) = some_axes(axes, 1, 1, _SIZE)
+        return draw(acceleration_against_stroke(self.answers), axis, scale=1.4)
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
         """Draw acceleration against stroke of all answers into a file (.png, .svg or .pdf).
@@ -151,7 +151,7 @@ class Simulation(Result):
                 "tilt": limits.tilt,
                 "stroke": limits.stroke,
             },
-            "candidates": [candidate_json(one) for one in self.candidates],
+            "candidates": [candidate_json(candidate) for candidate in self.candidates],
             "cases": [case_json(answer) for answer in self.answers],
         }
 
@@ -228,10 +228,10 @@ def simulate(
     loads = file.chosen_cases(cases)
     omega = file.options.rest_omega
     shares = SHARES if omega is None else (omega,)
-    statics = tuple(answer_candidate(name, one, file.models, shares) for name, one in chosen)
+    statics = tuple(answer_candidate(name, mounted, file.models, shares) for name, mounted in chosen)
     tasks = [
-        partial(answer_case, name, one, case, file.limits, shares, step or file.options.step, with_courses=courses)
-        for name, one in chosen
+        partial(answer_case, name, mounted, case, file.limits, shares, step or file.options.step, with_courses=courses)
+        for name, mounted in chosen
         for case in loads
     ]
     drawn = file.options.draws if draws is None else draws
@@ -245,13 +245,16 @@ def simulate(
         progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
     if answers and all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
-    refusals = [one.refusal for one in statics if one.refusal]
+    refusals = [candidate.refusal for candidate in statics if candidate.refusal]
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
     if drawn:
         advance = partial(progress, "Drawing springs")
-        springs = {one.name: Drawn.from_models(one.system, file.models) for one in statics}
-        statics = tuple(replace(one, cautions=(*one.cautions, *springs[one.name].missing)) for one in statics)
+        springs = {candidate.name: Drawn.from_models(candidate.system, file.models) for candidate in statics}
+        statics = tuple(
+            replace(candidate, cautions=(*candidate.cautions, *springs[candidate.name].missing))
+            for candidate in statics
+        )
         chosen_seed = file.options.seed if seed is None else seed
         answers = list(_with_spreads(answers, springs, drawn, chosen_seed, workers, advance))
     return Simulation(file, statics, tuple(answers), drawn)
@@ -273,11 +276,11 @@ def _with_spreads(
             yield answer
             continue
         runs = CaseDraws(answer, drawn[answer.candidate], seed)
-        found = []
+        collected = []
         for figures in in_threads((partial(runs.figures, number) for number in range(draws)), workers):
-            found.append(figures)
-            advance(before + len(found), total)
-        yield runs.answered(found)
+            collected.append(figures)
+            advance(before + len(collected), total)
+        yield runs.answered(collected)
 
 
 def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:

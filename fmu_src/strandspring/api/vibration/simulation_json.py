@@ -20,13 +20,13 @@ from ...vibration.verdicts.verdicts import Figure
 Json = dict[str, Any]
 
 
-def candidate_json(one: CandidateAnswer) -> Json:
+def candidate_json(candidate: CandidateAnswer) -> Json:
     """Static poses and modes of a candidate."""
-    static = one.static
-    form: Json = {"name": one.name, "refusal": one.refusal or None, "cautions": list(one.cautions)}
+    static = candidate.static
+    form: Json = {"name": candidate.name, "refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
     if static is None:
         return {**form, "static_equilibrium": [], "modes": None}
-    names = axis_names(one.system)
+    names = axis_names(candidate.system)
     rest = [
         {
             "omega": pose.share,
@@ -38,7 +38,7 @@ def candidate_json(one: CandidateAnswer) -> Json:
                     "sag": float(static.sag[at, k]),
                     "tilt": float(static.tilt[at, k]),
                 }
-                for k, body in enumerate(one.system.bodies)
+                for k, body in enumerate(candidate.system.bodies)
             ],
             "axes": [
                 {"axis": name, "displacement": float(x), "force": float(force), "place_in_range": float(place)}
@@ -131,8 +131,8 @@ def _spectra(system: MountedSystem, courses: Courses) -> Json:
             "frequency": courses.shock[0][0].frequency.tolist(),
             "base": [spectrum.maximax.tolist() for spectrum in courses.base_shock],
             "points": {
-                name: [spectrum.maximax.tolist() for spectrum in each]
-                for name, each in zip(names, courses.shock, strict=True)
+                name: [spectrum.maximax.tolist() for spectrum in spectra]
+                for name, spectra in zip(names, courses.shock, strict=True)
             },
         }
     if courses.power:
@@ -142,8 +142,8 @@ def _spectra(system: MountedSystem, courses: Courses) -> Json:
             "relative_error": first.relative_error,
             "base": [spectrum.density.tolist() for spectrum in courses.base_power],
             "points": {
-                name: [spectrum.density.tolist() for spectrum in each]
-                for name, each in zip(names, courses.power, strict=True)
+                name: [spectrum.density.tolist() for spectrum in spectra]
+                for name, spectra in zip(names, courses.power, strict=True)
             },
         }
     return form

@@ -71,7 +71,7 @@ def _largest_error(answer: CaseAnswer) -> str:
     errors = [
         figure.error / largest
         for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE)
-        if (largest := max((one.value for one in answer.figures_of(quantity)), default=0.0)) > 0.0
+        if (largest := max((judged.value for judged in answer.figures_of(quantity)), default=0.0)) > 0.0
         for figure in answer.figures_of(quantity)
     ]
     return f"{100.0 * max(errors, default=0.0):.2g}"
@@ -81,30 +81,30 @@ def detail_lines(
     candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], width: int | None = None
 ) -> Iterator[str]:
     """Each candidate with its static pose, modes and cases."""
-    for one in candidates:
-        own = [answer for answer in answers if answer.candidate == one.name]
+    for candidate in candidates:
+        of_candidate = [answer for answer in answers if answer.candidate == candidate.name]
         yield ""
-        yield f"{one.name}:"
-        yield from static_lines(one, width)
-        for answer in own:
+        yield f"{candidate.name}:"
+        yield from static_lines(candidate, width)
+        for answer in of_candidate:
             if answer.refusal:
                 yield f"  {answer.case.name}: refused: {answer.refusal}"
-        yield from rest_lines(own, width)
-        yield from rms_lines(own, width)
-        yield from spread_lines(own, width)
-        for sentence in one.cautions:
+        yield from rest_lines(of_candidate, width)
+        yield from rms_lines(of_candidate, width)
+        yield from spread_lines(of_candidate, width)
+        for sentence in candidate.cautions:
             yield f"  Caution: {sentence}"
-        for sentence in grouped_cautions(own):
+        for sentence in grouped_cautions(of_candidate):
             yield f"  Caution: {sentence}"
 
 
-def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str]:
+def static_lines(candidate: CandidateAnswer, width: int | None = None) -> Iterator[str]:
     """Static pose and modes in words."""
-    static = one.static
+    static = candidate.static
     if static is None:
-        yield f"  refused: {one.refusal}"
+        yield f"  refused: {candidate.refusal}"
         return
-    for k, body in enumerate(one.system.bodies):
+    for k, body in enumerate(candidate.system.bodies):
         tilt = math.degrees(static.tilt[:, k].max())
         moved = _moved(1e3 * np.array([pose.displacements[k] for pose in static.poses]))
         tilted = f", tilted by up to {_tiny(tilt)} degrees" if tilt >= _NOTHING else ""
@@ -112,7 +112,7 @@ def static_lines(one: CandidateAnswer, width: int | None = None) -> Iterator[str
     low, high = static.places.min(), static.places.max()
     yield (
         f"  springs at rest between {100.0 * low:.0f} and {100.0 * high:.0f} % of their identified ranges, "
-        f"{_friction(static)}; {_by_weight(static, one.system)}"
+        f"{_friction(static)}; {_by_weight(static, candidate.system)}"
     )
     if static.tangent:
         rows = []
@@ -198,8 +198,8 @@ def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Ite
             figure, scale = answer.worst(quantity), quantity.column.factor
             known = None if figure is None else figure.spread
             row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
-        of = answer.spread
-        rows.append([*row, f"{100.0 * of.failing:.3g}", str(of.refused)])
+        spread = answer.spread
+        rows.append([*row, f"{100.0 * spread.failing:.3g}", str(spread.refused)])
     if rows:
         first = spreads[0]
         yield f"  5 to 95 % of {first.draws} draws of springs (seed {first.seed}), the worst omega at rest of each:"
@@ -243,8 +243,8 @@ def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
     for answer in answers:
         for caution in answer.cautions:
             by_kind.setdefault(caution.kind, []).append((caution, answer))
-    for found in (by_kind[kind] for kind in CautionKind if kind in by_kind):
-        caution, answer = max(found, key=lambda pair: pair[0].measure)
-        others = len({id(one) for _, one in found}) - 1
+    for pairs in (by_kind[kind] for kind in CautionKind if kind in by_kind):
+        caution, answer = max(pairs, key=lambda pair: pair[0].measure)
+        others = len({id(affected) for _, affected in pairs}) - 1
         more = f" (less so in {counted(others, 'other case')})" if others else ""
         yield f"{answer.case.name}{more}: {caution.text}"

@@ -150,8 +150,8 @@ class SystemIsolation(AnyIsolation):
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
         lines = [f"{self.name} ({self.source})" if self.source is not None else self.name]
-        for one in self.candidates:
-            lines += [f"{one.label}:", *one.rest_lines()]
+        for candidate in self.candidates:
+            lines += [f"{candidate.label}:", *candidate.rest_lines()]
         lines += [self.levels_chosen] if self.levels_chosen else []
         factor, gain = _GAINS[self.candidates[0].responses[0].gain_unit]
         columns = (
@@ -164,8 +164,8 @@ class SystemIsolation(AnyIsolation):
         )
         lines += self._table(columns, width, _largest)
         cautions = [
-            f"  Caution: {one.label}, {response.shaking.name}, {response.level_text}: {sentence}"
-            for one, response in self.every
+            f"  Caution: {candidate.label}, {response.shaking.name}, {response.level_text}: {sentence}"
+            for candidate, response in self.every
             for sentence in response.cautions
         ]
         return [*lines, *cautions]
@@ -175,7 +175,7 @@ class SystemIsolation(AnyIsolation):
         return {
             "name": self.name,
             "levels_chosen": self.levels_chosen or None,
-            "candidates": [one.as_json() for one in self.candidates],
+            "candidates": [candidate.as_json() for candidate in self.candidates],
         }
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
@@ -244,33 +244,33 @@ def isolate_system(
         raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")
     shakings = [
         _shaking(parts[0].system, kind, direction, about, at)
-        for direction in ([_vector(one) for one in directions] if directions is not None else np.eye(3).tolist())
+        for direction in ([_vector(vector) for vector in directions] if directions is not None else np.eye(3).tolist())
     ]
     if directions is None:
-        shakings = [shaking for shaking in shakings if all(_moves(one, shaking) for one in parts)]
+        shakings = [shaking for shaking in shakings if all(_moves(part, shaking) for part in parts)]
 
     def respond(
-        one: IsolatedSystem, shaking: Shaking, level: float, advance: Callable[[float], None]
+        part: IsolatedSystem, shaking: Shaking, level: float, advance: Callable[[float], None]
     ) -> SystemResponse:
         try:
             # Its systems of equations are too small to be shared among threads.
             with threadpool_limits(limits=1):
                 return system_response(
-                    one.system, one.rest.pose, shaking, level, _band(band, points, one),
+                    part.system, part.rest.pose, shaking, level, _band(band, points, part),
                     extrapolate=extrapolate, advance=advance,
                 )  # fmt: skip
         except (IsolationError, MountedSystemError) as refusal:
-            raise type(refusal)(f"{one.label}, {shaking.name}: {refusal}") from None
+            raise type(refusal)(f"{part.label}, {shaking.name}: {refusal}") from None
 
     tasks = [
-        (f"{one.label}, {shaking.name}, {shaking.level_text(level)}", partial(respond, one, shaking, level))
-        for one in parts
+        (f"{part.label}, {shaking.name}, {shaking.level_text(level)}", partial(respond, part, shaking, level))
+        for part in parts
         for shaking in shakings
         for level in levels
     ]
     responses = iter(computed(tasks, points, progress))
     count = len(shakings) * len(levels)
-    finished = tuple(replace(one, responses=tuple(islice(responses, count))) for one in parts)
+    finished = tuple(replace(part, responses=tuple(islice(responses, count))) for part in parts)
     path = None if isinstance(source, SystemFile) else os.fspath(source)
     return SystemIsolation(description.name, path, finished, chosen)
 
@@ -292,7 +292,7 @@ def _levels(
     if given is not None:
         return given[0], None, given[1], ""
     levels, chosen, nearest = default_levels(
-        [float(AxisLaws(one.system).free_travel(one.rest.displacement).min()) for one in parts]
+        [float(AxisLaws(part.system).free_travel(part.rest.displacement).min()) for part in parts]
     )
     several = f" of {parts[nearest].label}, the smallest of these candidates" if len(parts) > 1 else ""
     return Excitation.BASE_DISPLACEMENT, None, levels, f"{chosen} of the mounts{several}."
@@ -328,15 +328,15 @@ def _shaking(
     return Shaking(kind, (x, y, z), None, point.body, point.place)
 
 
-def _moves(one: IsolatedSystem, shaking: Shaking) -> bool:
+def _moves(part: IsolatedSystem, shaking: Shaking) -> bool:
     """Whether some body is free to follow an excitation."""
-    return ShakenSystem(one.system, one.rest.pose, shaking, 1.0).moves
+    return ShakenSystem(part.system, part.rest.pose, shaking, 1.0).moves
 
 
-def _band(limits: tuple[float, float] | None, points: int, one: IsolatedSystem) -> np.ndarray:
+def _band(limits: tuple[float, float] | None, points: int, part: IsolatedSystem) -> np.ndarray:
     """Frequencies evenly spaced in the logarithm [Hz]."""
     if limits is None:
-        held = [mode.frequency for mode in one.modes if mode.frequency > 0.0]
+        held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
         return np.geomspace(DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1], points)
     return np.geomspace(*checked_limits(limits), points)
 
@@ -344,9 +344,12 @@ def _band(limits: tuple[float, float] | None, points: int, one: IsolatedSystem) 
 def _largest(response: SystemResponse) -> list[PointResonance]:
     """Of each point in the direction in which it moves most."""
     return [
-        max((one for one in response.resonances if one.point == point.name), key=lambda one: one.gain)
+        max(
+            (resonance for resonance in response.resonances if resonance.point == point.name),
+            key=lambda resonance: resonance.gain,
+        )
         for point in response.points
-        if any(one.point == point.name for one in response.resonances)
+        if any(resonance.point == point.name for resonance in response.resonances)
     ]
 
 

@@ -113,7 +113,7 @@ def identify_batch(
         finished = finished_rows(work, remaining, _LARGEST_BATCH, runner, notify, work.fatal)
         with closing(finished) as batches:
             for batch in batches:
-                log.add([_kept(one, log, is_far=isinstance(runner, Cluster)) for one in batch])
+                log.add([_kept(row, log, is_far=isinstance(runner, Cluster)) for row in batch])
                 progress(log.finished)
         return _written(log, len(springs), earlier, folder, amplitude)
     except StrandspringError as problem:

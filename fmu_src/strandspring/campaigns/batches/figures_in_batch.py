@@ -75,9 +75,9 @@ def outlying(values: dict[str, FloatArray]) -> dict[int, list[str]]:
     -------
     dict            Names of the figures for each place of an outlier.
     """
-    found: dict[int, list[str]] = {}
+    names: dict[int, list[str]] = {}
     for name in JUDGED:
         z = modified_z(values[name])
         for place in np.flatnonzero(z > LIMIT if name == _ONE_SIDED else np.abs(z) > LIMIT).tolist():
-            found.setdefault(place, []).append(name)
-    return dict(sorted(found.items()))
+            names.setdefault(place, []).append(name)
+    return dict(sorted(names.items()))

@@ -71,23 +71,23 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sou
     StrandspringError            If a result would overwrite a record.
     """
     outputs = {os.path.realpath(folder / name) for name in (TABLE, COLUMNAR_TABLE, JOURNAL)}
-    found: dict[str, str] = {}
+    files: dict[str, str] = {}
     others: list[str] = []
     twice: list[str] = []
     for source in sources:
         given = os.fspath(source)
         for file in _files_of(given, others, outputs):
             path = _absolute(file)
-            if path in found:
+            if path in files:
                 twice.append(file)
-            found.setdefault(path, file)
-    if not found:
+            files.setdefault(path, file)
+    if not files:
         raise RecordError(
             "There is no record to identify; give files, or folders that hold files named like records "
             "(.csv, .txt, .xlsx, ...)."
         )
-    names = _model_names(list(found.values()))
-    springs = tuple(SpringFile(_text(found[path]), path, name) for path, name in zip(found, names, strict=True))
+    names = _model_names(list(files.values()))
+    springs = tuple(SpringFile(_text(files[path]), path, name) for path, name in zip(files, names, strict=True))
     _refuse_overwriting(springs, folder, outputs)
     left_out = []
     if others:

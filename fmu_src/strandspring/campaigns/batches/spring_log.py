@@ -46,9 +46,9 @@ class SpringLog(RowLog[SpringRow]):
         """See `RowLog`."""
         return self._places.get(key)
 
-    def check(self, found: object, expected: dict[str, Any]) -> None:
+    def check(self, manifest: object, expected: dict[str, Any]) -> None:
         """Refuse any other file."""
-        if found != expected:
+        if manifest != expected:
             raise JobError(
                 f"{self.name} is not the journal of a batch that this version of strandspring reads; move it away, or "
                 "write to another folder."

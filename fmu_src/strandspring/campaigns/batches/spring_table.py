@@ -56,15 +56,15 @@ class Layout:
         nothing = SpringRow("", None, None, "", "", UNREADABLE)
         return list(self.cells(TableRow(nothing, [None] * len(FIGURES), ())))
 
-    def cells(self, of: TableRow) -> dict[str, Any]:
+    def cells(self, table_row: TableRow) -> dict[str, Any]:
         """Values of a row by heading; None where there is none."""
-        row = of.row
+        row = table_row.row
         cells: dict[str, Any] = {
             "file": readable(row.file),
             "sha256": row.sha256,
             "status": row.status,
             "reason": readable(row.reason) or None,
-            "outlier": "; ".join(of.outlier) or None,
+            "outlier": "; ".join(table_row.outlier) or None,
             "cautions": "; ".join(row.cautions) or None,
             "model": None if row.model_sha256 is None else f"{row.model}.json",
             "samples": row.samples,
@@ -75,9 +75,11 @@ class Layout:
             "RNL as fitted [1]": row.fitted_rnl,
             "misfit over noise [1]": row.over_noise,
             "misfit over hysteretic force [1]": row.of_hysteresis,
-            "amplitude [m]": None if of.figures[0] is None else self.amplitude,
+            "amplitude [m]": None if table_row.figures[0] is None else self.amplitude,
         }
-        cells |= {f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), of.figures, strict=True)}
+        cells |= {
+            f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), table_row.figures, strict=True)
+        }
         for name, unit in HYSTERETIC_UNITS.items():
             cells[f"{name} [{unit}]"] = row.number(name)
             known = row.uncertainty.get(name, (None, None, None))

@@ -11,7 +11,7 @@ _MOST_KINDS = 1000  # files that all say something else must not fill the memory
 
 
 @dataclass
-class Kind:
+class SentenceKind:
     """Sentences that differ in their numbers only.
 
     Attributes
@@ -40,19 +40,19 @@ class Tally:
     ['3 files: the numbers begin in line 3', '1 file: unit of force assumed: N (c.csv)']
     """
 
-    kinds: dict[str, Kind] = field(default_factory=dict)
+    kinds: dict[str, SentenceKind] = field(default_factory=dict)
 
     def add(self, file: str, sentences: Iterable[str]) -> None:
         """Count a file's sentences."""
         for sentence in dict.fromkeys(sentences):
             key = _NUMBER.sub("#", sentence)
             if key in self.kinds or len(self.kinds) < _MOST_KINDS:
-                self.kinds.setdefault(key, Kind(sentence, file)).count += 1
+                self.kinds.setdefault(key, SentenceKind(sentence, file)).count += 1
             else:
-                self.kinds.setdefault("", Kind("other sentences", file)).count += 1
+                self.kinds.setdefault("", SentenceKind("other sentences", file)).count += 1
 
     @property
-    def ranked(self) -> list[Kind]:
+    def ranked(self) -> list[SentenceKind]:
         """Kinds, those of most files first."""
         return sorted(self.kinds.values(), key=lambda kind: -kind.count)
 

@@ -101,8 +101,8 @@ class RowLog(ABC, Generic[Row]):
         """The place of a key, None if it is not wanted now; raises LookupError if it cannot be one of this job."""
 
     @abstractmethod
-    def check(self, found: object, expected: dict[str, Any]) -> None:
-        """Raise JobError for the manifest of another job; `found` is any JSON, None for none."""
+    def check(self, manifest: object, expected: dict[str, Any]) -> None:
+        """Raise JobError for the manifest of another job; `manifest` is any JSON, None for none."""
 
     @property
     def dropped_sentence(self) -> str:
@@ -180,10 +180,10 @@ class RowLog(ABC, Generic[Row]):
         """A finished row; if it is or has become damaged, it is dropped, and JobError raised."""
         key = self._keys[place]
         with self._refused("cannot be read", "check the disk that it is on"):
-            found = self._database.execute("SELECT checksum, content FROM row WHERE key = ?", (key,)).fetchone()
-            if found is not None and found[0] == zlib.crc32(found[1], self._job):
+            stored = self._database.execute("SELECT checksum, content FROM row WHERE key = ?", (key,)).fetchone()
+            if stored is not None and stored[0] == zlib.crc32(stored[1], self._job):
                 with suppress(ValidationError):
-                    row = self._row_type(*self._values.validate_json(found[1], strict=True))
+                    row = self._row_type(*self._values.validate_json(stored[1], strict=True))
                     if self.key(row) == key:
                         return row
             with self._database:
@@ -255,9 +255,9 @@ def _manifest(database: sqlite3.Connection) -> object:
     if _schema(database) != _SCHEMA:
         return None
     possible = "SELECT manifest FROM job WHERE typeof(manifest) = 'blob' AND length(manifest) <= ? LIMIT 2"
-    found = database.execute(possible, (_LARGEST,)).fetchall()
+    stored = database.execute(possible, (_LARGEST,)).fetchall()
     try:
-        return json.loads(found[0][0]) if len(found) == 1 else None
+        return json.loads(stored[0][0]) if len(stored) == 1 else None
     except (ValueError, RecursionError):
         return None
 

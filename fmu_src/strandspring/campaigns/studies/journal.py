@@ -51,24 +51,24 @@ class Journal(RowLog[Any]):
             raise LookupError
         return key
 
-    def check(self, found: object, expected: dict[str, Any]) -> None:
+    def check(self, manifest: object, expected: dict[str, Any]) -> None:
         """Refuse the journal of another study, with the differences."""
-        if not isinstance(found, dict) or found.get("format") != _FORMAT:
+        if not isinstance(manifest, dict) or manifest.get("format") != _FORMAT:
             raise JobError(f"{self.name} is not the journal of a study; move it away, or write elsewhere.")
-        if found == expected:
+        if manifest == expected:
             return
-        options = found.get("options")
-        flat = {**found, **(options if isinstance(options, dict) else {})}
-        wanted = {**expected["options"], **{name: expected[name] for name in ("format_version", "version")}}
+        options = manifest.get("options")
+        flat = {**manifest, **(options if isinstance(options, dict) else {})}
+        settings = {**expected["options"], **{name: expected[name] for name in ("format_version", "version")}}
         differences = [
             f"{name} {_brief(flat.get(name))} instead of {_brief(value)}"
-            for name, value in wanted.items()
+            for name, value in settings.items()
             if flat.get(name) != value
         ]
         differences += [
             f"another {name.removesuffix(_DIGEST)}"
             for name, digest in expected.items()
-            if name.endswith(_DIGEST) and found.get(name) != digest
+            if name.endswith(_DIGEST) and manifest.get(name) != digest
         ]
         raise JobError(
             f"{self.name} is the journal of another study ({', '.join(differences)}); finish that one with its own "

@@ -46,9 +46,9 @@ def planned_study(
     axes = tuple(varied(path, given, content, table) for path, given in vary.items())
     models: dict[str, None] = {}
     records: dict[str, None] = {}
-    for one in with_texts(content, table, axes):
-        models |= dict.fromkeys(named_models(one))
-        records |= dict.fromkeys(named_records(one))
+    for variant in with_texts(content, table, axes):
+        models |= dict.fromkeys(named_models(variant))
+        records |= dict.fromkeys(named_records(variant))
     chosen = [name for name, _ in file.chosen_candidates(candidates)]
     loads = [case.name for case in file.chosen_cases(cases)]
     return SystemStudy(

@@ -58,17 +58,21 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     """A run of which there is an answer."""
     if answer.refusal:
         return SystemRow(run, outcome=answer.refusal)
-    worst = {quantity: max((one.value for one in answer.figures_of(quantity)), default=None) for quantity in FigureKind}
-    stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda one: one.value)
+    worst = {
+        quantity: max((figure.value for figure in answer.figures_of(quantity)), default=None) for quantity in FigureKind
+    }
+    stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.value)
     margins = {
-        quantity: min((one.margin for one in answer.figures_of(quantity) if one.margin is not None), default=None)
+        quantity: min(
+            (figure.margin for figure in answer.figures_of(quantity) if figure.margin is not None), default=None
+        )
         for quantity in LIMITED
     }
-    limited = [one for one in answer.figures if one.margin is not None]
-    nearest = min(limited, key=lambda one: one.margin or 0.0, default=None)
+    limited = [figure for figure in answer.figures if figure.margin is not None]
+    nearest = min(limited, key=lambda figure: figure.margin or 0.0, default=None)
     return SystemRow(
         run=run,
-        accelerations=tuple(one.value for one in answer.figures_of(FigureKind.ACCELERATION)),
+        accelerations=tuple(figure.value for figure in answer.figures_of(FigureKind.ACCELERATION)),
         sway=worst[FigureKind.SWAY],
         tilt=worst[FigureKind.TILT],
         stroke=finite(worst[FigureKind.STROKE]),
@@ -92,7 +96,7 @@ def _error(answer: CaseAnswer) -> float:
     errors = [0.0]
     for quantity in _WITH_ERRORS:
         figures = answer.figures_of(quantity)
-        largest = max((one.value for one in figures), default=0.0)
+        largest = max((figure.value for figure in figures), default=0.0)
         if largest > 0.0:
-            errors.append(max(one.error for one in figures) / largest)
+            errors.append(max(figure.error for figure in figures) / largest)
     return max(errors)

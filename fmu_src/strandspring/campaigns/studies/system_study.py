@@ -99,17 +99,17 @@ class SystemStudy(Runs[SystemRow]):
 
     def __post_init__(self) -> None:
         taken: dict[Location, str] = {}
-        for one in self.varied:
-            for location in one.locations:
+        for axis in self.varied:
+            for location in axis.locations:
                 if location in taken:
-                    raise MountedSystemError(f"{taken[location]} and {one.path} vary the same value; leave one out.")
-                taken[location] = one.path
+                    raise MountedSystemError(f"{taken[location]} and {axis.path} vary the same value; leave one out.")
+                taken[location] = axis.path
         self._check_counts("; vary less, or choose cases and candidates")
 
     @property
     def grid_size(self) -> int:
         """Number of grid points."""
-        return math.prod(len(one.values) for one in self.varied)
+        return math.prod(len(axis.values) for axis in self.varied)
 
     @property
     def runs_per_point(self) -> int:
@@ -124,7 +124,7 @@ class SystemStudy(Runs[SystemRow]):
         """See `Runs`."""
         return [
             RunColumn("run", "run"),
-            *(RunColumn(one.path, one.heading) for one in self.varied),
+            *(RunColumn(axis.path, axis.heading) for axis in self.varied),
             *(RunColumn(name, name) for name in ("draw", "candidate", "case")),
             *(RunColumn(f"acceleration of {name}", f"acceleration of {name} [m/s^2]") for name in self.points),
             *(RunColumn(name, heading) for name, heading in _HEADINGS.items()),
@@ -135,7 +135,7 @@ class SystemStudy(Runs[SystemRow]):
         """See `Runs`."""
         options = {name: getattr(self, name) for name in ("candidates", "cases", "draws", "seed", "step")}
         content = {"system": self.content, "files": self.files.digests()}
-        return content, {"vary": [asdict(one) for one in self.varied], **options}
+        return content, {"vary": [asdict(axis) for axis in self.varied], **options}
 
     def place(self, run: Any) -> Place:
         """See `Runs`."""
@@ -164,8 +164,8 @@ class SystemStudy(Runs[SystemRow]):
         """See `Runs`; values that are varied stand under their headings."""
         import pandas as pd
 
-        names = [*(one.heading for one in self.varied), "candidate"]
-        axes = [*(one.values for one in self.varied), [name for _, name in self.candidates]]
+        names = [*(axis.heading for axis in self.varied), "candidate"]
+        axes = [*(axis.values for axis in self.varied), [name for _, name in self.candidates]]
         return pd.MultiIndex.from_product(axes, names=names).to_frame(index=False)
 
     def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -196,23 +196,23 @@ class SystemStudy(Runs[SystemRow]):
 
     def indices(self, point: int) -> tuple[int, ...]:
         """Of the value of each path at a grid point."""
-        found = []
-        for one in reversed(self.varied):
-            point, index = divmod(point, len(one.values))
-            found.append(index)
-        return tuple(reversed(found))
+        places = []
+        for axis in reversed(self.varied):
+            point, index = divmod(point, len(axis.values))
+            places.append(index)
+        return tuple(reversed(places))
 
     def values(self, point: int) -> tuple[float | str, ...]:
         """The value of each path at a grid point."""
-        return tuple(one.values[index] for one, index in zip(self.varied, self.indices(point), strict=True))
+        return tuple(axis.values[index] for axis, index in zip(self.varied, self.indices(point), strict=True))
 
     def described(self, point: int) -> SystemFile:
         """The description at a grid point; raises StrandspringError if there is no such system."""
         content = self.content
         pairs = zip(self.varied, self.indices(point), strict=True)
         # Places last, which other paths count from the first on.
-        for one, index in sorted(pairs, key=lambda pair: pair[0].counts_places):
-            content = one.applied(content, self._table, index)
+        for axis, index in sorted(pairs, key=lambda pair: pair[0].counts_places):
+            content = axis.applied(content, self._table, index)
         return system_of_content(content, self.files)
 
     def distinct_files(self) -> Iterator[SystemFile]:

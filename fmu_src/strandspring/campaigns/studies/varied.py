@@ -101,8 +101,8 @@ class Varied:
 def with_texts(content: Mapping[str, Any], table: SystemTable, axes: Iterable[Varied]) -> Iterator[Mapping[str, Any]]:
     """The content of a description as it is, and with each text that is varied: all that may name other files."""
     yield content
-    for one in axes:
-        yield from (one.applied(content, table, index) for index in one.texts())
+    for axis in axes:
+        yield from (axis.applied(content, table, index) for index in axis.texts())
 
 
 def shown_alone(value: float | str) -> str:
@@ -129,36 +129,36 @@ def varied(path: str, given: Given, content: Mapping[str, Any], table: SystemTab
         numbers = _numbers(given)
         first = value_at(table, places[0])
         if isinstance(first, str) and (numbers is None or numbers[1]):
-            found = Varied(path, "", _texts(given), places)
+            axis = Varied(path, "", _texts(given), places)
         elif numbers is None:
             raise ValueError(f"got {given!r:.60}; {_HOW}")
         else:
-            found = Varied(path, numbers[1], numbers[0], places)
-        _check(found, content, table)
+            axis = Varied(path, numbers[1], numbers[0], places)
+        _check(axis, content, table)
     except ValueError as problem:
         raise MountedSystemError(f"{path}: {problem}.") from None
-    return found
+    return axis
 
 
-def _check(one: Varied, content: Mapping[str, Any], table: SystemTable) -> None:
+def _check(axis: Varied, content: Mapping[str, Any], table: SystemTable) -> None:
     """Refuse too many values, the same one twice, and values none of which the field may have."""
-    if not 1 <= len(one.values) <= MOST_VALUES:
-        raise ValueError(f"must have 1 to {MOST_VALUES} values, got {len(one.values)}")
-    if len({*one.values}) < len(one.values):
+    if not 1 <= len(axis.values) <= MOST_VALUES:
+        raise ValueError(f"must have 1 to {MOST_VALUES} values, got {len(axis.values)}")
+    if len({*axis.values}) < len(axis.values):
         raise ValueError("has a value twice; leave one out")
-    if one.unit == PERCENT:
-        for location in one.locations:
+    if axis.unit == PERCENT:
+        for location in axis.locations:
             if _number(value_at(table, location)) is None:
                 raise ValueError("has no number in the file to take percent of; give values with their unit")
-    for location in one.locations:
+    for location in axis.locations:
         if location[-1] == PLACES:
             most = len(value_at(table, location))
-            if one.unit or any(value not in range(1, most + 1) for value in one.values):
+            if axis.unit or any(value not in range(1, most + 1) for value in axis.values):
                 raise ValueError(f"must be how many of the {most} places have a mount, from 1 to {most}")
     first: ValidationError | None = None
-    for index in range(len(one.values)):
+    for index in range(len(axis.values)):
         try:
-            SystemTable.model_validate(one.applied(content, table, index))
+            SystemTable.model_validate(axis.applied(content, table, index))
             return
         except ValidationError as problem:
             first = first or problem
@@ -182,7 +182,7 @@ def _numbers(given: Given) -> tuple[tuple[float, ...], str] | None:
 def _listed(given: Given) -> list[str | float]:
     if isinstance(given, str):
         return [text.strip() for text in given.split(",")]
-    return [given] if isinstance(given, int | float) else [np.asarray(one).item() for one in given]
+    return [given] if isinstance(given, int | float) else [np.asarray(value).item() for value in given]
 
 
 def _texts(given: Given) -> tuple[str, ...]:
@@ -190,14 +190,14 @@ def _texts(given: Given) -> tuple[str, ...]:
 
 
 def _of_one_unit(given: Sequence[str | float]) -> tuple[tuple[float, ...], str] | None:
-    pairs = [_number(one) for one in given]
+    pairs = [_number(value) for value in given]
     if not pairs or None in pairs:
         return None
     known = [pair for pair in pairs if pair is not None]
     units = list(dict.fromkeys(unit for _, unit in known))
     if len(units) > 1:
         raise ValueError(f"all values must have one unit, got {' and '.join(map(repr, units))}")
-    if units == [PERCENT] and (signed := [one for one in given if str(one).startswith(("+", "-"))]):
+    if units == [PERCENT] and (signed := [value for value in given if str(value).startswith(("+", "-"))]):
         raise ValueError(f"percent are shares of what the file says, got {signed[0]!r:.60}; write 110 % for 10 % more")
     return tuple(number for number, _ in known), units[0]
 

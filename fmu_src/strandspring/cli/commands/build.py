@@ -172,20 +172,20 @@ def build(
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    wanted = BuildOptions(
+    settings = BuildOptions(
         backend, author, needs_execution_tool, None if fmi is None else int(fmi), real_time, no_energy
     )
     if len(sources) == 1:
-        wanted = wanted.with_those_of(sources[0])
-    kinds = _kinds(wanted, states, platforms, bool(sources))
+        settings = settings.with_those_of(sources[0])
+    kinds = _kinds(settings, states, platforms, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", "save_anyway", *options}
     method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
-        for one in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, one, wanted.version)})
+        for kind in kinds:
+            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, kind, settings.version)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -193,15 +193,15 @@ def build(
         chosen = name or identifier(Path(sources[0]).stem)
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
-        for one in kinds:
-            target = fmu_path(output, chosen, one, wanted.version)
+        for kind in kinds:
+            target = fmu_path(output, chosen, kind, settings.version)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_most_harmful(identification, str(model_path))
         save_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
-        built = build_all(model, Path(output), kinds, wanted, platforms, origin, progress)
+        built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
     if as_json:
         answers = {
             "model": str(model_path),
@@ -211,42 +211,42 @@ def build(
             **(dict.fromkeys(NAMES) if identification is None else identification.figures),
             "fitted": None if identification is None else identification.fitted_figures,
         }
-        result_json({**answers, "fmus": [_facts(one, wanted) for one in built]})
+        result_json({**answers, "fmus": [_facts(fmu, settings) for fmu in built]})
         return
     if identification is not None:
         result_lines(identification)
     result(f"Model file: {model_path}")
     if sentence := zero_sentence(origin):
         result(sentence)
-    for fmu, kind, report in built:
-        _print_fmu(fmu, "; ".join((_PURPOSES[kind], *_settings_apart(wanted))))
+    for path, built_kind, report in built:
+        _print_fmu(path, "; ".join((_PURPOSES[built_kind], *_settings_apart(settings))))
         result(f"Check: {report.summary}")
 
 
-def _facts(built: BuiltFmu, wanted: BuildOptions) -> dict[str, object]:
+def _facts(built: BuiltFmu, settings: BuildOptions) -> dict[str, object]:
     """What --json says of an FMU."""
     return {
         "path": str(built.path),
         "backend": built.kind,
-        "fmi": wanted.version,
-        "real_time": wanted.real_time,
-        "no_energy": wanted.no_energy,
+        "fmi": settings.version,
+        "real_time": settings.real_time,
+        "no_energy": settings.no_energy,
         "binaries": binary_sizes(built.path),
         "check": built.check.summary,
     }
 
 
-def _settings_apart(wanted: BuildOptions) -> list[str]:
+def _settings_apart(settings: BuildOptions) -> list[str]:
     """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
-    of_energy = " without absorbed_energy" if wanted.no_energy else ""
+    of_energy = " without absorbed_energy" if settings.no_energy else ""
     return [
-        *(["FMI 3.0"] if wanted.version == 3 else []),
-        *([f"for real time{of_energy}"] if wanted.real_time else []),
+        *(["FMI 3.0"] if settings.version == 3 else []),
+        *([f"for real time{of_energy}"] if settings.real_time else []),
     ]
 
 
 def _kinds(
-    wanted: BuildOptions, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
+    settings: BuildOptions, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
 ) -> tuple[Kind, ...]:
     """The kinds of FMU to be built.
 
@@ -254,15 +254,15 @@ def _kinds(
     ------
     UsageError   If what is wanted does not go together.
     """
-    backend = wanted.backend
+    backend = settings.backend
     if backend is None:
-        backend = "native" if has_sources or wanted.version == 3 or wanted.real_time else "both"
+        backend = "native" if has_sources or settings.version == 3 or settings.real_time else "both"
     backends: tuple[Any, ...] = ("native", "python") if backend == "both" else (backend,)
-    if wanted.needs_execution_tool and "python" not in backends:
+    if settings.needs_execution_tool and "python" not in backends:
         raise click.UsageError("--needs-execution-tool is for the Python-backed FMU; add --backend python or both.")
     kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
     try:
-        wanted.refuse_impossible(kinds)
+        settings.refuse_impossible(kinds)
         refuse_platforms(kinds, platforms)
     except BuildError as refusal:
         raise click.UsageError(str(refusal)) from None
@@ -279,19 +279,19 @@ def _build_system(
     as_json: bool,
 ) -> None:
     refuse_unwritable(folder, is_folder=True)
-    found = SystemToBuild.load(source, candidate, author, fmi)
-    refuse_overwriting([source], {"--output": found.target(folder)})
+    building = SystemToBuild.load(source, candidate, author, fmi)
+    refuse_overwriting([source], {"--output": building.target(folder)})
     with reporting() as progress:
-        built = found.build(folder, platforms, progress)
-    inputs = [v.name for v in system_variables(found.system, found.options) if v.causality == "input"]
-    step, stable = found.options.step, found.options.largest_step
+        built = building.build(folder, platforms, progress)
+    inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
+    step, stable = building.options.step, building.options.largest_step
     if as_json:
         fmu = {"path": str(built.path), "backend": "native", "fmi": fmi, "binaries": binary_sizes(built.path)}
         result_json(
             {
                 "system": source,
-                "name": found.file.name,
-                "candidate": found.candidate,
+                "name": building.file.name,
+                "candidate": building.candidate,
                 "step": step,
                 "stable_step": stable,
                 "inputs": inputs,
@@ -299,7 +299,7 @@ def _build_system(
             }
         )
         return
-    result(f"System: {found.file.name}, {found.candidate}")
+    result(f"System: {building.file.name}, {building.candidate}")
     result(f"Inputs: {', '.join(inputs)}")
     result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
     purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"

@@ -97,7 +97,7 @@ def compare(
             b,
             group,
             align=align,
-            amplitudes=[1e-3 * each for each in amplitudes] or None,
+            amplitudes=[1e-3 * amplitude for amplitude in amplitudes] or None,
             mass=mass,
             draws=draws,
             seed=seed,

@@ -118,26 +118,26 @@ def isolate(
     given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
     of_system = {name: options.pop(name) for name in _OF_SYSTEMS}
     checked: tuple[CheckedMotion, ...] = ()
-    found: Isolation | SystemIsolation
+    isolation: Isolation | SystemIsolation
     if mass is None:
         given |= {name: options[name] for name in ("band", "points", "extrapolate")}
-        found = _of_description(models[0], given, bool(levels["force"]), **of_system)
-        content = {"system": found.source, **found.as_json()}
+        isolation = _of_description(models[0], given, bool(levels["force"]), **of_system)
+        content = {"system": isolation.source, **isolation.as_json()}
     else:
         with reporting() as progress:
-            found = isolated(models, mass, **given, **options, progress=progress)
+            isolation = isolated(models, mass, **given, **options, progress=progress)
         if verify:
             with reporting() as progress:
-                checked = found.verify(progress)
-        content = found.as_json(checked)
+                checked = isolation.verify(progress)
+        content = isolation.as_json(checked)
     if output is not None:
-        found.save_csv(output)
+        isolation.save_csv(output)
     if plot is not None:
-        found.save_plot(plot)
+        isolation.save_plot(plot)
     if as_json:
         result_json({**content, "output": output, "plot": plot})
         return
-    result("\n".join(found.lines(terminal_width())))
+    result("\n".join(isolation.lines(terminal_width())))
     if checked:
         result("\n".join(verification_lines(checked)))
     for title, written in (("Curves", output), ("Plot", plot)):

@@ -48,23 +48,23 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
                 "page": str(page),
                 "records": [
                     {
-                        "path": each.path,
-                        "samples": each.samples,
-                        "strokes": len(each.strokes),
-                        "cycles": [vars(cycle) for cycle in each.cycles],
-                        "left_out": {part.reason: int(part.samples.size) for part in each.left_out},
-                        "notes": list(each.notes),
+                        "path": seen_record.path,
+                        "samples": seen_record.samples,
+                        "strokes": len(seen_record.strokes),
+                        "cycles": [vars(cycle) for cycle in seen_record.cycles],
+                        "left_out": {part.reason: int(part.samples.size) for part in seen_record.left_out},
+                        "notes": list(seen_record.notes),
                     }
-                    for each in seen
+                    for seen_record in seen
                 ],
             }
         )
     else:
-        for each in seen:
-            left_out = "".join(f", {part.samples.size} {part.reason}" for part in each.left_out)
+        for seen_record in seen:
+            left_out = "".join(f", {part.samples.size} {part.reason}" for part in seen_record.left_out)
             result(
-                f"{each.path}: {each.samples} samples, {counted(len(each.strokes), 'stroke')}, "
-                f"{counted(len(each.cycles), 'whole cycle')}{left_out}"
+                f"{seen_record.path}: {seen_record.samples} samples, {counted(len(seen_record.strokes), 'stroke')}, "
+                f"{counted(len(seen_record.cycles), 'whole cycle')}{left_out}"
             )
         result(f"Page: {page}")
     if output is None:

@@ -95,22 +95,24 @@ def simulate(
         check_report_path(report)
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
-    wanted = as_json or report is not None or histories is not None
+    with_courses = as_json or report is not None or histories is not None
     with reporting() as progress:
-        found = simulated(file, cases or None, candidates or None, **options, courses=wanted, progress=progress)
+        simulation = simulated(
+            file, cases or None, candidates or None, **options, courses=with_courses, progress=progress
+        )
     if output is not None:
-        found.save_csv(output)
+        simulation.save_csv(output)
     if report is not None:
         with working("Drawing the report"):
-            found.report(report)
+            simulation.report(report)
     if plot is not None:
-        found.save_plot(plot)
-    courses = () if histories is None else found.save_histories(histories)
+        simulation.save_plot(plot)
+    courses = () if histories is None else simulation.save_histories(histories)
     if as_json:
         written = {option[2:]: path for option, path in outputs.items()}
-        result_json({"file": system, **found.as_json(), **written, "histories": [str(path) for path in courses]})
+        result_json({"file": system, **simulation.as_json(), **written, "histories": [str(path) for path in courses]})
         return
-    result_lines(found)
+    result_lines(simulation)
     for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
         if path is not None:
             result(f"{title}: {path}")

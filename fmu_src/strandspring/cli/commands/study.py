@@ -24,18 +24,18 @@ from ..shared.zero import zero_option
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT
 
 
-def _grid(one: FiniteRange) -> Callable[[str], tuple[float, ...]]:
+def _grid(number_type: FiniteRange) -> Callable[[str], tuple[float, ...]]:
     """The type of a grid option: a number within a range, or LOW:HIGH:COUNT."""
 
     def values(text: str) -> tuple[float, ...]:
         low, *rest = text.split(":")
         if not rest:
-            return (one.convert(low, None, None),)
+            return (number_type.convert(low, None, None),)
         if len(rest) != 2 or not rest[1].isdecimal() or not 2 <= int(rest[1]) <= _MOST_VALUES:
             raise click.BadParameter(
                 f"{text!r} is neither a number nor LOW:HIGH:COUNT with COUNT from 2 to {_MOST_VALUES}."
             )
-        first, last = (one.convert(end, None, None) for end in (low, rest[0]))
+        first, last = (number_type.convert(end, None, None) for end in (low, rest[0]))
         return tuple(np.linspace(first, last, int(rest[1])).tolist())
 
     return values
@@ -147,7 +147,7 @@ def study(
     of_system = {name: options.pop(name) for name in ("vary", "cases", "candidates", "step")}
     of_both: dict[str, Any] = {name: options.pop(name) for name in ("draws", "seed")}
     kept: tuple[float, int] = (0, 0)
-    found: StudyResult | SystemStudyResult
+    study_result: StudyResult | SystemStudyResult
     try:
         with reporting() as show:
 
@@ -164,10 +164,10 @@ def study(
             if is_system(model):
                 vary = _varied_paths(of_system.pop("vary"))
                 chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
-                found = study_system(model, vary, **chosen, **of_both, **where)
+                study_result = study_system(model, vary, **chosen, **of_both, **where)
             else:
                 given = {name: value for name, value in of_both.items() if value is not None}
-                found = _of_model(model, options, **given, **where)
+                study_result = _of_model(model, options, **given, **where)
     except KeyboardInterrupt:
         if kept[0]:
             note(
@@ -175,13 +175,13 @@ def study(
                 "from there."
             )
         raise
-    if isinstance(found, SystemStudyResult) and plot is not None:
-        found.save_plot(plot)
+    if isinstance(study_result, SystemStudyResult) and plot is not None:
+        study_result.save_plot(plot)
     if as_json:
         written = {"output": output, "plot": plot} if is_system(model) else {"output": output}
-        result_json({"system" if is_system(model) else "model": model, **found.as_json(), **written})
+        result_json({"system" if is_system(model) else "model": model, **study_result.as_json(), **written})
         return
-    result("\n".join(found.lines(terminal_width())))
+    result("\n".join(study_result.lines(terminal_width())))
     result(f"Results: {output}")
     if plot is not None:
         result(f"Plot: {plot}")

@@ -28,16 +28,23 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
       strandspring verify dist/spring.fmu
       strandspring verify dist/*.fmu --json
     """
-    found = []
+    verifications = []
     for fmu in fmus:
         with working(f"Verifying {fmu}"):
-            found.append(verified(fmu))
+            verifications.append(verified(fmu))
     if as_json:
-        result_json({"fmus": [{"path": each.path, "findings": list(map(asdict, each.findings))} for each in found]})
+        result_json(
+            {
+                "fmus": [
+                    {"path": verification.path, "findings": list(map(asdict, verification.findings))}
+                    for verification in verifications
+                ]
+            }
+        )
     else:
-        for each in found:
-            result_lines(each)
-    problems = [(each.path, finding) for each in found for finding in each.problems]
+        for verification in verifications:
+            result_lines(verification)
+    problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
     if problems:
         fmu, first = problems[0]
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""

@@ -284,10 +284,10 @@ def wanted_of(options: Mapping[str, Any]) -> Wanted:
 
 def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
     """Read records and description files with a progress bar, with what `record_options` say."""
-    wanted = wanted_of(options)
-    if not paths and wanted != Wanted():
+    selection = wanted_of(options)
+    if not paths and selection != Wanted():
         raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
-    return [entry.read() for entry in progress(entries(paths, wanted), "Reading records")]
+    return [entry.read() for entry in progress(entries(paths, selection), "Reading records")]
 
 
 def record_files(paths: Sequence[str]) -> list[str]:

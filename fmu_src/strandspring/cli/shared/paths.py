@@ -83,9 +83,9 @@ def refuse_overwriting(
             )
 
 
-def _is_same_file(one: str | Path, other: str | Path) -> bool:
+def _is_same_file(path: str | Path, other: str | Path) -> bool:
     """Whether two paths lead to the same file, which need not exist."""
     try:
-        return Path(one).samefile(other)
+        return Path(path).samefile(other)
     except OSError:
-        return os.path.realpath(one) == os.path.realpath(other)
+        return os.path.realpath(path) == os.path.realpath(other)

@@ -6,7 +6,7 @@ from typing import Any
 
 from ...api.identifying.identification import Identification
 from ...peers.rivals.classes import RIVALS
-from ...peers.rivals.ranking import Entry, Ranking
+from ...peers.rivals.ranking import Ranking, RankingEntry
 from .output import advancing, note, result, result_table
 
 
@@ -29,7 +29,7 @@ def print_ranking(ranking: Ranking) -> None:
     )
 
 
-def _row(ranking: Ranking, entry: Entry) -> tuple[str, ...]:
+def _row(ranking: Ranking, entry: RankingEntry) -> tuple[str, ...]:
     return (
         entry.rival.title,
         _degrees(entry),
@@ -41,7 +41,7 @@ def _row(ranking: Ranking, entry: Entry) -> tuple[str, ...]:
     )
 
 
-def _degrees(entry: Entry) -> str:
+def _degrees(entry: RankingEntry) -> str:
     basis = entry.fit.basis
     return f"{basis.elastic},{basis.amplifier}" if entry.rival.has_amplifier else f"{basis.elastic}"
 

@@ -45,7 +45,7 @@ def _omega(track: Track, basis: Basis, values: FloatArray) -> FloatArray:
     return track.loops.omega(float(rho) / basis.half, 0.5 * (1.0 + float(recovery)), float(n))
 
 
-class NormalizedBoucWen(Rival):
+class NormalizedRival(Rival):
     """r = FE + omega*(c_0 + c_1*x + ...), the modified normalized Bouc-Wen model of Zhao et al. 2013."""
 
     name = "normalized-bouc-wen"
@@ -58,7 +58,7 @@ class NormalizedBoucWen(Rival):
         return _omega(track, basis, values)[:, None] * basis.columns(track.loops.displacement).amplifier
 
 
-class ClassicBoucWen(Rival):
+class ClassicRival(Rival):
     """r = FE + c*z with z of Bouc and Wen: omega with FA = 1."""
 
     name = "bouc-wen"
@@ -192,7 +192,7 @@ class PrandtlIshlinskii(Rival):
         return np.asarray(stop_operators(track.loops, thresholds) / thresholds * amplifier[:, None])
 
 
-OWN: Rival = NormalizedBoucWen()
+OWN: Rival = NormalizedRival()
 RIVALS: tuple[Rival, ...] = (
-    Bilinear(), VelocityPower(), ClassicBoucWen(), GeneralisedBoucWen(), VaianaRosati(), PrandtlIshlinskii(),
+    Bilinear(), VelocityPower(), ClassicRival(), GeneralisedBoucWen(), VaianaRosati(), PrandtlIshlinskii(),
 )  # fmt: skip

@@ -35,7 +35,7 @@ _TINY = 1e-10  # singular values below this share of the largest are dropped, an
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class RivalFit:
     """A fitted model of a class.
 
     Attributes
@@ -75,7 +75,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class RivalProblem:
     """A class, the points it is fitted to and the degrees.
 
     Parameters
@@ -91,7 +91,7 @@ class Problem:
     track: Track
     weight: FloatArray
 
-    def minima(self, starts: Iterable[FloatArray]) -> list[Fit]:
+    def minima(self, starts: Iterable[FloatArray]) -> list[RivalFit]:
         """The models reached from starts on the scale of the search, best first; impossible ones are left out."""
         from scipy.optimize import least_squares  # slow to import, and only this needs it
 
@@ -110,16 +110,16 @@ class Problem:
         fits = []
         for start in starts:
             inside = np.clip(start, low + margin, high - margin)
-            found = least_squares(
+            minimum = least_squares(
                 residuals, inside, jac=jacobian, bounds=(low, high), x_scale=high - low, ftol=1e-8, xtol=1e-8,
                 gtol=1e-12, max_nfev=_ROUNDS,
             ).x  # fmt: skip
-            elastic, coefficients, misfit = solve(found)
-            if self.rival.dissipates(self.basis, self.values(found), coefficients):
-                fits.append(Fit(self.rival, self.basis, found, elastic, coefficients, misfit))
+            elastic, coefficients, misfit = solve(minimum)
+            if self.rival.dissipates(self.basis, self.values(minimum), coefficients):
+                fits.append(RivalFit(self.rival, self.basis, minimum, elastic, coefficients, misfit))
         return sorted(fits, key=lambda fit: fit.misfit)
 
-    def carried(self, fits: Iterable[Fit]) -> list[Fit]:
+    def carried(self, fits: Iterable[RivalFit]) -> list[RivalFit]:
         """The minima that are reached from those of other degrees or other points."""
         size = len(self.rival.shapes(self.basis))
         return self.minima(np.append(fit.searched, np.zeros(size))[:size] for fit in fits)
@@ -203,7 +203,7 @@ def _reduced(matrix: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatA
     return np.asarray(triangle), np.asarray(ortho.T @ target)
 
 
-def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[Fit]:
+def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[RivalFit]:
     """Fit a class to a track, degrees included.
 
     Parameters
@@ -214,17 +214,17 @@ def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[Fit]:
 
     Returns
     -------
-    list of Fit   At the chosen degrees, best first; empty if no model that dissipates is found.
+    list of RivalFit   At the chosen degrees, best first; empty if no model that dissipates is found.
     """
     basis = Basis(*track.loops.reach, _PILOT[0], _PILOT[1] if rival.has_amplifier else 0)
-    problem = Problem(rival, basis, track, track.loops.weight)
+    problem = RivalProblem(rival, basis, track, track.loops.weight)
     pilots = distinct(problem.minima(problem.random_starts()))
     if not pilots:
         return []
     floor = force_floor(track)
     amplifiers = _AMPLIFIER if rival.has_amplifier else (0,)
 
-    def leanest(degrees: Iterable[tuple[int, int]], starts: list[Fit]) -> list[Fit]:
+    def leanest(degrees: Iterable[tuple[int, int]], starts: list[RivalFit]) -> list[RivalFit]:
         """The minima at the best of some degrees."""
         tried = []
         for elastic, amplifier in degrees:
@@ -246,9 +246,9 @@ def force_floor(track: Track) -> float:
     return _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
 
 
-def distinct(fits: list[Fit]) -> list[Fit]:
+def distinct(fits: list[RivalFit]) -> list[RivalFit]:
     """The best few of different minima, best first."""
-    kept: list[Fit] = []
+    kept: list[RivalFit] = []
     for fit in fits:
         if all(fit.misfit > 1.001 * other.misfit for other in kept):
             kept.append(fit)

@@ -12,7 +12,7 @@ from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
 from .classes import OWN, RIVALS
-from .fitting import Fit, Problem, fit_class, force_floor
+from .fitting import RivalFit, RivalProblem, fit_class, force_floor
 from .rival import Rival
 from .track import Track
 
@@ -28,17 +28,17 @@ _CONFIDENCE = 0.975  # ...quantile of Student's t for the standard errors by whi
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class RankingEntry:
     """One class in a ranking.
 
     Attributes
     ----------
-    fit : Fit               To all points.
+    fit : RivalFit          To all points.
     error : float           rms error on points held out, over all folds [N].
     errors : ndarray, shape (F,)   The same in each fold.
     """
 
-    fit: Fit
+    fit: RivalFit
     error: float
     errors: FloatArray
 
@@ -54,7 +54,7 @@ class Ranking:
 
     Attributes
     ----------
-    entries : tuple of Entry      Least error first, but of errors within 2 % of the least the one with the fewest
+    entries : tuple of RankingEntry   Least error first, but of errors within 2 % of the least the one with the fewest
                                   parameters; classes without a possible model are missing.
     held_out : str                What was held out in turn: records, cycles, strokes or arcs of strokes.
     folds : int                   How many times.
@@ -63,7 +63,7 @@ class Ranking:
     notes : tuple of str          Assumptions, in sentences.
     """
 
-    entries: tuple[Entry, ...]
+    entries: tuple[RankingEntry, ...]
     held_out: str
     folds: int
     spread: float
@@ -71,29 +71,29 @@ class Ranking:
     notes: tuple[str, ...] = field(default=())
 
     @property
-    def own(self) -> Entry | None:
+    def own(self) -> RankingEntry | None:
         """This program's class; None if no possible model of it was found."""
         return next((entry for entry in self.entries if entry.rival is OWN), None)
 
-    def is_clearly_better(self, entry: Entry) -> bool:
+    def is_clearly_better(self, entry: RankingEntry) -> bool:
         """Whether a class is clearly better than this program's.
 
         The logarithm of the ratio of both errors is taken in each fold, errors below `floor` counting as `floor`. The
         class is clearly better if the mean of these says at least 10 % less error and exceeds zero by so many of its
         standard errors, from the scatter between the folds, as Student's t needs for 97.5 %.
         """
-        own = self.own
-        if own is None or entry is own or own.errors.size < 2:
+        reference = self.own
+        if reference is None or entry is reference or reference.errors.size < 2:
             return False
         from scipy.stats import t
 
-        gain = np.log(np.maximum(own.errors, self.floor) / np.maximum(entry.errors, self.floor))
+        gain = np.log(np.maximum(reference.errors, self.floor) / np.maximum(entry.errors, self.floor))
         standard_error = float(np.std(gain, ddof=1)) / np.sqrt(gain.size)
         quantile = float(t.ppf(_CONFIDENCE, gain.size - 1))
         return bool(gain.mean() >= max(-np.log(1.0 - _CLEAR), quantile * standard_error))
 
     @property
-    def better(self) -> tuple[Entry, ...]:
+    def better(self) -> tuple[RankingEntry, ...]:
         """The classes that are clearly better than this program's, best first."""
         return tuple(entry for entry in self.entries if self.is_clearly_better(entry))
 
@@ -103,7 +103,7 @@ class Ranking:
         if self.own is None:
             return "No possible model of this program's class was found in the comparison with other classes."
 
-        def share(entry: Entry) -> str:
+        def share(entry: RankingEntry) -> str:
             return f"{100.0 * entry.error / self.spread:.2g} % of the force's standard deviation"
 
         place = self.entries.index(self.own) + 1
@@ -178,16 +178,16 @@ def _at_most(fold: IndexArray) -> IndexArray:
     return np.asarray(fold * min(count, _MOST_FOLDS) // count)
 
 
-def _sorted(entries: Sequence[Entry], floor: float) -> tuple[Entry, ...]:
+def _sorted(entries: Sequence[RankingEntry], floor: float) -> tuple[RankingEntry, ...]:
     enough = _AS_WELL * max(min((entry.error for entry in entries), default=0.0), floor)
 
-    def place(entry: Entry) -> tuple[float, ...]:
+    def place(entry: RankingEntry) -> tuple[float, ...]:
         return (0, entry.fit.parameters, entry.error) if entry.error <= enough else (1, entry.error, 0)
 
     return tuple(sorted(entries, key=place))
 
 
-def _entry(rival: Rival, track: Track, fold: IndexArray) -> Entry | None:
+def _entry(rival: Rival, track: Track, fold: IndexArray) -> RankingEntry | None:
     """A class fitted to all points, and then to those of all folds but one in turn."""
     fits = fit_class(rival, track, fold)
     if not fits:
@@ -197,9 +197,9 @@ def _entry(rival: Rival, track: Track, fold: IndexArray) -> Entry | None:
     for held in range(int(fold.max()) + 1):
         out = fold == held
         weight = np.where(out, 0.0, loops.weight)
-        found = Problem(rival, fits[0].basis, track, weight).carried(fits)
+        carried = RivalProblem(rival, fits[0].basis, track, weight).carried(fits)
         # A fit that does not dissipate without this fold has no prediction of its own: that of all points is kept.
-        prediction = (found or fits)[0].at_points(track)
+        prediction = (carried or fits)[0].at_points(track)
         judged = out & _within(loops.displacement, loops.displacement[~out])
         if not judged.any():
             continue
@@ -207,7 +207,7 @@ def _entry(rival: Rival, track: Track, fold: IndexArray) -> Entry | None:
         weights = float(loops.weight[judged].sum())
         errors.append(np.sqrt(power / weights))
         squares, total = squares + power, total + weights
-    return Entry(fits[0], float(np.sqrt(squares / max(total, 1e-300))), np.array(errors))
+    return RankingEntry(fits[0], float(np.sqrt(squares / max(total, 1e-300))), np.array(errors))
 
 
 def _within(values: FloatArray, others: FloatArray) -> NDArray[np.bool_]:

@@ -61,12 +61,12 @@ def _in_some_cycles(track: Track) -> Track:
     used = np.unique(loops.stroke)
     cycles = max(2, _CYCLES // (int(loops.record[-1]) + 1))
     runs = min(_RUNS, cycles)
-    each = 2 * cycles // runs
+    run_length = 2 * cycles // runs
     scored = np.zeros(loops.direction.size, dtype=bool)
     for strokes in np.split(used, np.flatnonzero(np.diff(loops.record[used])) + 1):
         if strokes.size > 2 * cycles:
-            begins = np.linspace(0, strokes.size - each, runs).round().astype(np.intp)
-            scored[strokes[(begins[:, None] + np.arange(each)).ravel()]] = True
+            begins = np.linspace(0, strokes.size - run_length, runs).round().astype(np.intp)
+            scored[strokes[(begins[:, None] + np.arange(run_length)).ravel()]] = True
         else:
             scored[strokes] = True
     if scored[used].all():
@@ -109,8 +109,8 @@ def _with_speed(record: Record) -> Record:
     strokes = find_strokes(x)
     most = max(1, int(_LONGEST_SHARE * x.size / strokes.count))
     per_sample = float(np.sqrt(np.mean(np.diff(x) ** 2)))
-    wanted = noise_level(x) / np.sqrt(2.0) / max(_SPEED_NOISE * per_sample, 1e-300)
-    half = int(np.clip(np.ceil(wanted), 1, most))
+    window = noise_level(x) / np.sqrt(2.0) / max(_SPEED_NOISE * per_sample, 1e-300)
+    half = int(np.clip(np.ceil(window), 1, most))
     if half == 1:
         return replace(record, force=rough)
     low, high = np.maximum(index.astype(int) - half, 0), np.minimum(index.astype(int) + half, x.size - 1)

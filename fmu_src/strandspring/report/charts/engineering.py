@@ -48,7 +48,7 @@ class MeasuredFigures:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class AmplitudeComparison:
     """One amplitude.
 
     Attributes
@@ -71,23 +71,23 @@ class EngineeringFigures:
 
     Parameters
     ----------
-    of : Evaluation
+    evaluation : Evaluation
     """
 
-    def __init__(self, of: Evaluation) -> None:
-        self._of = of
+    def __init__(self, evaluation: Evaluation) -> None:
+        self._evaluation = evaluation
 
     @cached_property
     def measured(self) -> tuple[MeasuredFigures, ...]:
         """All amplitudes measured, rising; cycles of all records whose turning points agree are one."""
-        cycles = [(cycle, view) for view in self._of.views for cycle in view.measured_cycles]
+        cycles = [(cycle, view) for view in self._evaluation.views for cycle in view.measured_cycles]
         of_cycle = {id(cycle): view for cycle, view in cycles}
         return tuple(_together(group, of_cycle) for group in group_by_amplitude(cycle for cycle, _ in cycles))
 
     @cached_property
-    def table(self) -> tuple[Comparison, ...]:
+    def table(self) -> tuple[AmplitudeComparison, ...]:
         """The measured amplitudes, evenly chosen of many, and quarters of the identified range where none is near."""
-        p = self._of.identification.parameters
+        p = self._evaluation.identification.parameters
         chosen = np.unique(np.linspace(0, len(self.measured) - 1, min(len(self.measured), _MOST)).round().astype(int))
         rows: list[tuple[float, float, MeasuredFigures | None]] = [
             (self.measured[k].figures.low, self.measured[k].figures.high, self.measured[k]) for k in chosen
@@ -101,7 +101,7 @@ class EngineeringFigures:
         ends = [(low, high) for low, high, _ in rows]
         reach = self._reach(ends)
         return tuple(
-            Comparison(low, high, steady_loop_figures(self._of.solver, low, high),
+            AmplitudeComparison(low, high, steady_loop_figures(self._evaluation.solver, low, high),
                        None if reach is None or np.isnan(reach[k]).any() else tuple(reach[k].tolist()), measured)
             for k, (low, high, measured) in enumerate(rows)
         )  # fmt: skip
@@ -109,16 +109,16 @@ class EngineeringFigures:
     @cached_property
     def smallest_measured(self) -> float:
         """Amplitude below which loops are extrapolated [m]; infinite if none was measured."""
-        return _NEARLY * min((each.figures.amplitude for each in self.measured), default=math.inf)
+        return _NEARLY * min((row.figures.amplitude for row in self.measured), default=math.inf)
 
     @property
-    def largest(self) -> Comparison:
+    def largest(self) -> AmplitudeComparison:
         """The largest amplitude that was measured; of the model only if there is none."""
         return max(self.table, key=lambda row: (row.measured is not None, row.high - row.low))
 
     @cached_property
     def _curve_ends(self) -> list[tuple[float, float]]:
-        p = self._of.identification.parameters
+        p = self._evaluation.identification.parameters
         middle = 0.5 * (p.displacement_max + p.displacement_min)
         half = 0.5 * (p.displacement_max - p.displacement_min)
         return [(middle - share * half, middle + share * half) for share in _SHARES.tolist()]
@@ -126,7 +126,7 @@ class EngineeringFigures:
     @cached_property
     def curve(self) -> tuple[LoopFigures, ...]:
         """The model's figures over the amplitude, about the middle of the identified range."""
-        return tuple(steady_loop_figures(self._of.solver, *ends) for ends in self._curve_ends)
+        return tuple(steady_loop_figures(self._evaluation.solver, *ends) for ends in self._curve_ends)
 
     @cached_property
     def curve_reach(self) -> FloatArray | None:
@@ -139,7 +139,7 @@ class EngineeringFigures:
         NaN for loops smaller than the recorded ones where the records do not decide them: another minimum may fit about
         as well, of which the covariance at this one says nothing.
         """
-        whole: IdentifiedModel = self._of.identification
+        whole: IdentifiedModel = self._evaluation.identification
         joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
         if joint is None:
             return None
@@ -168,6 +168,6 @@ def _together(group: list[Cycle], of_cycle: dict[int, RecordView]) -> MeasuredFi
     spread = None
     if len(group) > 1:
         values = {name: [getattr(cycle.figures, name) for cycle in group] for name in FigureSpread.__dataclass_fields__}
-        spread = FigureSpread(**{name: float(np.std(own, ddof=1)) for name, own in values.items()})
+        spread = FigureSpread(**{name: float(np.std(column, ddof=1)) for name, column in values.items()})
     ends = (min(frequencies), max(frequencies)) if frequencies else ()
     return MeasuredFigures(mean_figures(group), spread, len(group), tuple(names), ends)

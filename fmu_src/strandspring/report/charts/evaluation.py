@@ -18,7 +18,7 @@ from ...loops.cycles import Cycle, find_cycles
 from ...loops.strokes import IndexArray, Strokes, find_strokes
 from ...model.stated_figures import differ
 from ...records.record import Record
-from ..content.quantities import Unit, prose, unit_of
+from ..content.quantities import DisplayUnit, prose, unit_of
 from ..content.thinning import visible
 
 SHOWN_RECORDS = 40  # in the charts
@@ -177,8 +177,8 @@ class Evaluation:
         whole = self.identification
         records = whole.records
         points = max(least, min(most, _POINTS // min(len(records), SHOWN_RECORDS)))
-        each = zip(self.names, records, whole.fits, whole.fitted, range(len(records)), strict=True)
-        return tuple(RecordView(*one, points) for one in each)
+        rows = zip(self.names, records, whole.fits, whole.fitted, range(len(records)), strict=True)
+        return tuple(RecordView(*row, points) for row in rows)
 
     @cached_property
     def beside(self) -> str:
@@ -195,18 +195,18 @@ class Evaluation:
         return tuple(self.views[k] for k in chosen)
 
     @cached_property
-    def length(self) -> Unit:
+    def length(self) -> DisplayUnit:
         """Unit of displacements."""
         p = self.identification.parameters
         return unit_of("length", p.displacement_max - p.displacement_min)
 
     @cached_property
-    def force(self) -> Unit:
+    def force(self) -> DisplayUnit:
         """Unit of forces."""
         return unit_of("force", max(float(np.abs(view.record.force).max()) for view in self.views))
 
     @cached_property
-    def residual(self) -> Unit:
+    def residual(self) -> DisplayUnit:
         """Unit of residuals."""
         largest = max(float(np.abs(view.compared).max()) for view in self.views)
         return unit_of("force", largest)

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...identification.points.autocorrelation import autocorrelation_time
 from ...kernel.arrays import FloatArray
-from ..content.chart import Axis, Chart, Form, Role, Trace, joined
-from ..content.quantities import NUMBER, Unit, number, percent, span, unit_of
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
+from ..content.quantities import NUMBER, DisplayUnit, number, percent, span, unit_of
 from ..content.thinning import visible
 from .evaluation import SHOWN_RECORDS, Evaluation, RecordView
 
@@ -19,7 +19,13 @@ _LAGS = 400  # of the autocorrelation, at most
 
 
 def over_cycles(
-    view: RecordView, x: FloatArray, y: FloatArray, unit: tuple[Unit, Unit], name: str, role: Role, form: Form
+    view: RecordView,
+    x: FloatArray,
+    y: FloatArray,
+    unit: tuple[DisplayUnit, DisplayUnit],
+    name: str,
+    role: Role,
+    form: ChartForm,
 ) -> Trace:
     """A line over the displacement (or another quantity) in which single cycles can be chosen."""
     places = view.in_cycles(y)
@@ -28,11 +34,11 @@ def over_cycles(
     return Trace(name, xs, ys, role, form, record=view.place, cycles=cycles if len(cycles) > 1 else ())
 
 
-def loops(of: Evaluation) -> Chart:
+def loops(evaluation: Evaluation) -> Chart:
     """Measured and predicted loops over each other."""
-    unit = (of.length, of.force)
+    unit = (evaluation.length, evaluation.force)
     traces = []
-    for view in of.shown:
+    for view in evaluation.shown:
         x, force = view.record.displacement, view.record.force
         if view.not_compared is not None:
             at = view.line(force, view.not_compared)
@@ -40,22 +46,23 @@ def loops(of: Evaluation) -> Chart:
                 Trace("not compared", x[at] * unit[0].factor, force[at] * unit[1].factor, Role.LEFT_OUT,
                       record=view.place)
             )  # fmt: skip
-        traces.append(over_cycles(view, x, view.only_compared(force), unit, "measured", Role.MEASURED, Form.LINE))
-    for view in of.shown:
+        traces.append(over_cycles(view, x, view.only_compared(force), unit, "measured", Role.MEASURED, ChartForm.LINE))
+    for view in evaluation.shown:
         x, force = view.record.displacement, view.only_compared(view.fit.predicted)
         if view.differs:
             fitted = view.only_compared(view.fitted.predicted)
-            traces.append(over_cycles(view, x, fitted, unit, "as fitted", Role.LEFT_OUT, Form.DASHED))
-        traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, Form.LINE))
-    low = min(float(view.record.displacement.min()) for view in of.views)
-    high = max(float(view.record.displacement.max()) for view in of.views)
-    least = min(float(view.record.force.min()) for view in of.views)
-    greatest = max(float(view.record.force.max()) for view in of.views)
-    whole = of.identification
+            traces.append(over_cycles(view, x, fitted, unit, "as fitted", Role.LEFT_OUT, ChartForm.DASHED))
+        traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, ChartForm.LINE))
+    low = min(float(view.record.displacement.min()) for view in evaluation.views)
+    high = max(float(view.record.displacement.max()) for view in evaluation.views)
+    least = min(float(view.record.force.min()) for view in evaluation.views)
+    greatest = max(float(view.record.force.max()) for view in evaluation.views)
+    whole = evaluation.identification
     sentence = (
         "Measured force, and that of the saved spring alone along the displacement as recorded, over "
         f"{span(low, high, unit[0])} and {span(least, greatest, unit[1])}; rms error "
-        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}.{_fitted(of)}{_shown(of)}"
+        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}."
+        f"{_fitted(evaluation)}{_shown(evaluation)}"
     )
     return Chart(
         "loops", "Measured and predicted loops", Axis("displacement", unit[0]), Axis("force", unit[1]),
@@ -63,45 +70,45 @@ def loops(of: Evaluation) -> Chart:
     )  # fmt: skip
 
 
-def _fitted(of: Evaluation) -> str:
+def _fitted(evaluation: Evaluation) -> str:
     """What the line of the fit is, in a sentence; empty where there is none."""
-    return f" As fitted: {of.beside}." if any(view.differs for view in of.shown) else ""
+    return f" As fitted: {evaluation.beside}." if any(view.differs for view in evaluation.shown) else ""
 
 
-def _shown(of: Evaluation) -> str:
+def _shown(evaluation: Evaluation) -> str:
     """What of many records and cycles is drawn, in a sentence; empty if all is."""
     parts = []
-    if len(of.shown) < len(of.views):
-        parts.append(f"{SHOWN_RECORDS} of {len(of.views)} records")
-    if any(view.cycles[-1][0] > len(view.cycles) for view in of.shown):
+    if len(evaluation.shown) < len(evaluation.views):
+        parts.append(f"{SHOWN_RECORDS} of {len(evaluation.views)} records")
+    if any(view.cycles[-1][0] > len(view.cycles) for view in evaluation.shown):
         parts.append("some of the many cycles")
     return f" Drawn are {' and '.join(parts)}, evenly chosen." if parts else ""
 
 
-def _along(of: Evaluation) -> Axis:
+def _along(evaluation: Evaluation) -> Axis:
     """The axis along the records: time, or the sample number if one of them has no rising times."""
-    timed = all(view.record.rising_time is not None for view in of.views)
-    return Axis("time", Unit("s")) if timed else Axis("sample number", NUMBER)
+    timed = all(view.record.rising_time is not None for view in evaluation.views)
+    return Axis("time", DisplayUnit("s")) if timed else Axis("sample number", NUMBER)
 
 
 def _position(view: RecordView, axis: Axis) -> FloatArray:
     return view.position if axis.unit.name else np.arange(1.0, len(view.record) + 1.0)
 
 
-def _line_along(view: RecordView, axis: Axis, values: FloatArray, unit: Unit, name: str, role: Role) -> Trace:
+def _line_along(view: RecordView, axis: Axis, values: FloatArray, unit: DisplayUnit, name: str, role: Role) -> Trace:
     """A line along the record, and its cycles in detail."""
     x, at = _position(view, axis), view.line(values, slice(view.first, None))
     places = view.in_cycles(values) if len(view.cycles) > 1 else []
-    xs, ys, ends = joined([(x[own], values[own] * unit.factor) for own in (at, *(own for _, own in places))])
+    xs, ys, ends = joined([(x[part], values[part] * unit.factor) for part in (at, *(part for _, part in places))])
     cycles = tuple((f"cycle {n}", *pair) for (n, _), pair in zip(places, ends[1:], strict=True))
     return Trace(name, xs, ys, role, record=view.place, cycles=cycles, whole=at.size)
 
 
-def force(of: Evaluation) -> Chart:
+def force(evaluation: Evaluation) -> Chart:
     """Measured and predicted force along the record."""
-    axis, factor = _along(of), of.force.factor
+    axis, factor = _along(evaluation), evaluation.force.factor
     traces = []
-    for view in of.shown:
+    for view in evaluation.shown:
         x = _position(view, axis)
         if view.not_compared is not None:
             at = view.line(view.record.force, view.not_compared)
@@ -109,28 +116,30 @@ def force(of: Evaluation) -> Chart:
                 Trace("not compared", x[at], view.record.force[at] * factor, Role.LEFT_OUT, record=view.place)
             )
         traces.append(
-            _line_along(view, axis, view.only_compared(view.record.force), of.force, "measured", Role.MEASURED)
+            _line_along(view, axis, view.only_compared(view.record.force), evaluation.force, "measured", Role.MEASURED)
         )
-        traces.append(_line_along(view, axis, view.only_compared(view.fit.predicted), of.force, "model", Role.MODEL))
-    samples = sum(view.fit.samples for view in of.views)
+        traces.append(
+            _line_along(view, axis, view.only_compared(view.fit.predicted), evaluation.force, "model", Role.MODEL)
+        )
+    samples = sum(view.fit.samples for view in evaluation.views)
     sentence = (
-        f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in of.views)} samples "
-        "are compared."
+        f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in evaluation.views)} "
+        "samples are compared."
     )
     return Chart(
-        "force", f"Force over {axis.text}", axis, Axis("force", of.force), tuple(traces), sentence,
+        "force", f"Force over {axis.text}", axis, Axis("force", evaluation.force), tuple(traces), sentence,
         wide=True, single=True,
     )  # fmt: skip
 
 
-def residuals_over_displacement(of: Evaluation) -> Chart:
+def residuals_over_displacement(evaluation: Evaluation) -> Chart:
     """Residuals over displacement, loading and unloading apart."""
-    unit = (of.length, of.residual)
+    unit = (evaluation.length, evaluation.residual)
     traces = []
-    for view in of.shown:
+    for view in evaluation.shown:
         loading = view.strokes.direction[view.strokes.of_sample] > 0
-        for name, role, own in (("loading", Role.FIRST, loading), ("unloading", Role.MODEL, ~loading)):
-            branch = np.where(own, view.residuals, np.nan)
+        for name, role, stroke in (("loading", Role.FIRST, loading), ("unloading", Role.MODEL, ~loading)):
+            branch = np.where(stroke, view.residuals, np.nan)
             pieces, labels = [], []
             most = max(min(view.points, _DOTS) // (2 * len(view.cycles)), 30)
             for cycle, samples in view.cycles:
@@ -141,27 +150,27 @@ def residuals_over_displacement(of: Evaluation) -> Chart:
             xs, ys, ends = joined(pieces)
             cycles = tuple((label, *pair) for label, pair in zip(labels, ends, strict=True))
             traces.append(
-                Trace(name, xs, ys, role, Form.DOTS, record=view.place, cycles=cycles if len(cycles) > 1 else ())
+                Trace(name, xs, ys, role, ChartForm.DOTS, record=view.place, cycles=cycles if len(cycles) > 1 else ())
             )
     return Chart(
         "residuals-displacement", "Residuals over displacement", Axis("displacement", unit[0]),
         Axis("measured − model", unit[1]), tuple(traces),
-        f"Residual force over displacement. {_misfit(of)}", single=True,
+        f"Residual force over displacement. {_misfit(evaluation)}", single=True,
     )  # fmt: skip
 
 
-def _misfit(of: Evaluation) -> str:
-    largest = max(float(np.abs(view.compared).max()) for view in of.views)
-    unit = of.residual
+def _misfit(evaluation: Evaluation) -> str:
+    largest = max(float(np.abs(view.compared).max()) for view in evaluation.views)
+    unit = evaluation.residual
     return (
-        f"The rms residual is {number(of.identification.rmse * unit.factor, 3)} {unit.name}, the largest "
+        f"The rms residual is {number(evaluation.identification.rmse * unit.factor, 3)} {unit.name}, the largest "
         f"{number(largest * unit.factor, 3)} {unit.name}."
     )
 
 
-def residuals_over_velocity(of: Evaluation) -> Chart | None:
+def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
     """Residuals over velocity; None without times."""
-    views = [(view, view.of_compared(view.velocity)) for view in of.shown if view.velocity is not None]
+    views = [(view, view.of_compared(view.velocity)) for view in evaluation.shown if view.velocity is not None]
     if not views:
         return None
     fastest = max(float(np.abs(velocity).max()) for _, velocity in views)
@@ -171,7 +180,8 @@ def residuals_over_velocity(of: Evaluation) -> Chart | None:
         residual = view.compared
         at = visible(residual, min(view.points, _DOTS))
         traces.append(
-            Trace("residual", velocity[at] * unit.factor, residual[at] * of.residual.factor, Role.FIRST, Form.DOTS,
+            Trace("residual", velocity[at] * unit.factor, residual[at] * evaluation.residual.factor, Role.FIRST,
+                  ChartForm.DOTS,
                   record=view.place)
         )  # fmt: skip
         spread = float(np.std(velocity) * np.std(residual))
@@ -182,25 +192,30 @@ def residuals_over_velocity(of: Evaluation) -> Chart | None:
         f"{number(strongest, 2)}{' at most' if len(slopes) > 1 else ''} (0 if no viscous force was left out)."
     )
     return Chart(
-        "residuals-velocity", "Residuals over velocity", Axis("velocity", unit), Axis("measured − model", of.residual),
+        "residuals-velocity", "Residuals over velocity", Axis("velocity", unit),
+        Axis("measured − model", evaluation.residual),
         tuple(traces), sentence, single=True,
     )  # fmt: skip
 
 
-def residuals_over_time(of: Evaluation) -> Chart:
+def residuals_over_time(evaluation: Evaluation) -> Chart:
     """Residuals along the record."""
-    axis = _along(of)
-    traces = [_line_along(view, axis, view.residuals, of.residual, "residual", Role.FIRST) for view in of.shown]
+    axis = _along(evaluation)
+    traces = [
+        _line_along(view, axis, view.residuals, evaluation.residual, "residual", Role.FIRST)
+        for view in evaluation.shown
+    ]
     return Chart(
-        "residuals-time", f"Residuals over {axis.text}", axis, Axis("measured − model", of.residual), tuple(traces),
-        f"Residual force over {axis.text}. {_misfit(of)}", wide=True, single=True,
+        "residuals-time", f"Residuals over {axis.text}", axis, Axis("measured − model", evaluation.residual),
+        tuple(traces),
+        f"Residual force over {axis.text}. {_misfit(evaluation)}", wide=True, single=True,
     )  # fmt: skip
 
 
-def histogram(of: Evaluation) -> Chart:
+def histogram(evaluation: Evaluation) -> Chart:
     """Distribution of the residuals beside the normal one."""
-    factor, traces, outside = of.residual.factor, [], []
-    for view in of.shown:
+    factor, traces, outside = evaluation.residual.factor, [], []
+    for view in evaluation.shown:
         values = view.compared * factor
         mean, deviation = float(values.mean()), float(values.std())
         reach = max(4.0 * deviation, 1e-12)
@@ -208,7 +223,7 @@ def histogram(of: Evaluation) -> Chart:
         edges = np.linspace(mean - reach, mean + reach, count + 1)
         heights = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / (values.size * (edges[1] - edges[0]))
         traces.append(
-            Trace("residuals", 0.5 * (edges[1:] + edges[:-1]), heights, Role.FIRST, Form.BARS, record=view.place)
+            Trace("residuals", 0.5 * (edges[1:] + edges[:-1]), heights, Role.FIRST, ChartForm.BARS, record=view.place)
         )
         grid = np.linspace(edges[0], edges[-1], 121)
         scale = max(deviation, 1e-300)
@@ -219,17 +234,17 @@ def histogram(of: Evaluation) -> Chart:
         f"Distribution of the residuals; {percent(max(outside))} of them lie beyond two standard deviations"
         f"{' at most' if len(outside) > 1 else ''} (4.6 % of normally distributed ones would)."
     )
-    density = f"1/({of.residual.name})" if " " in of.residual.name else f"1/{of.residual.name}"
+    density = f"1/({evaluation.residual.name})" if " " in evaluation.residual.name else f"1/{evaluation.residual.name}"
     return Chart(
-        "histogram", "Distribution of the residuals", Axis("measured − model", of.residual),
-        Axis("density", Unit(density), limits=(0.0, None)), tuple(traces), sentence, single=True,
+        "histogram", "Distribution of the residuals", Axis("measured − model", evaluation.residual),
+        Axis("density", DisplayUnit(density), limits=(0.0, None)), tuple(traces), sentence, single=True,
     )  # fmt: skip
 
 
-def autocorrelation(of: Evaluation) -> Chart:
+def autocorrelation(evaluation: Evaluation) -> Chart:
     """Correlation of residuals with later ones."""
     traces, times = [], []
-    for view in of.shown:
+    for view in evaluation.shown:
         values = view.compared - view.compared.mean()
         time = autocorrelation_time(values)
         times.append(time)
@@ -240,7 +255,7 @@ def autocorrelation(of: Evaluation) -> Chart:
         reach = 1.96 / math.sqrt(values.size)
         lag = np.arange(lags + 1.0)
         traces += [
-            Trace("95 % of white noise", lag, np.full(lag.size, reach), Role.REFERENCE, Form.BAND,
+            Trace("95 % of white noise", lag, np.full(lag.size, reach), Role.REFERENCE, ChartForm.BAND,
                   low=np.full(lag.size, -reach), record=view.place),
             Trace("residuals", lag, correlation, Role.FIRST, record=view.place),
         ]  # fmt: skip
@@ -249,6 +264,6 @@ def autocorrelation(of: Evaluation) -> Chart:
         f"{' at most' if len(times) > 1 else ''} in samples, and 1 for white noise."
     )
     return Chart(
-        "autocorrelation", "Autocorrelation of the residuals", Axis("lag", Unit("samples")),
+        "autocorrelation", "Autocorrelation of the residuals", Axis("lag", DisplayUnit("samples")),
         Axis("autocorrelation", NUMBER), tuple(traces), sentence, single=True,
     )  # fmt: skip

@@ -19,8 +19,8 @@ from ...vibration.one_mass.system import (
     free_travel,
     static_equilibrium,
 )
-from ..content.chart import Axis, Chart, Form, Role, Trace
-from ..content.quantities import NUMBER, Unit, number, unit_of
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace
+from ..content.quantities import NUMBER, DisplayUnit, number, unit_of
 from .evaluation import Evaluation
 
 _POINTS = 150
@@ -28,9 +28,9 @@ _PLACES = (0.5, 0.6, 0.4, 0.7, 0.3, 0.8, 0.2)  # where in the range a mass is tr
 _ROLES = (Role.FIRST, Role.SECOND, Role.MODEL)
 
 
-def transmissibility(of: Evaluation, mass: float | None) -> Chart | str:
+def transmissibility(evaluation: Evaluation, mass: float | None) -> Chart | str:
     """Absolute transmissibility under base motion of three levels; a sentence that says why, if it cannot be had."""
-    spring = of.identification.parameters
+    spring = evaluation.identification.parameters
     try:
         system = _at_rest(spring) if mass is None else IsolatedMass(spring, mass)
         if system is None:
@@ -47,7 +47,7 @@ def transmissibility(of: Evaluation, mass: float | None) -> Chart | str:
         ]
     except IsolationError as refusal:
         return f"Transmissibility: {refusal}"
-    return _chart(of, system, equilibrium, responses, chosen=mass is None)
+    return _chart(evaluation, system, equilibrium, responses, chosen=mass is None)
 
 
 def _at_rest(spring: SpringParameters) -> IsolatedMass | None:
@@ -73,7 +73,7 @@ def _weight(spring: SpringParameters, displacement: float) -> float:
 
 
 def _chart(
-    of: Evaluation, system: IsolatedMass, equilibrium: StaticEquilibrium, responses: list[FrequencyResponse],
+    evaluation: Evaluation, system: IsolatedMass, equilibrium: StaticEquilibrium, responses: list[FrequencyResponse],
     *, chosen: bool,
 ) -> Chart:  # fmt: skip
     traces = []
@@ -84,21 +84,22 @@ def _chart(
         name = f"base ±{number(response.level * travel.factor, 2)} {travel.name}"
         traces.append(Trace(name, frequency, np.where(unstable, np.nan, values), role))
         if unstable.any():
-            traces.append(Trace("unstable", frequency, np.where(dotted, values, np.nan), role, Form.DOTTED))
+            traces.append(Trace("unstable", frequency, np.where(dotted, values, np.nan), role, ChartForm.DOTTED))
     mass = unit_of("mass", system.mass)
     peaks = [response.resonance for response in responses]
     isolates = peaks[-1].isolation_frequency
     sentence = (
         f"A mass of {number(system.mass * mass.factor)} {mass.name}"
         f"{', chosen so that it rests near mid-range,' if chosen else ''} on one spring: static equilibrium at "
-        f"{number(equilibrium.displacement * of.length.factor)} {of.length.name}, natural frequency of small motion "
-        f"{number(equilibrium.frequency, 3)} Hz. Resonance at {number(peaks[0].frequency, 3)} Hz with a "
+        f"{number(equilibrium.displacement * evaluation.length.factor)} {evaluation.length.name}, natural "
+        f"frequency of small motion {number(equilibrium.frequency, 3)} Hz. Resonance at "
+        f"{number(peaks[0].frequency, 3)} Hz with a "
         f"transmissibility of {number(peaks[0].transmissibility, 3)} at the smallest base motion, and at "
         f"{number(peaks[-1].frequency, 3)} Hz with {number(peaks[-1].transmissibility, 3)} at the largest"
         f"{'' if math.isnan(isolates) else f'; isolation begins at {number(isolates, 3)} Hz there'}."
     )
     return Chart(
         "transmissibility", f"Transmissibility of {number(system.mass * mass.factor)} {mass.name}",
-        Axis("frequency", Unit("Hz"), log=True), Axis("absolute transmissibility", NUMBER, log=True),
+        Axis("frequency", DisplayUnit("Hz"), log=True), Axis("absolute transmissibility", NUMBER, log=True),
         tuple(traces), sentence, wide=True,
     )  # fmt: skip

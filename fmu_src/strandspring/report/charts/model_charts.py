@@ -6,7 +6,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...model.joint import JointCovariance, joint_names
-from ..content.chart import Axis, Chart, Form, HeatMap, Role, Trace
+from ..content.chart import Axis, Chart, ChartForm, HeatMap, Role, Trace
 from ..content.quantities import NUMBER, number, span
 from .evaluation import Evaluation
 from .fit_charts import over_cycles
@@ -15,70 +15,75 @@ _POINTS = 401
 _MAIN = ("kappa_omega", "rho", "sigma", "n")
 
 
-def _parts(of: Evaluation) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _parts(evaluation: Evaluation) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Displacements over the identified range [m], FE [N] and the saturated hysteretic force [N] there."""
-    p = of.identification.parameters
+    p = evaluation.identification.parameters
     x = np.linspace(p.displacement_min, p.displacement_max, _POINTS)
-    elastic = of.solver.force_with_partials(x, np.zeros(_POINTS))[0]
-    return x, elastic, of.solver.force_with_partials(x, np.ones(_POINTS))[0] - elastic
+    elastic = evaluation.solver.force_with_partials(x, np.zeros(_POINTS))[0]
+    return x, elastic, evaluation.solver.force_with_partials(x, np.ones(_POINTS))[0] - elastic
 
 
-def branches(of: Evaluation) -> Chart:
+def branches(evaluation: Evaluation) -> Chart:
     """Elastic force and saturated branches."""
-    x, elastic, hysteretic = _parts(of)
-    along, factor = x * of.length.factor, of.force.factor
+    x, elastic, hysteretic = _parts(evaluation)
+    along, factor = x * evaluation.length.factor, evaluation.force.factor
     traces = (
         Trace("loading, saturated", along, (elastic + hysteretic) * factor, Role.FIRST),
-        Trace("elastic force FE", along, elastic * factor, Role.MEASURED, Form.DASHED),
+        Trace("elastic force FE", along, elastic * factor, Role.MEASURED, ChartForm.DASHED),
         Trace("unloading, saturated", along, (elastic - hysteretic) * factor, Role.MODEL),
     )
     sentence = (
-        f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), of.force)}, between the branches "
-        f"that long strokes approach; they are {number(2.0 * float(np.mean(hysteretic)) * factor, 3)} {of.force.name} "
-        "apart in the mean."
+        f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), evaluation.force)}, between the "
+        f"branches that long strokes approach; they are {number(2.0 * float(np.mean(hysteretic)) * factor, 3)} "
+        f"{evaluation.force.name} apart in the mean."
     )
     return Chart(
-        "branches", "Elastic force and saturated branches", Axis("displacement", of.length), Axis("force", of.force),
+        "branches", "Elastic force and saturated branches", Axis("displacement", evaluation.length),
+        Axis("force", evaluation.force),
         traces, sentence,
     )  # fmt: skip
 
 
-def amplifier(of: Evaluation) -> Chart:
+def amplifier(evaluation: Evaluation) -> Chart:
     """The amplifier FA."""
-    x, _, hysteretic = _parts(of)
-    values = hysteretic / of.identification.parameters.kappa_omega
+    x, _, hysteretic = _parts(evaluation)
+    values = hysteretic / evaluation.identification.parameters.kappa_omega
     sentence = (
         f"Amplifier FA of the hysteretic force, 1 at the middle of the range; from {number(float(values.min()), 3)} to "
         f"{number(float(values.max()), 3)}."
     )
     return Chart(
-        "amplifier", "Amplifier of the hysteretic force", Axis("displacement", of.length),
-        Axis("FA", NUMBER, limits=(0.0, None)), (Trace("FA", x * of.length.factor, values, Role.MODEL),), sentence,
+        "amplifier", "Amplifier of the hysteretic force", Axis("displacement", evaluation.length),
+        Axis("FA", NUMBER, limits=(0.0, None)), (Trace("FA", x * evaluation.length.factor, values, Role.MODEL),),
+        sentence,
     )  # fmt: skip
 
 
-def omega(of: Evaluation) -> Chart:
+def omega(evaluation: Evaluation) -> Chart:
     """The normalized hysteretic variable along the records."""
     traces = []
     peaks = []
-    for view in of.shown:
-        values = of.omega(view)
+    for view in evaluation.shown:
+        values = evaluation.omega(view)
         peaks.append(float(np.abs(values[view.first :]).max()))
         displacement = view.record.displacement
-        traces.append(over_cycles(view, displacement, values, (of.length, NUMBER), "omega", Role.MODEL, Form.LINE))
+        traces.append(
+            over_cycles(view, displacement, values, (evaluation.length, NUMBER), "omega", Role.MODEL, ChartForm.LINE)
+        )
     sentence = (
         f"Normalized hysteretic variable omega over displacement; it reaches ±{number(max(peaks), 3)}, where ±1 is "
         "saturation."
     )
     return Chart(
-        "omega", "Hysteretic variable omega over the path", Axis("displacement", of.length), Axis("omega", NUMBER),
+        "omega", "Hysteretic variable omega over the path", Axis("displacement", evaluation.length),
+        Axis("omega", NUMBER),
         tuple(traces), sentence,
     )  # fmt: skip
 
 
-def correlations(of: Evaluation) -> HeatMap | None:
+def correlations(evaluation: Evaluation) -> HeatMap | None:
     """Correlations between all coefficients; None if they are unknown."""
-    whole = of.identification
+    whole = evaluation.identification
     joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
     if joint is None:
         return None
@@ -107,33 +112,39 @@ def correlations(of: Evaluation) -> HeatMap | None:
     return HeatMap("correlations", "Correlations of the parameters", tuple(labels), values, sentence)
 
 
-def band(of: Evaluation) -> tuple[Chart, Chart] | None:
+def band(evaluation: Evaluation) -> tuple[Chart, Chart] | None:
     """The last loop with the uncertainty of its prediction, and the half-width of that; None if it is unknown."""
-    found = of.identification.band
-    if found is None:
+    prediction = evaluation.identification.band
+    if prediction is None:
         return None
-    x = found.displacement * of.length.factor
-    factor, small = of.force.factor, of.residual
-    half = 0.5 * (found.high - found.low)
-    centre = found.force * factor
-    up = np.gradient(found.displacement) >= 0.0
+    x = prediction.displacement * evaluation.length.factor
+    factor, small = evaluation.force.factor, evaluation.residual
+    half = 0.5 * (prediction.high - prediction.low)
+    centre = prediction.force * factor
+    up = np.gradient(prediction.displacement) >= 0.0
     loop = []
-    for own in (up, ~up):
-        along, middle, interval, mean = x[own], centre[own], found.reach[own] * factor, half[own] * factor
+    for stroke in (up, ~up):
+        along, middle, interval, mean = (
+            x[stroke],
+            centre[stroke],
+            prediction.reach[stroke] * factor,
+            half[stroke] * factor,
+        )
         loop += [
-            Trace("95 % prediction interval of a measured force", along, middle + interval, Role.FIRST, Form.BAND,
+            Trace("95 % prediction interval of a measured force", along, middle + interval, Role.FIRST, ChartForm.BAND,
                   low=middle - interval),
-            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, Form.BAND, low=middle - mean),
+            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, ChartForm.BAND,
+                  low=middle - mean),
         ]  # fmt: skip
     loop.append(Trace("model", x, centre, Role.MODEL))
     widths = []
     for name, role, values in (
-        ("prediction interval", Role.FIRST, found.reach), ("confidence band", Role.MODEL, half),
+        ("prediction interval", Role.FIRST, prediction.reach), ("confidence band", Role.MODEL, half),
     ):  # fmt: skip
-        for branch, form, own in (("loading", Form.LINE, up), ("unloading", Form.DASHED, ~up)):
-            widths.append(Trace(f"{name}, {branch}", x, np.where(own, values * small.factor, np.nan), role, form))
+        for branch, form, stroke in (("loading", ChartForm.LINE, up), ("unloading", ChartForm.DASHED, ~up)):
+            widths.append(Trace(f"{name}, {branch}", x, np.where(stroke, values * small.factor, np.nan), role, form))
     reach, width = (
-        f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (found.reach, half)
+        f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (prediction.reach, half)
     )
     of_loop = (
         f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence "
@@ -143,8 +154,8 @@ def band(of: Evaluation) -> tuple[Chart, Chart] | None:
         f"Half-widths along that loop: {reach} (prediction interval) and {width} (confidence band) in the median."
     )
     return (
-        Chart("band", "Last loop with the uncertainty of its prediction", Axis("displacement", of.length),
-              Axis("force", of.force), tuple(loop), of_loop),
-        Chart("band-width", "Half-width of interval and band", Axis("displacement", of.length),
+        Chart("band", "Last loop with the uncertainty of its prediction", Axis("displacement", evaluation.length),
+              Axis("force", evaluation.force), tuple(loop), of_loop),
+        Chart("band-width", "Half-width of interval and band", Axis("displacement", evaluation.length),
               Axis("half-width", small, limits=(0.0, None)), tuple(widths), of_width),
     )  # fmt: skip

@@ -19,16 +19,19 @@ from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.courses import SRS_DAMPING, Courses
 from ...vibration.verdicts.verdicts import FigureKind
-from ..content.chart import Axis, Chart, Form, Role, Trace, joined
-from ..content.quantities import Unit, number, percent
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
+from ..content.quantities import DisplayUnit, number, percent
 from ..content.thinning import visible
 
 G, MM, PERCENT, N, HZ, S = (
-    Unit("g", 1.0 / STANDARD_GRAVITY), Unit("mm", 1e3), Unit("%", 100.0), Unit("N"), Unit("Hz"), Unit("s")
+    DisplayUnit("g", 1.0 / STANDARD_GRAVITY), DisplayUnit("mm", 1e3), DisplayUnit("%", 100.0), DisplayUnit("N"),
+    DisplayUnit("Hz"), DisplayUnit("s")
 )  # fmt: skip
-_DENSITY = Unit("g²/Hz", STANDARD_GRAVITY**-2)
+_DENSITY = DisplayUnit("g²/Hz", STANDARD_GRAVITY**-2)
 _STYLES = tuple(
-    (role, form) for form in (Form.LINE, Form.DASHED) for role in (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD)
+    (role, form)
+    for form in (ChartForm.LINE, ChartForm.DASHED)
+    for role in (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD)
 )
 _COLOURS = (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD, Role.MEASURED)
 _NO_MOTION = 1e-9  # of the largest in any direction
@@ -44,12 +47,15 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     traces = []
     marks: list[tuple[float, float, CaseAnswer]] = []
     for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
-        own = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
-        if own:
-            texts = [one[2].case.name for one in own]
-            x, y = np.array([one[0] for one in own]), np.array([one[1] for one in own])
-            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], Form.MARKS, texts=tuple(texts)))
-        marks += own
+        of_candidate = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
+        if of_candidate:
+            texts = [mark[2].case.name for mark in of_candidate]
+            x, y = (
+                np.array([mark[0] for mark in of_candidate]),
+                np.array([mark[1] for mark in of_candidate]),
+            )
+            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], ChartForm.MARKS, texts=tuple(texts)))
+        marks += of_candidate
     strokes = {
         figure.limit
         for answer in answers
@@ -60,22 +66,24 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
         figure.limit for answer in answers for figure in answer.figures_of(FigureKind.ACCELERATION) if figure.limit
     }
     if marks:
-        right, top = 1.05 * max(one[0] for one in marks), 1.05 * max(one[1] for one in marks)
+        right, top = 1.05 * max(mark[0] for mark in marks), 1.05 * max(mark[1] for mark in marks)
         top = max([top, *(G.factor * limit for limit in limits)])
         for limit in sorted(strokes):
             ends = np.array([0.0, top])
             traces.append(
-                Trace("limit of stroke", np.full(2, PERCENT.factor * limit), ends, Role.REFERENCE, Form.DASHED)
+                Trace("limit of stroke", np.full(2, PERCENT.factor * limit), ends, Role.REFERENCE, ChartForm.DASHED)
             )
         for limit in sorted(limits):
             ends = np.array([0.0, max(right, PERCENT.factor)])
-            traces.append(Trace("limit of a point", ends, np.full(2, G.factor * limit), Role.REFERENCE, Form.DOTTED))
+            traces.append(
+                Trace("limit of a point", ends, np.full(2, G.factor * limit), Role.REFERENCE, ChartForm.DOTTED)
+            )
     sentence = (
         "Each mark is a load case: largest acceleration of the worst point, and largest share of a spring's way "
         "from rest to the end of its identified range."
     )
     if marks:
-        stroke, acceleration, answer = max(marks, key=lambda one: one[0])
+        stroke, acceleration, answer = max(marks, key=lambda mark: mark[0])
         sentence += (
             f" The largest stroke, {number(stroke, 3)} %, is that of {answer.candidate} in {answer.case.name}, with "
             f"{number(acceleration, 3)} g."
@@ -103,7 +111,7 @@ def histories(answers: Places) -> Iterator[Chart]:
         time, base = courses.histories.time, G.factor * courses.base
         if base.any():
             acceleration.append(
-                _line(f"base {_letter(base)}", time, _largest(base), (Role.REFERENCE, Form.LINE), place)
+                _line(f"base {_letter(base)}", time, _largest(base), (Role.REFERENCE, ChartForm.LINE), place)
             )
         for k, name, style in _points(answer):
             a = G.factor * courses.histories.acceleration[:, k]
@@ -128,7 +136,7 @@ def loops(answers: Places) -> Chart:
     for place, answer in answers.items():
         courses, names = _courses(answer), axis_names(answer.system)
         displacement, force = MM.factor * courses.histories.displacement, courses.histories.force
-        use = max(answer.uses, key=lambda one: float(one.share.max()))
+        use = max(answer.uses, key=lambda spectrum: float(spectrum.share.max()))
         worst = np.argsort(-np.nan_to_num(use.share, posinf=1e9), kind="stable")[:_MOST_LINES]
         for k, axis in enumerate(worst.tolist()):
             at = _both(displacement[:, axis], force[:, axis])
@@ -137,7 +145,7 @@ def loops(answers: Places) -> Chart:
         low, high = MM.factor * use.low[worst].min(), MM.factor * use.high[worst].max()
         ends = np.array([force[:, worst].min(), force[:, worst].max()])
         x, y, _ = joined([(np.full(2, low), ends), (np.full(2, high), ends)])
-        traces.append(Trace("ends of the identified range", x, y, Role.REFERENCE, Form.DOTTED, record=place))
+        traces.append(Trace("ends of the identified range", x, y, Role.REFERENCE, ChartForm.DOTTED, record=place))
     return Chart(
         "loops", "Loops of the mounts", Axis("displacement of a spring", MM), Axis("force of the axis", N),
         tuple(traces), f"The {_MOST_LINES} axes that use most of their identified range, stops and dampers included.",
@@ -155,7 +163,7 @@ def shock_spectra(answers: Places) -> Chart | None:
         frequency = courses.shock[0][0].frequency
         if courses.base_shock:
             values = _maximax(courses.base_shock)
-            traces.append(Trace("base", frequency, values, Role.REFERENCE, Form.DASHED, record=place))
+            traces.append(Trace("base", frequency, values, Role.REFERENCE, ChartForm.DASHED, record=place))
         for k, name, style in _points(answer):
             traces.append(Trace(name, frequency, _maximax(courses.shock[k]), *style, record=place))
     if not traces:
@@ -179,7 +187,7 @@ def power_spectra(answers: Places) -> Chart | None:
             continue
         error = max(error, courses.power[0][0].relative_error)
         if courses.base_power:
-            traces.append(Trace("base", *_total(courses.base_power), Role.REFERENCE, Form.DASHED, record=place))
+            traces.append(Trace("base", *_total(courses.base_power), Role.REFERENCE, ChartForm.DASHED, record=place))
         for k, name, style in _points(answer):
             traces.append(Trace(name, *_total(courses.power[k]), *style, record=place))
     if not traces:
@@ -214,14 +222,14 @@ def sway_paths(answers: Places) -> Iterator[Chart]:
 
 def _maximax(spectra: Sequence[ShockSpectrum]) -> FloatArray:
     """The largest along x, y and z, in display units."""
-    return np.asarray(G.factor * np.max([one.maximax for one in spectra], axis=0))
+    return np.asarray(G.factor * np.max([spectrum.maximax for spectrum in spectra], axis=0))
 
 
 def _total(spectra: Sequence[PowerSpectrum]) -> tuple[FloatArray, FloatArray]:
     """Frequencies and the sum over x, y and z in display units, interrupted where there is next to none."""
-    density = _DENSITY.factor * np.sum([one.density for one in spectra], axis=0)
-    found = np.flatnonzero(density > _NO_DENSITY * density.max())
-    shown = slice(1, int(found[-1]) + 1 if found.size else 1)
+    density = _DENSITY.factor * np.sum([spectrum.density for spectrum in spectra], axis=0)
+    significant = np.flatnonzero(density > _NO_DENSITY * density.max())
+    shown = slice(1, int(significant[-1]) + 1 if significant.size else 1)
     return spectra[0].frequency[shown], np.where(density > _NO_DENSITY * density.max(), density, np.nan)[shown]
 
 
@@ -231,7 +239,7 @@ def _courses(answer: CaseAnswer) -> Courses:
     return answer.courses
 
 
-def _points(answer: CaseAnswer) -> Iterator[tuple[int, str, tuple[Role, Form]]]:
+def _points(answer: CaseAnswer) -> Iterator[tuple[int, str, tuple[Role, ChartForm]]]:
     """The points with the largest acceleration, each with a colour of its own."""
     largest = np.max([run.figures.acceleration for run in answer.runs], axis=0)
     for k, point in enumerate(sorted(np.argsort(-largest, kind="stable")[:_MOST_LINES].tolist())):
@@ -247,7 +255,7 @@ def _largest(components: FloatArray) -> FloatArray:
     return np.asarray(components[:, int(np.argmax(np.abs(components).max(axis=0)))])
 
 
-def _line(name: str, time: FloatArray, values: FloatArray, style: tuple[Role, Form], place: int) -> Trace:
+def _line(name: str, time: FloatArray, values: FloatArray, style: tuple[Role, ChartForm], place: int) -> Trace:
     at = visible(values, _POINTS)
     return Trace(name, time[at], values[at], *style, record=place)
 

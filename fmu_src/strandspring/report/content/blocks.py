@@ -51,7 +51,7 @@ class Tiles:
 
 
 @dataclass(frozen=True)
-class Table:
+class PageTable:
     """A table; its first column names a row.
 
     Parameters
@@ -96,7 +96,7 @@ class Gallery:
         return 3 if len(self.figures) == 3 and not any(figure.wide for figure in self.figures) else 2
 
 
-Block = Text | Notice | Tiles | Table | Facts | Signatures | Gallery
+Block = Text | Notice | Tiles | PageTable | Facts | Signatures | Gallery
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ class Section:
 
 
 @dataclass(frozen=True, eq=False)
-class Content:
+class PageContent:
     """A page or document.
 
     Parameters

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from .quantities import Unit
+from .quantities import DisplayUnit
 
 
 class Role(Enum):
@@ -24,7 +24,7 @@ class Role(Enum):
     REFERENCE = "muted"
 
 
-class Form(Enum):
+class ChartForm(Enum):
     """How a trace is drawn."""
 
     LINE = "line"
@@ -44,14 +44,14 @@ class Axis:
     Parameters
     ----------
     text : str                What it shows.
-    unit : Unit
+    unit : DisplayUnit
     log : bool
     limits : (float or None, float or None)   Ends in display units; None where the data decide.
     whole : bool              Whether it counts, so that ticks are whole numbers.
     """
 
     text: str
-    unit: Unit
+    unit: DisplayUnit
     log: bool = False
     limits: tuple[float | None, float | None] = (None, None)
     whole: bool = False
@@ -71,7 +71,7 @@ class Trace:
     name : str                            For the legend; traces of one name share an entry.
     x, y : ndarray, shape (P,)            NaN interrupts a line.
     role : Role
-    form : Form
+    form : ChartForm
     low : ndarray, shape (P,), or None    Lower edge of a band.
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
@@ -85,7 +85,7 @@ class Trace:
     x: FloatArray
     y: FloatArray
     role: Role
-    form: Form = Form.LINE
+    form: ChartForm = ChartForm.LINE
     low: FloatArray | None = None
     error: FloatArray | None = None
     record: int | None = None

@@ -13,7 +13,7 @@ _MINUS = "\N{MINUS SIGN}"
 
 
 @dataclass(frozen=True)
-class Unit:
+class DisplayUnit:
     """A unit for display.
 
     Parameters
@@ -28,25 +28,30 @@ class Unit:
 
 # From small to large, each with the value [SI] from which the next one is taken: rigs speak of mm and N.
 _UNITS = {
-    "force": ((Unit("mN", 1e3), 0.1), (Unit("N"), 1e4), (Unit("kN", 1e-3), math.inf)),
-    "length": ((Unit("µm", 1e6), 1e-4), (Unit("mm", 1e3), 30.0), (Unit("m"), math.inf)),
-    "velocity": ((Unit("mm/s", 1e3), 10.0), (Unit("m/s"), math.inf)),
-    "energy": ((Unit("µJ", 1e6), 1e-3), (Unit("mJ", 1e3), 1.0), (Unit("J"), 1e4), (Unit("kJ", 1e-3), math.inf)),
-    "stiffness": ((Unit("N/m"), 1e3), (Unit("N/mm", 1e-3), 1e7), (Unit("kN/mm", 1e-6), math.inf)),
-    "mass": ((Unit("g", 1e3), 1.0), (Unit("kg"), 1e4), (Unit("t", 1e-3), math.inf)),
+    "force": ((DisplayUnit("mN", 1e3), 0.1), (DisplayUnit("N"), 1e4), (DisplayUnit("kN", 1e-3), math.inf)),
+    "length": ((DisplayUnit("µm", 1e6), 1e-4), (DisplayUnit("mm", 1e3), 30.0), (DisplayUnit("m"), math.inf)),
+    "velocity": ((DisplayUnit("mm/s", 1e3), 10.0), (DisplayUnit("m/s"), math.inf)),
+    "energy": (
+        (DisplayUnit("µJ", 1e6), 1e-3),
+        (DisplayUnit("mJ", 1e3), 1.0),
+        (DisplayUnit("J"), 1e4),
+        (DisplayUnit("kJ", 1e-3), math.inf),
+    ),
+    "stiffness": ((DisplayUnit("N/m"), 1e3), (DisplayUnit("N/mm", 1e-3), 1e7), (DisplayUnit("kN/mm", 1e-6), math.inf)),
+    "mass": ((DisplayUnit("g", 1e3), 1.0), (DisplayUnit("kg"), 1e4), (DisplayUnit("t", 1e-3), math.inf)),
 }
 # Beyond these a power of ten goes to the unit, so that ticks stay short.
 _ORDINARY = (1e-3, 1e6)
-NUMBER = Unit("")
+NUMBER = DisplayUnit("")
 
 
-def unit_of(kind: str, largest: float) -> Unit:
+def unit_of(kind: str, largest: float) -> DisplayUnit:
     """The unit in which values of this kind up to `largest` [SI] read best.
 
     Examples
     --------
     >>> unit_of("energy", 0.0042)
-    Unit(name='mJ', factor=1000.0)
+    DisplayUnit(name='mJ', factor=1000.0)
     >>> unit_of("force", 2.5e-14).name
     '10⁻¹² mN'
     """
@@ -55,7 +60,7 @@ def unit_of(kind: str, largest: float) -> Unit:
     if not (0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf):
         return unit
     power = 3 * math.floor(math.log10(shown) / 3.0)
-    return Unit(f"10{superscript(power)} {unit.name}", unit.factor * 10.0**-power)
+    return DisplayUnit(f"10{superscript(power)} {unit.name}", unit.factor * 10.0**-power)
 
 
 def superscript(exponent: int) -> str:
@@ -127,7 +132,7 @@ def prose(sentence: str) -> str:
     >>> prose("from 2.93e-07 to 1.1e+03 J, +- 4 %")
     'from 2.93×10⁻⁷ to 1.1×10³ J, ± 4 %'
     """
-    text = _EXPONENT.sub(lambda found: f"{found[1]}×10{superscript(int(found[2]))}", sentence)
+    text = _EXPONENT.sub(lambda match: f"{match[1]}×10{superscript(int(match[2]))}", sentence)
     return text.replace("+-", "±")
 
 
@@ -142,12 +147,12 @@ def bound(text: str) -> str:
     return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", text)
 
 
-def span(low: float, high: float, unit: Unit) -> str:
+def span(low: float, high: float, unit: DisplayUnit) -> str:
     """A range in a unit.
 
     Examples
     --------
-    >>> span(-0.278, -0.2464, Unit("mm", 1e3))
+    >>> span(-0.278, -0.2464, DisplayUnit("mm", 1e3))
     '−278 to −246.4 mm'
     """
     return f"{number(low * unit.factor)} to {number(high * unit.factor)} {unit.name}"

@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ..content.chart import Axis, Chart, Figure, Form, HeatMap, Role, Trace
+from ..content.chart import Axis, Chart, ChartForm, Figure, HeatMap, Role, Trace
 
 Json = dict[str, Any]
 
 _MOST_DECADES = 3.0  # of an axis with ticks between powers of ten
 _SINGLE = 1e-5  # rounding of single precision that does not show, share of the range
-_LINES: dict[Form, tuple[str, Json]] = {
-    Form.LINE: ("lines", {"width": 1.5}),
-    Form.DASHED: ("lines", {"width": 1.6, "dash": "dash"}),
-    Form.DOTTED: ("lines", {"width": 1.2, "dash": "dot"}),
-    Form.DOTS: ("markers", {}),
-    Form.MARKS: ("markers", {}),
-    Form.MARKED_LINE: ("lines+markers", {"width": 1.2}),
+_LINES: dict[ChartForm, tuple[str, Json]] = {
+    ChartForm.LINE: ("lines", {"width": 1.5}),
+    ChartForm.DASHED: ("lines", {"width": 1.6, "dash": "dash"}),
+    ChartForm.DOTTED: ("lines", {"width": 1.2, "dash": "dot"}),
+    ChartForm.DOTS: ("markers", {}),
+    ChartForm.MARKS: ("markers", {}),
+    ChartForm.MARKED_LINE: ("lines+markers", {"width": 1.2}),
 }
 _FADED = "/0.18"  # opacity of a band
 
@@ -86,13 +86,13 @@ def _trace(trace: Trace, chart: Chart) -> Json:
     }
     if trace.texts:
         form |= {"text": [escape(text, quote=False) for text in trace.texts], "hovertemplate": f"%{{text}}<br>{hover}"}
-    if trace.form is Form.BARS:
+    if trace.form is ChartForm.BARS:
         width = float(trace.x[1] - trace.x[0])
         return form | {
             "type": "bar", "x": _values(trace.x), "y": _values(trace.y), "width": width,
             "marker": {"color": colour + "/0.55", "line": {"width": 0}},
         }  # fmt: skip
-    if trace.form is Form.BAND and trace.low is not None:
+    if trace.form is ChartForm.BAND and trace.low is not None:
         return form | {
             "x": _values(np.concatenate([trace.x, trace.x[::-1]])),
             "y": _values(np.concatenate([trace.y, trace.low[::-1]])),
@@ -100,13 +100,13 @@ def _trace(trace: Trace, chart: Chart) -> Json:
             "hoverinfo": "skip", "hovertemplate": None,
         }  # fmt: skip
     mode, line = _LINES[trace.form]
-    if trace.form is Form.LINE and trace.role is Role.MEASURED:
+    if trace.form is ChartForm.LINE and trace.role is Role.MEASURED:
         line = {"width": 2.6}  # seen on both sides of the model's line
     form |= {"x": _values(trace.x), "y": _values(trace.y), "mode": mode, "line": {"color": colour, **line}}
-    if trace.form is Form.DOTS:
+    if trace.form is ChartForm.DOTS:
         form["marker"] = {"color": colour, "size": 3, "opacity": 0.65}
-    elif trace.form in (Form.MARKS, Form.MARKED_LINE):
-        form["marker"] = {"color": colour, "size": 8 if trace.form is Form.MARKS else 5}
+    elif trace.form in (ChartForm.MARKS, ChartForm.MARKED_LINE):
+        form["marker"] = {"color": colour, "size": 8 if trace.form is ChartForm.MARKS else 5}
     if trace.error is not None:
         form["error_y"] = {"array": _values(trace.error), "color": colour, "thickness": 1.4, "width": 5}
     return form

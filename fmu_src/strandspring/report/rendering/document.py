@@ -11,7 +11,7 @@ from typing import Any
 from ...errors import StrandspringError
 from ...ground.files import replacing
 from ...ground.scratch import TemporaryFolder
-from ..content.blocks import Block, Content, Gallery, Notice, Text
+from ..content.blocks import Block, Gallery, Notice, PageContent, Text
 from ..content.chart import Figure
 from ..content.quantities import bound
 
@@ -32,13 +32,13 @@ def check_typst() -> None:
         )
 
 
-def write_document(path: Path, content: Content) -> None:
+def write_document(path: Path, content: PageContent) -> None:
     """Write content as a PDF.
 
     Parameters
     ----------
     path : Path
-    content : Content
+    content : PageContent
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _fonts() -> str:
     return str(Path(mpl.get_data_path()) / "fonts" / "ttf")
 
 
-def _draw(folder: Path, content: Content) -> None:
+def _draw(folder: Path, content: PageContent) -> None:
     """Every figure as an SVG in the folder."""
     from matplotlib import rc_context
 

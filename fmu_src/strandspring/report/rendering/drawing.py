@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from ..content.chart import Chart, Figure, Form, HeatMap, Role, Trace
+from ..content.chart import Chart, ChartForm, Figure, HeatMap, Role, Trace
 from ..content.quantities import number
 from .palette import LIGHT
 
@@ -44,7 +44,7 @@ STYLE: Any = {
     "text.usetex": False,
 }
 _AXIS, _LETTER = 20.0, 1.6  # room for the axis beside a name, and of a letter in it [mm]
-_STYLES = {Form.LINE: "-", Form.DASHED: "--", Form.DOTTED: ":", Form.MARKED_LINE: "-"}
+_STYLES = {ChartForm.LINE: "-", ChartForm.DASHED: "--", ChartForm.DOTTED: ":", ChartForm.MARKED_LINE: "-"}
 _TITLE = 10.0  # room for the name of a record between panel and legend [points]
 _PANELS = 3  # records shown of a chart with one record at a time
 
@@ -141,25 +141,25 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
     colour = LIGHT[trace.role.value]
     style: dict[str, Any] = {"color": colour, "label": label, "zorder": order}
     match trace.form:
-        case Form.BAND:
+        case ChartForm.BAND:
             low = trace.y if trace.low is None else trace.low
             axes.fill_between(trace.x, low, trace.y, alpha=0.18, lw=0.0, **style)
-        case Form.BARS:
+        case ChartForm.BARS:
             axes.bar(trace.x, trace.y, width=float(trace.x[1] - trace.x[0]), alpha=0.55, **style)
-        case Form.DOTS:
+        case ChartForm.DOTS:
             # Thousands of dots are no picture for vectors.
             axes.plot(
                 trace.x, trace.y, ls="none", marker=".", ms=2.8 * scale, mew=0.0, alpha=0.8, rasterized=True, **style
             )
-        case Form.MARKS:
+        case ChartForm.MARKS:
             axes.errorbar(
                 trace.x, trace.y, yerr=trace.error, ls="none", marker="o", ms=4.0 * scale, capsize=2.5 * scale,
                 elinewidth=0.9 * scale, **style,
             )  # fmt: skip
         case _:
             # Measured lines are seen on both sides of the model's.
-            width = 1.2 if trace.form is Form.LINE and trace.role is Role.MEASURED else 0.75
-            marks: dict[str, Any] = {"marker": "o", "ms": 2.5 * scale} if trace.form is Form.MARKED_LINE else {}
+            width = 1.2 if trace.form is ChartForm.LINE and trace.role is Role.MEASURED else 0.75
+            marks: dict[str, Any] = {"marker": "o", "ms": 2.5 * scale} if trace.form is ChartForm.MARKED_LINE else {}
             x, y = trace.x[: trace.shown], trace.y[: trace.shown]
             axes.plot(x, y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from ...errors import StrandspringError
 from ...ground.files import write_text
-from ..content.blocks import Content
+from ..content.blocks import PageContent
 from ..content.quantities import bound
 from .chart_json import figure_json
 from .palette import DARK, LIGHT
@@ -43,7 +43,7 @@ def check_report_path(path: str | Path) -> None:
         check_typst()
 
 
-def write(path: str | Path, content: Content) -> None:
+def write(path: str | Path, content: PageContent) -> None:
     """Write content as a page, or as a document if the name ends in .pdf.
 
     Raises
@@ -62,14 +62,14 @@ def write(path: str | Path, content: Content) -> None:
 
 
 def write_page(
-    path: Path, content: Content, template: str = "base.html.j2", script: str = "", choice: Any = None
+    path: Path, content: PageContent, template: str = "base.html.j2", script: str = "", choice: Any = None
 ) -> None:
     """Write content as one HTML file.
 
     Parameters
     ----------
     path : Path
-    content : Content
+    content : PageContent
     template : str      In report/assets; one that extends base.html.j2.
     script : str        In report/assets, run after the figures are drawn; "" for none.
     choice : object     What that script reads from the element "choice-data", as JSON.
