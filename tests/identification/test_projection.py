@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
 from strandspring.identification.least_squares.projection import Problem, Refinement, vector
@@ -95,3 +97,36 @@ def test_minimum_against_scipy() -> None:
     assert np.sum(left(theta) ** 2) == pytest.approx(2.0 * expected.cost, rel=1e-9)
     np.testing.assert_allclose(theta, expected.x, rtol=0.0, atol=1e-4)  # its differences are not exact
     np.testing.assert_allclose(fit.omega, given.omega(theta)[0], rtol=0.0, atol=1e-12)
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(
+    st.tuples(*(st.floats(0.0, 1.0) for _ in range(4))),
+    st.integers(0, 2**32 - 1),
+    st.sampled_from([0.0, 0.01, 1.0, 100.0]),
+    st.integers(1, 40),
+    st.booleans(),
+)
+def test_from_any_start_the_fit_ends_within_the_bounds_and_no_worse(
+    share: tuple[float, ...], seed: int, noise: float, evaluations: int, coarse: bool
+) -> None:
+    generator = np.random.default_rng(seed)
+    columns = problem(ONES).columns
+    drawn = Problem(loops(ONES), Basis(PLACE.min(), PLACE.max(), 3, 2), START)
+    omega, _ = drawn.omega(generator.uniform(drawn.low, drawn.high))
+    force = columns.elastic @ [1.0, 2.0, 0.3, 0.2] + omega * (columns.amplifier @ [1.0, 0.1, 0.2])
+    force += noise * generator.standard_normal(ONES.size)
+    given = Problem(loops(force), Basis(PLACE.min(), PLACE.max(), 3, 2), START, coarse=coarse)
+    start = given.low + (given.high - given.low) * np.array(share)
+    law, omega_start = Hysteresis(*np.exp(start[:3]).tolist()), start[3:]
+
+    def square(fit: Refinement) -> float:
+        return float(np.sum(fit.backbone.misfit(force, fit.omega) ** 2))
+
+    fit = given.solve(law, omega_start, ONES, 1e-9, evaluations)
+    theta = vector(fit.hysteresis, fit.omega_start)
+    rounding = 1e-14 * np.maximum(np.abs(given.low), np.abs(given.high))
+    assert np.all((theta >= given.low - rounding) & (theta <= given.high + rounding))
+    # omega that is nearly level makes coefficients of FA huge, which roundings then count for.
+    before = square(given.solve(law, omega_start, ONES, 1e-9, 1))
+    assert square(fit) <= before * (1.0 + 1e-9) + 1e-20 * float(force @ force) or np.abs(coefficients(fit)).max() > 1e6

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from strandspring.identification.least_squares.trust_region import minimise
+from strandspring.identification.least_squares.trust_region import _step, minimise
 from strandspring.kernel.arrays import FloatArray
 
 EVALUATIONS = 60
@@ -75,3 +75,18 @@ def test_used_up_evaluations_are_no_minimum() -> None:
     _, count, converged = minimum(np.array([-1.2, 1.0]), np.full(2, -3.0), np.full(2, 3.0), evaluations=3)
     assert count == 3
     assert not converged
+
+
+def test_a_step_between_bounds_promises_a_lower_sum() -> None:
+    generator = np.random.default_rng(5)
+    for _ in range(300):
+        J, r = generator.standard_normal((5, 4)) * 10.0 ** generator.uniform(-2.0, 1.0, 4), generator.standard_normal(5)
+        low, high = -generator.uniform(0.0, 1.0, 4), generator.uniform(0.0, 1.0, 4)
+        low[generator.uniform(size=4) < 0.3] = 0.0
+        radius = 10.0 ** generator.uniform(-1.0, 2.0)
+        step, _ = _step(J, r, radius, low, high)
+        assert np.all((low <= step) & (step <= high))
+        assert np.linalg.norm(step) <= 1.02 * radius
+        downhill = -J.T @ r
+        if np.any((downhill > 0.0) & (high > 0.0) | (downhill < 0.0) & (low < 0.0)):
+            assert np.sum((r + J @ step) ** 2) < np.sum(r**2)

@@ -1,8 +1,9 @@
 """Nonlinear least squares in a few variables between bounds, by Gauss-Newton steps within a trust region.
 
 A step minimises |r + J s| among those no longer than a radius (More, Lecture Notes in Mathematics 630, 1978), each
-variable being scaled by the greatest length so far of its column of J. Variables that it takes beyond a bound stay on
-the bound, and the step of the others follows anew. Combinations without effect on r take no part in a step.
+variable being scaled by the greatest length so far of its column of J. A step that leaves the bounds goes as far as the
+first it meets. That variable stays there, and the rest of the way leads to the step that follows anew for the others.
+Combinations without effect on r take no part in a step.
 """
 
 from __future__ import annotations
@@ -110,14 +111,18 @@ def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: Fl
     downhill = -J.T @ r
     free = ((downhill > 0.0) & (high > 0.0)) | ((downhill < 0.0) & (low < 0.0))
     while free.any():
-        left = np.sqrt(max(radius**2 - float(step @ step), (_RADIUS_TOLERANCE * radius) ** 2))
-        wanted, is_full = _within_radius(J[:, free], r + J @ step, left)
-        step[free] = wanted
-        is_outside = free & ((step < low) | (step > high))
+        wanted = np.where(free, 0.0, step)
+        left = np.sqrt(max(radius**2 - float(wanted @ wanted), (_RADIUS_TOLERANCE * radius) ** 2))
+        wanted[free], is_full = _within_radius(J[:, free], r + J @ wanted, left)
+        is_outside = (wanted < low) | (wanted > high)
         if not is_outside.any():
-            break
-        free &= ~is_outside
-        step = np.where(is_outside, step.clip(low, high), np.where(free, 0.0, step))
+            return wanted, is_full
+        # Between the two |r + J s| falls all the way: it is convex, and least at the end.
+        way, bound = wanted - step, wanted.clip(low, high)
+        share = np.divide(bound - step, way, out=np.ones(way.size), where=is_outside)
+        first = int(share.argmin())
+        step += share[first] * way
+        step[first], free[first] = bound[first], False
     return step, is_full
 
 
