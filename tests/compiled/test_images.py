@@ -44,7 +44,7 @@ def compiler(monkeypatch: pytest.MonkeyPatch) -> list[Target]:
     """The targets for which something has been compiled, which takes no time."""
     done: list[Target] = []
 
-    def compiled(_: images.Unit, target: Target) -> bytes:
+    def compiled(_: images.CompiledUnit, target: Target) -> bytes:
         done.append(target)
         return b"an image"
 
@@ -87,7 +87,7 @@ def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pyt
         {**sources, law: sources[law] + b"\n"},
         {("core/c/spring/other.c" if name == law else name): text for name, text in sources.items()},
     ):
-        monkeypatch.setattr(images.Unit, "sources", lambda _, changed=changed: changed)
+        monkeypatch.setattr(images.CompiledUnit, "sources", lambda _, changed=changed: changed)
         names.add(KERNEL.file_name(LINUX_X86))
     monkeypatch.undo()
     monkeypatch.setattr(images, "FLAGS", (*images.FLAGS, "-DOTHER"))

@@ -263,7 +263,7 @@ def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) ->
 def test_an_image_that_cannot_be_compiled_ends_the_other_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
     begun, ended = threading.Event(), threading.Event()
 
-    def compiled(_: images.Unit, target: object) -> Path:
+    def compiled(_: images.CompiledUnit, target: object) -> Path:
         if target is FMU_TARGETS[0]:
             begun.wait(PATIENCE)
             raise BuildError("It cannot be compiled.")

@@ -385,12 +385,12 @@ def test_command_line_refuses(
 def other_sources(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Callable[[bytes], None]]:
     """Changes the C sources, and takes away the images of these."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path.parent / f"{tmp_path.name}-cache"))
-    sources = images.Unit.sources
+    sources = images.CompiledUnit.sources
     images.image.cache_clear()
 
     def change(line: bytes) -> None:
         monkeypatch.setattr(
-            images.Unit, "sources", lambda unit: {name: line + text for name, text in sources(unit).items()}
+            images.CompiledUnit, "sources", lambda unit: {name: line + text for name, text in sources(unit).items()}
         )
 
     yield change

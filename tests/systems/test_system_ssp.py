@@ -18,7 +18,8 @@ from scipy.spatial.transform import Rotation
 from native_tools import OK
 from strandspring.core.variables import FmiUnit, Variable
 from strandspring.fmu.archive import write_archive
-from strandspring.fmu.description.model_description import Backend, Content, described
+from strandspring.fmu.description.content import Backend, DescriptionContent
+from strandspring.fmu.description.model_description import described
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents
@@ -71,7 +72,7 @@ def plant(folder: Path, body: dict[str, Any]) -> Path:
     """The FMU of the rigid body."""
     count = len(body["springs"])
     outputs = {**{f"displacement_{k}": "m" for k in range(count)}, **dict.fromkeys(("sway_x", "sway_y", "sway_z"), "m")}
-    content = Content(
+    content = DescriptionContent(
         "RigidPlant",
         "A rigid body",
         (
