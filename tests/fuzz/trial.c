@@ -34,8 +34,8 @@ void check_blocks(long more)
         instances += slots[i].component != NULL;
     }
     CHECK(blocks == known, "%ld blocks of memory are given out, where instances and states have %ld", blocks, known);
-    /* Each a table, the laws of changed parameters, and itself if its name is long. */
-    CHECK(tables <= 3 * instances, "%ld instances have %ld tables and laws", instances, tables);
+    /* Each a table, and the laws of changed parameters. */
+    CHECK(tables <= 2 * instances, "%ld instances have %ld tables and laws", instances, tables);
 }
 
 Trial trial_of(Slot *slot, Call call)

@@ -146,7 +146,7 @@ def default_levels(travels: Sequence[float]) -> tuple[tuple[float, ...], str, in
 def computed(
     tasks: Sequence[tuple[str, Callable[[Callable[[float], None]], T]]], points: int, progress: Progress
 ) -> list[T]:
-    """The results of tasks, each with its name, which tell how many of the points they have done."""
+    """Run named tasks one after the other; each is given a function to report its finished points with."""
     total = len(tasks) * points
 
     def advance(name: str, before: int, count: float) -> None:
