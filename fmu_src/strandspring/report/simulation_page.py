@@ -7,7 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from .._version import __version__
+from ..kernel.arrays import FloatArray
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.static_answer import SECANT_SHARE
@@ -32,7 +35,6 @@ class SimulationContent:
     name, description, source : str    Of the system, and the name of its file.
     candidates : sequence of CandidateAnswer
     answers : sequence of CaseAnswer
-    draws : int
     """
 
     name: str
@@ -40,7 +42,6 @@ class SimulationContent:
     source: str
     candidates: Sequence[CandidateAnswer]
     answers: Sequence[CaseAnswer]
-    draws: int
 
 
 def write_simulation(path: str | Path, simulation: SimulationContent) -> None:
@@ -111,11 +112,9 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
     yield Text(
         "Acceleration is the largest absolute one of the worst point, sway the largest displacement from rest "
         "relative to the base, stroke the largest share of a spring's way from rest to the end of its identified "
-        "range. Each is the worst of all static equilibria, in percent of its limit where it has one."
+        "range. Each is a range over all that is unknown (omega at rest, springs, realisations, numerical error), "
+        "with its upper end in percent of its limit where it has one."
     )
-    if not simulation.draws:
-        yield Notice(Level.INFORMATION, "The spread by the uncertainty of the model files was not asked for.",
-                     "Simulate with draws to see it.")  # fmt: skip
     if any(answer.figures for answer in simulation.answers):
         yield Gallery((charts.acceleration_against_stroke(simulation.answers),))
 
@@ -123,7 +122,7 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
 def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
     passed = sum(answer.verdict is CaseVerdict.PASSES for answer in answers)
     limited = [
-        (figure.value / figure.limit, figure, answer) for answer in answers for figure in answer.figures if figure.limit
+        (figure.high / figure.limit, figure, answer) for answer in answers for figure in answer.figures if figure.limit
     ]
     note = "no figures"
     if limited:
@@ -134,22 +133,13 @@ def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
 
 def _verdict_table(simulation: SimulationContent) -> PageTable:
     header = ["candidate and case", "verdict"]
-    for quantity in _JUDGED:
-        header.append(f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]")
-        if simulation.draws and quantity is not FigureKind.TILT:
-            header.append("5 to 95 %")
-    if simulation.draws:
-        header.append("draws beyond a limit")
+    header += [f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]" for quantity in _JUDGED]
+    header.append("draws beyond a limit")
     rows = []
     for answer in simulation.answers[:_MOST_ROWS]:
         row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
-        for quantity in _JUDGED:
-            figure = answer.worst(quantity)
-            row.append(_cell(figure))
-            if simulation.draws and quantity is not FigureKind.TILT:
-                row.append(_spread(figure))
-        if simulation.draws:
-            row.append("–" if answer.spread is None else percent(answer.spread.failing, 3))
+        row += [_cell(answer.worst(quantity)) for quantity in _JUDGED]
+        row.append(percent(answer.beyond, 3) if answer.draws else "–")
         rows.append(tuple(row))
     begins = tuple(
         k
@@ -164,12 +154,12 @@ def _cell(figure: Figure | None) -> str:
         return "–"
     limit = "" if figure.limit is None else f" ({_share(figure)})"
     subject = "" if figure.quantity is FigureKind.TILT else f" {figure.subject}"
-    return f"{_number(figure.quantity, figure.value)}{limit}{subject}"
+    return f"{_range(figure)}{limit}{subject}"
 
 
 def _share(figure: Figure) -> str:
     """Of the limit."""
-    share = figure.value / (figure.limit or math.inf)
+    share = figure.high / (figure.limit or math.inf)
     return "0 %" if share < _NOTHING else percent(share, 3)
 
 
@@ -178,10 +168,9 @@ def _number(quantity: FigureKind, value: float) -> str:
     return "0" if abs(shown) < _NOTHING else number(shown, 4)
 
 
-def _spread(figure: Figure | None) -> str:
-    if figure is None or figure.spread is None:
-        return "–"
-    return f"{_number(figure.quantity, figure.spread.low)} to {_number(figure.quantity, figure.spread.high)}"
+def _range(figure: Figure) -> str:
+    low, high = (_number(figure.quantity, end) for end in (figure.low, figure.high))
+    return high if figure.high - figure.low < 1e-3 * figure.high else f"{low} to {high}"
 
 
 def _rest(simulation: SimulationContent) -> Iterator[Block]:
@@ -191,19 +180,21 @@ def _rest(simulation: SimulationContent) -> Iterator[Block]:
             yield Notice(Level.POOR, f"{candidate.name}: {prose(candidate.refusal)}")
             continue
         for k, body in enumerate(candidate.system.bodies):
-            for at, pose in enumerate(candidate.static.poses):
-                moved = [_tiny(1e3 * float(component)) for component in pose.displacements[k]]
-                tilt = _tiny(math.degrees(float(candidate.static.tilt[at, k])))
-                low, high = candidate.static.places[at].min(), candidate.static.places[at].max()
-                place = f"{number(100.0 * low, 3)} to {number(100.0 * high, 3)}"
-                rows.append((f"{candidate.name}, {body.name}", _omega(pose.share), *moved, tilt, place))
+            moved = 1e3 * np.array([pose.displacements[k] for pose in candidate.static.poses])
+            tilt = np.degrees(candidate.static.tilt[:, k])
+            places = 100.0 * candidate.static.places
+            rows.append(
+                (f"{candidate.name}, {body.name}", *(_ends(of_axis) for of_axis in moved.T), _ends(tilt), _ends(places))
+            )
     if rows:
-        header = ("candidate and body", "omega", "x [mm]", "y [mm]", "z [mm]", "tilt [°]", "springs in their range [%]")
-        yield PageTable("Static pose from the nominal one, for each omega at rest", header, tuple(rows[:_MOST_ROWS]))
-        yield Text(
-            "omega of springs at rest is unknown; it is 0, 1 or −1 times the sign of each spring's static force. "
-            "0 % is the lower end of a spring's identified range, 100 % its upper end."
-        )
+        header = ("candidate and body", "x [mm]", "y [mm]", "z [mm]", "tilt [°]", "springs in their range [%]")
+        yield PageTable("Static pose from the nominal one, over all draws", header, tuple(rows[:_MOST_ROWS]))
+        yield Text("0 % is the lower end of a spring's identified range, 100 % its upper end.")
+
+
+def _ends(values: FloatArray) -> str:
+    low, high = _tiny(float(values.min())), _tiny(float(values.max()))
+    return low if low == high else f"{low} to {high}"
 
 
 def _modes(simulation: SimulationContent) -> Iterator[Block]:
@@ -232,7 +223,7 @@ def _cautions(simulation: SimulationContent) -> Iterator[Block]:
     for sentence, names in of_candidates.items():
         yield Notice(Level.CARE, f"{', '.join(names)}: {prose(sentence)}")
     for answer in simulation.answers:
-        if answer.refusal:
+        if answer.verdict is CaseVerdict.REFUSED:
             yield Notice(Level.POOR, f"{answer.candidate}, {answer.case.name}: refused. {prose(answer.refusal)}")
     yield from _grouped(simulation.answers)
 
@@ -313,26 +304,18 @@ def _errors(simulation: SimulationContent) -> Iterator[Block]:
         row = [f"{answer.candidate}, {answer.case.name}"]
         for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure = answer.worst(quantity)
-            row.append(
-                "–" if figure is None else
-                f"{_number(quantity, figure.min)} to {_number(quantity, figure.value)} ({_omega(figure.share)})"
-            )  # fmt: skip
             row.append("–" if figure is None or not figure.value else percent(figure.error / figure.value))
         residual = max(run.energies.relative_residual for run in answer.runs)
         exchanged = max(run.energies.exchanged for run in answer.runs)
-        row += [number(1e6 * min(run.step for run in answer.runs)), number(exchanged), percent(residual)]
+        row += [number(1e6 * answer.runs[0].step), number(exchanged), percent(residual)]
         rows.append(tuple(row))
     header = (
-        "candidate and case", "acceleration [g] (omega)", "error", "sway [mm] (omega)", "error", "stroke [%] (omega)",
-        "error", "step [µs]", "energy exchanged [J]", "residual",
+        "candidate and case", "acceleration", "sway", "stroke", "step [µs]", "energy exchanged [J]", "residual",
     )  # fmt: skip
     if rows:
-        yield PageTable(
-            "Range over omega at rest, numerical errors and energy balance", header, tuple(rows[:_MOST_ROWS])
-        )
+        yield PageTable("Numerical errors and energy balance", header, tuple(rows[:_MOST_ROWS]))
         yield Text(
-            "Each figure is given from the least to the worst static equilibrium, with omega of the worst. The "
-            "error is a third of the change from the run with twice the step. The residual of the energy balance is "
+            "The error is a bound: the change from the run with twice the step. The residual of the energy balance is "
             "over the energy exchanged."
         )
 
@@ -340,10 +323,6 @@ def _errors(simulation: SimulationContent) -> Iterator[Block]:
 def _description(simulation: SimulationContent) -> Iterator[Block]:
     cases = {answer.case.name: answer.case for answer in simulation.answers}
     yield Facts((("File", simulation.source), *((name, case.text or case.kind) for name, case in cases.items())))
-
-
-def _omega(share: float) -> str:
-    return number(share, 3, sign=True) if share else "0"
 
 
 def _tiny(value: float) -> str:

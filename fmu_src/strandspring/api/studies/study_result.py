@@ -136,7 +136,7 @@ class AnyStudyResult(Result, Generic[Planned]):
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
         shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.heading]
-        titles = _TITLES if self.study.draws else {"median": ""}
+        titles = _TITLES if self.study.draws and self.study.rows_of_draws else {"median": ""}
         rows = []
         head: dict[str, str] = {}
         for point in shown:

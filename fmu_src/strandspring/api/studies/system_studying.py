@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _SIZE = (8.0, 5.5)  # of the plot [inches]
 _COLORS = {
     CaseVerdict.PASSES: "tab:green",
-    CaseVerdict.CLOSE: "tab:olive",
+    CaseVerdict.UNDECIDED: "tab:olive",
     CaseVerdict.FAILS: "tab:red",
     CaseVerdict.OUTSIDE: "tab:purple",
     CaseVerdict.REFUSED: "tab:gray",
@@ -72,7 +72,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     def plot(self, axes: Axes | None = None) -> Axes:
         """Acceleration against stroke, a marker for each candidate at each grid point in the colour of its verdict.
 
-        The worst of all points, mounts and cases counts; with draws, medians with bars from 5 to 95 %.
+        The worst of all points, mounts and cases counts, at the upper end of its range.
 
         Parameters
         ----------
@@ -116,11 +116,11 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     def headline(self) -> str:
         """What was run, in words, and how many candidates at grid points have each verdict."""
         study, summaries = self.study, self._executed.summaries
-        springs = f"{study.draws} draws (seed {study.seed})" if study.draws else "the identified springs"
         counts = ((verdict.value, (summaries["verdict"] == verdict.value).sum()) for verdict in CaseVerdict)
         verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts if count)
         return (
-            f"{self.name}: {counted(len(study), 'run')}: {springs} of {counted(len(study.candidates), 'candidate')} in "
+            f"{self.name}: {counted(len(study), 'run')} of {study.draws} draws (seed {study.seed}): "
+            f"{counted(len(study.candidates), 'candidate')} in "
             f"{counted(len(study.cases), 'load case')} at each of {counted(study.grid_size, 'grid point')}: "
             f"{verdicts}, {counted(int(summaries['refused'].sum()), 'run')} refused"
         )
@@ -129,7 +129,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         head = {axis.heading: shown_alone(point[axis.heading]) for axis in self.study.varied}
         head |= {"candidate": point["candidate"], "verdict": point["verdict"]}
         head["least margin"] = point["least_margin"] or "-"
-        return head | ({"passing %": f"{100.0 * point['passing']:.3g}", "": ""} if self.study.draws else {})
+        return head | {"beyond a limit %": "-" if point["beyond"] is None else f"{100.0 * point['beyond']:.3g}"}
 
     def _where(self, point: dict[str, Any]) -> str:
         values = (f"{axis.path} {axis.shown(point[axis.heading])}" for axis in self.study.varied)
@@ -151,11 +151,10 @@ def study_system(
     progress: Progress = unseen,
     notify: Callable[[str], None] = lambda _: None,
 ) -> SystemStudyResult:
-    """Simulate a SYSTEM.toml over a grid of its values, with springs drawn from the uncertainty of their model files.
+    """Simulate a SYSTEM.toml over a grid of its values.
 
     Every grid point is checked as the file is; one that describes no possible system is a refused row with its reason.
-    Draw k of a seed is the same springs at every grid point. Figures are the worst of the static equilibria of
-    `simulate`.
+    Every run draws what `simulate` draws, with the same seed; figures are the upper ends of their ranges.
 
     Parameters
     ----------
@@ -165,8 +164,7 @@ def study_system(
                              of what the file says. Other numbers are in SI units. The value of "mount.NAME.places" is
                              how many of the places have a mount, from the first on.
     cases, candidates : str, sequence of str or None   Names of those to simulate; all if None.
-    draws : int or None      Draws at each grid point, 0 for the identified springs; what the file says if None.
-    seed : int or None       Likewise.
+    draws, seed : int or None   Of each run; what the file says if None.
     step : float or None     See `simulate`.
     workers, scheduler, output, progress, notify   As for `study`.
 
@@ -197,7 +195,7 @@ def study_system(
     where, content, files = readable(system), read_description(system), FilesOfFolder(Path(system).parent)
     try:
         planned = planned_study(content, files, vary, cases, candidates, draws, seed, step)
-        cautions = undrawn(planned) if planned.draws else ()
+        cautions = undrawn(planned)
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path, PurePath
@@ -14,11 +14,10 @@ from ...campaigns.jobs.threads import in_threads
 from ...errors import MountedSystemError
 from ...ground.arguments import optional_number, optional_whole, workers_of
 from ...ground.files import refuse_unwritable, write_csv
-from ...vibration.bodies.rest import SHARES
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.draws import CaseDraws
+from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure
 from ..common.history_table import history_table, unique_names
 from ..common.plotting import save_plot, some_axes
@@ -26,7 +25,7 @@ from ..common.progress import Progress, unseen
 from ..common.result import Result
 from ..common.text_table import table_lines
 from .simulation_json import candidate_json, case_json
-from .simulation_words import NO_DRAWS, detail_lines, headline, verdict_table
+from .simulation_words import detail_lines, headline, verdict_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,8 +34,8 @@ if TYPE_CHECKING:
 _SIZE = (8.0, 5.0)  # of the plot [inches]
 _MOST_NUMBERS = 50_000_000  # of the histories of all answers
 _COLUMNS = (
-    "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "min", "rest_omega", "limit",
-    "margin", "q05", "median", "q95",
+    "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "low", "high", "limit", "margin",
+    "beyond",
 )  # fmt: skip
 
 
@@ -49,13 +48,11 @@ class Simulation(Result):
     file : SystemFile
     candidates : tuple of CandidateAnswer   Static pose and modes of each.
     answers : tuple of CaseAnswer           Of each candidate in each case, in their order.
-    draws : int                             Of springs in each case.
     """
 
     file: SystemFile
     candidates: tuple[CandidateAnswer, ...]
     answers: tuple[CaseAnswer, ...]
-    draws: int = 0
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each figure of each case, in SI units; a refused case has one row without a figure."""
@@ -93,7 +90,7 @@ class Simulation(Result):
 
         file = self.file
         content = SimulationContent(
-            file.name, file.description, PurePath(file.path).name, self.candidates, self.answers, self.draws
+            file.name, file.description, PurePath(file.path).name, self.candidates, self.answers
         )
         write_simulation(os.fspath(path), content)
 
@@ -146,10 +143,8 @@ class Simulation(Result):
         return {
             "system": self.file.name,
             "limits": {
-                "acceleration": dict(limits.acceleration),
-                "sway": dict(limits.sway),
-                "tilt": limits.tilt,
-                "stroke": limits.stroke,
+                **{kind.name.lower(): limit for kind, limit in limits.of_all.items()},
+                **{kind.name.lower(): dict(of_subjects) for kind, of_subjects in limits.of_kind.items()},
             },
             "candidates": [candidate_json(candidate) for candidate in self.candidates],
             "cases": [case_json(answer) for answer in self.answers],
@@ -165,7 +160,6 @@ class Simulation(Result):
             headline(self.file.name, self.answers),
             *table_lines(headings, rows, left, width),
             *detail_lines(self.candidates, self.answers, width),
-            *([] if self.draws else ["", NO_DRAWS]),
         ]
 
     def _repr_html_(self) -> str:
@@ -177,9 +171,9 @@ class Simulation(Result):
 
 def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
     """Refuse draws, a seed or a time step [s] that are none; raises MountedSystemError or TypeError."""
-    for name, count in (("draws", draws), ("seed", seed)):
-        if (optional_whole(name, count) or 0) < 0:
-            raise MountedSystemError(f"`{name}` must be >= 0, got {count!r}.")
+    for name, count, least in (("draws", draws, LEAST_DRAWS), ("seed", seed, 0)):
+        if (number := optional_whole(name, count)) is not None and number < least:
+            raise MountedSystemError(f"`{name}` must be >= {least}, got {count!r}.")
     seconds = optional_number("step", step, "s")
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
         raise MountedSystemError(f"`step` must be finite and > 0 [s], got {step!r}.")
@@ -204,8 +198,9 @@ def simulate(
     system : path or SystemFile
     cases, candidates : str, sequence of str or None   Names of those to simulate; all if None. The name of a case with
                                                        several directions stands for all of them.
-    draws, seed : int or None  Springs drawn from the uncertainty of their model files for the spread of the figures; 0
-                               for none. By default as the file says.
+    draws, seed : int or None  Of everything unknown, for the ranges of the figures: omega at rest, springs by the
+                               uncertainty of their model files, realisations of random vibration. By default as the
+                               file says, or 48.
     step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
                                the errors are within 0.1 %.
     workers : int or None      Threads; as many as cores if None.
@@ -226,70 +221,41 @@ def simulate(
     file = system if isinstance(system, SystemFile) else load_system_file(system)
     chosen = file.chosen_candidates(candidates)
     loads = file.chosen_cases(cases)
-    omega = file.options.rest_omega
-    shares = SHARES if omega is None else (omega,)
-    statics = tuple(answer_candidate(name, mounted, file.models, shares) for name, mounted in chosen)
+    drawn = file.options.draws if draws is None else draws
+    chosen_seed = file.options.seed if seed is None else seed
+    unknowns = {
+        name: Unknowns(Drawn.from_models(mounted, file.models), drawn, chosen_seed, file.options.rest_omega)
+        for name, mounted in chosen
+    }
+    statics = tuple(answer_candidate(name, mounted, file.models, unknowns[name]) for name, mounted in chosen)
     tasks = [
-        partial(answer_case, name, mounted, case, file.limits, shares, step or file.options.step, with_courses=courses)
+        partial(
+            answer_case, name, mounted, case, file.limits, unknowns[name], step or file.options.step,
+            with_courses=courses,
+        )
         for name, mounted in chosen
         for case in loads
-    ]
-    drawn = file.options.draws if draws is None else draws
-    total = len(tasks) * (1 + drawn)
+    ]  # fmt: skip
     answers: list[CaseAnswer] = []
     room = _MOST_NUMBERS
     for answer in in_threads(tasks, workers):
         if answer.courses is not None:
             room -= answer.courses.size
         answers.append(answer if room >= 0 else replace(answer, courses=None))
-        progress(f"{answer.candidate}, {answer.case.name}", len(answers), total)
+        progress(f"{answer.candidate}, {answer.case.name}", len(answers), len(tasks))
     if answers and all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
     refusals = [candidate.refusal for candidate in statics if candidate.refusal]
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
-    if drawn:
-        advance = partial(progress, "Drawing springs")
-        springs = {candidate.name: Drawn.from_models(candidate.system, file.models) for candidate in statics}
-        statics = tuple(
-            replace(candidate, cautions=(*candidate.cautions, *springs[candidate.name].missing))
-            for candidate in statics
-        )
-        chosen_seed = file.options.seed if seed is None else seed
-        answers = list(_with_spreads(answers, springs, drawn, chosen_seed, workers, advance))
-    return Simulation(file, statics, tuple(answers), drawn)
-
-
-def _with_spreads(
-    answers: Sequence[CaseAnswer],
-    drawn: Mapping[str, Drawn],
-    draws: int,
-    seed: int,
-    workers: int | None,
-    advance: Callable[[float, int], None],
-) -> Iterator[CaseAnswer]:
-    """The answers with the spread of their figures."""
-    total = len(answers) * (1 + draws)
-    for done, answer in enumerate(answers):
-        before = len(answers) + done * draws
-        if answer.refusal or not drawn[answer.candidate].spreads:
-            yield answer
-            continue
-        runs = CaseDraws(answer, drawn[answer.candidate], seed)
-        collected = []
-        for figures in in_threads((partial(runs.figures, number) for number in range(draws)), workers):
-            collected.append(figures)
-            advance(before + len(collected), total)
-        yield runs.answered(collected)
+    return Simulation(file, statics, tuple(answers))
 
 
 def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:
     head = (answer.candidate, answer.case.name, answer.verdict.value)
     if figure is None:
         return (*head, *[None] * (len(_COLUMNS) - len(head)))
-    spread = figure.spread
-    quantiles = (None, None, None) if spread is None else (spread.low, spread.median, spread.high)
     return (
-        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.min,
-        figure.share, figure.limit, figure.margin, *quantiles,
+        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.low,
+        figure.high, figure.limit, figure.margin, figure.beyond,
     )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ...kernel.arrays import FloatArray
 from ...vibration.bodies.axis_names import axis_names
 from ...vibration.bodies.modes import Mode
 from ...vibration.bodies.mounted import MountedSystem
@@ -25,30 +26,36 @@ def candidate_json(candidate: CandidateAnswer) -> Json:
     static = candidate.static
     form: Json = {"name": candidate.name, "refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
     if static is None:
-        return {**form, "static_equilibrium": [], "modes": None}
+        return {**form, "static_equilibrium": None, "modes": None}
     names = axis_names(candidate.system)
-    rest = [
-        {
-            "omega": pose.share,
-            "bodies": [
-                {
-                    "body": body.name,
-                    "displacement": pose.displacements[k].tolist(),
-                    "quaternion": pose.coordinates[k, 3:].tolist(),
-                    "sag": float(static.sag[at, k]),
-                    "tilt": float(static.tilt[at, k]),
-                }
-                for k, body in enumerate(candidate.system.bodies)
-            ],
-            "axes": [
-                {"axis": name, "displacement": float(x), "force": float(force), "place_in_range": float(place)}
-                for name, x, force, place in zip(names, pose.displacement, pose.force, static.places[at], strict=True)
-            ],
-        }
-        for at, pose in enumerate(static.poses)
-    ]
+    pose, places = static.poses[0], static.places
+    forces = np.array([drawn.force for drawn in static.poses])
+    rest = {
+        "bodies": [
+            {
+                "body": body.name,
+                "displacement": pose.displacements[k].tolist(),
+                "quaternion": pose.coordinates[k, 3:].tolist(),
+                "sag": _ranged(static.sag[:, k]),
+                "tilt": _ranged(static.tilt[:, k]),
+            }
+            for k, body in enumerate(candidate.system.bodies)
+        ],
+        "axes": [
+            {
+                "axis": name, "displacement": float(pose.displacement[k]), "force": _ranged(forces[:, k]),
+                "place_in_range": _ranged(places[:, k]),
+            }
+            for k, name in enumerate(names)
+        ],
+    }  # fmt: skip
     modes = {name: [_mode(mode) for mode in getattr(static, name)] for name in ("tangent", "secant")}
     return {**form, "static_equilibrium": rest, "modes": modes}
+
+
+def _ranged(values: FloatArray) -> Json:
+    """The nominal value, which comes first, and the least and the largest of all draws."""
+    return {"value": float(values[0]), "low": float(values.min()), "high": float(values.max())}
 
 
 def _mode(mode: Mode) -> Json:
@@ -64,8 +71,8 @@ def case_json(answer: CaseAnswer) -> Json:
         "verdict": answer.verdict.value,
         "refusal": answer.refusal or None,
         "figures": [figure_json(figure) for figure in answer.figures],
-        "runs": [_run(answer.system, run, use) for run, use in zip(answer.runs, answer.uses, strict=True)],
-        "spread": None if answer.spread is None else asdict(answer.spread),
+        "nominal": _run(answer.system, answer.runs[0], answer.uses[0]) if answer.runs else None,
+        "draws": {"count": answer.draws, "refused": answer.refused, "beyond": answer.beyond},
         "cautions": [caution.text for caution in answer.cautions],
         "spectra": None if answer.courses is None else _spectra(answer.system, answer.courses),
     }
@@ -73,22 +80,13 @@ def case_json(answer: CaseAnswer) -> Json:
 
 def figure_json(figure: Figure) -> Json:
     """A figure with its margin."""
-    form = {
-        field.name: getattr(figure, field.name) for field in fields(figure) if field.name not in ("quantity", "spread")
-    }
-    return {
-        "quantity": figure.quantity.value,
-        "unit": figure.quantity.unit,
-        **form,
-        "margin": figure.margin,
-        "spread": None if figure.spread is None else asdict(figure.spread),
-    }
+    form = {field.name: getattr(figure, field.name) for field in fields(figure) if field.name != "quantity"}
+    return {"quantity": figure.quantity.value, "unit": figure.quantity.unit, **form, "margin": figure.margin}
 
 
 def _run(system: MountedSystem, run: CaseRun, use: RangeUse) -> Json:
     figures = run.figures
     return {
-        "omega": run.start.share,
         "step": run.step,
         "energies": {**asdict(run.energies), "residual": run.energies.residual},
         "relative_energy_residual": run.energies.relative_residual,
@@ -123,7 +121,7 @@ def _figures(figures: Any, number: int, names: Sequence[str]) -> Json:
 
 def _spectra(system: MountedSystem, courses: Courses) -> Json:
     """Shock response spectra (maximax) and power spectra of the base and the points, along x, y and z."""
-    form: Json = {"omega": courses.run.start.share, "interval": courses.interval, "shock": None, "power": None}
+    form: Json = {"interval": courses.interval, "shock": None, "power": None}
     names = [point.name for point in system.points]
     if courses.shock:
         form["shock"] = {

@@ -18,9 +18,6 @@ from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted
 from ..common.text_table import table_lines
 
-NO_DRAWS = (
-    "The spread by the uncertainty of the model files was not asked for; `draws=200` (`draws` of the file) shows it."
-)
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 
@@ -56,12 +53,14 @@ def verdict_table(answers: Sequence[CaseAnswer]) -> tuple[list[str], list[list[s
 def _value(figure: Figure | None) -> str:
     if figure is None:
         return "-"
-    value = figure.quantity.column.factor * figure.value
-    return "0" if abs(value) < _NOTHING else f"{value:.4g}"
+    low, high = (figure.quantity.column.factor * end for end in (figure.low, figure.high))
+    if abs(high) < _NOTHING:
+        return "0"
+    return f"{high:.4g}" if high - low < 1e-3 * high else f"{low:.4g} to {high:.4g}"
 
 
 def _of_limit(figure: Figure | None) -> str:
-    return "-" if figure is None or figure.limit is None else f"{100.0 * figure.value / figure.limit:.0f} %"
+    return "-" if figure is None or figure.limit is None else f"{100.0 * figure.high / figure.limit:.0f} %"
 
 
 def _largest_error(answer: CaseAnswer) -> str:
@@ -87,11 +86,10 @@ def detail_lines(
         yield f"{candidate.name}:"
         yield from static_lines(candidate, width)
         for answer in of_candidate:
-            if answer.refusal:
+            if answer.verdict is CaseVerdict.REFUSED:
                 yield f"  {answer.case.name}: refused: {answer.refusal}"
-        yield from rest_lines(of_candidate, width)
+        yield from run_lines(of_candidate, width)
         yield from rms_lines(of_candidate, width)
-        yield from spread_lines(of_candidate, width)
         for sentence in candidate.cautions:
             yield f"  Caution: {sentence}"
         for sentence in grouped_cautions(of_candidate):
@@ -144,30 +142,23 @@ def _moved(displacements: FloatArray) -> str:
     return f"at {', '.join(ranges)} mm from its nominal pose" if ranges else "in its nominal pose"
 
 
-def rest_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
-    """What omega at rest changes, and the energy balance, of each case."""
+def run_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
+    """Draws, step and energy balance of each case."""
     rows = []
     for answer in answers:
-        if answer.refusal:
-            continue
-        row = [answer.case.name]
-        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
-            figure = answer.worst(quantity)
-            row += ["-", "-"] if figure is None else [_range(figure), _omega(figure.share)]
-        residual = max(run.energies.relative_residual for run in answer.runs)
-        steps = min(run.step for run in answer.runs)
-        rows.append([*row, f"{1e6 * steps:.4g}", f"{100.0 * residual:.2g}"])
+        if answer.runs:
+            residual = max(run.energies.relative_residual for run in answer.runs)
+            step = 1e6 * answer.runs[0].step
+            beyond = f"{100.0 * answer.beyond:.3g}" if answer.draws else "-"
+            cells = [answer.case.name, str(answer.draws), beyond, str(answer.refused)]
+            rows.append([*cells, f"{step:.4g}", f"{100.0 * residual:.2g}"])
     if rows:
-        count = max(len(answer.runs) for answer in answers)
-        yield (
-            "  omega at rest is unknown; each case is run with three, the worst counts:"
-            if count > 1
-            else "  omega at rest is given; each case is run with it:"
-        )
-        headings = [
-            "case", "acceleration g", "omega", "sway mm", "omega", "stroke %", "omega", "step us", "energy residual %",
-        ]  # fmt: skip
+        yield "  draws of omega at rest, springs and realisations; step of the nominal run:"
+        headings = ["case", "draws", "beyond a limit %", "refused", "step us", "energy residual %"]
         yield from table_lines(headings, rows, {"case"}, width)
+    for answer in answers:
+        if answer.refused:
+            yield f"  {answer.case.name}: {answer.refused} draws refused, most often: {answer.refusal}"
 
 
 def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
@@ -187,41 +178,9 @@ def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterat
         yield from table_lines(headings, rows, {"case", "point"}, width)
 
 
-def spread_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
-    """5 to 95 % of the figures by the uncertainty of the springs."""
-    rows, spreads = [], [answer.spread for answer in answers if answer.spread is not None]
-    for answer in answers:
-        if answer.spread is None:
-            continue
-        row = [answer.case.name]
-        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
-            figure, scale = answer.worst(quantity), quantity.column.factor
-            known = None if figure is None else figure.spread
-            row.append("-" if known is None else f"{scale * known.low:.4g} to {scale * known.high:.4g}")
-        spread = answer.spread
-        rows.append([*row, f"{100.0 * spread.failing:.3g}", str(spread.refused)])
-    if rows:
-        first = spreads[0]
-        yield f"  5 to 95 % of {first.draws} draws of springs (seed {first.seed}), the worst omega at rest of each:"
-        headings = ["case", "acceleration g", "sway mm", "stroke %", "beyond a limit %", "refused"]
-        yield from table_lines(headings, rows, {"case"}, width)
-    for answer in answers:
-        if answer.spread is not None and answer.spread.refused:
-            yield f"  {answer.case.name}: {answer.spread.refused} draws refused, most often: {answer.spread.reason}"
-
-
-def _omega(share: float) -> str:
-    return f"{share:+.3g}" if share else "0"
-
-
-def _range(figure: Figure) -> str:
-    scale = figure.quantity.column.factor
-    return f"{scale * figure.min:.4g} to {scale * figure.value:.4g}"
-
-
 def _friction(static: StaticAnswer) -> str:
     """What the static poses are of."""
-    return "with friction" if len(static.poses) > 1 else f"at omega {_omega(static.poses[0].share)}"
+    return "with friction" if len(static.poses) > 1 else "at the omega that is given"
 
 
 def _by_weight(static: StaticAnswer, system: MountedSystem) -> str:
@@ -229,7 +188,7 @@ def _by_weight(static: StaticAnswer, system: MountedSystem) -> str:
     nominal = np.array([axis.nominal for _, axis in system.axes()])
     ways = static.poses[0].displacement - nominal
     most = int(np.argmax(np.abs(ways)))
-    at = "without friction" if static.poses[0].share == 0.0 else _friction(static)
+    at = "without friction" if not static.poses[0].omega.any() else _friction(static)
     return f"{at} the weight moves {axis_names(system)[most]} by {1e3 * ways[most]:+.3g} mm"
 
 

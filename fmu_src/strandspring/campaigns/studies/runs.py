@@ -60,6 +60,7 @@ class Runs(ABC, Generic[Row]):
     largest_batch : int             Runs of about a second together.
     figures : tuple of StudyFigure
     draws, seed : int               Draws at each grid point, 0 for none.
+    rows_of_draws : bool            Whether each draw is a run of its own.
     """
 
     subject: ClassVar[str]
@@ -67,6 +68,7 @@ class Runs(ABC, Generic[Row]):
     refusal: ClassVar[type[StrandspringError]]
     largest_batch: ClassVar[int]
     figures: ClassVar[tuple[StudyFigure, ...]]
+    rows_of_draws: ClassVar[bool] = True
     draws: int
     seed: int
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ...errors import MountedSystemError
 from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
 from ...vibration.description.system_file import system_of_content
 from ...vibration.description.system_tables import SystemTable
@@ -65,16 +64,11 @@ def planned_study(
 
 
 def undrawn(study: SystemStudy) -> tuple[str, ...]:
-    """A sentence for each model file that cannot be drawn from; raises MountedSystemError if there is no other."""
+    """A sentence for each model file that cannot be drawn from."""
     missing: dict[str, None] = {}
-    can_draw = False
     for file in study.distinct_files():
         for number, _ in study.candidates:
-            drawn = Drawn.from_models(file.candidates[number][1], file.models)
-            can_draw = can_draw or bool(drawn.spreads)
-            missing |= dict.fromkeys(drawn.missing)
-    if not can_draw:
-        raise MountedSystemError(f"there is nothing to draw: {next(iter(missing))}")
+            missing |= dict.fromkeys(Drawn.from_models(file.candidates[number][1], file.models).missing)
     return tuple(missing)
 
 

@@ -32,6 +32,7 @@ class SystemRow:
                                           Least share of a limit that is left; None without a limit.
     governing : str or None               The limit with the least margin.
     verdict : str                         See `CaseVerdict`.
+    beyond : float or None                Share of the draws beyond a limit or an identified range.
     outcome : str                         `DONE`, `OUTSIDE` where figures are extrapolated, or why it is refused.
     """
 
@@ -50,18 +51,19 @@ class SystemRow:
     tilt_margin: float | None = None
     stroke_margin: float | None = None
     governing: str | None = None
+    beyond: float | None = None
     verdict: str = CaseVerdict.REFUSED.value
     outcome: str = DONE
 
 
 def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     """A run of which there is an answer."""
-    if answer.refusal:
+    if answer.verdict is CaseVerdict.REFUSED:
         return SystemRow(run, outcome=answer.refusal)
     worst = {
-        quantity: max((figure.value for figure in answer.figures_of(quantity)), default=None) for quantity in FigureKind
+        quantity: max((figure.high for figure in answer.figures_of(quantity)), default=None) for quantity in FigureKind
     }
-    stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.value)
+    stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.high)
     margins = {
         quantity: min(
             (figure.margin for figure in answer.figures_of(quantity) if figure.margin is not None), default=None
@@ -72,7 +74,7 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     nearest = min(limited, key=lambda figure: figure.margin or 0.0, default=None)
     return SystemRow(
         run=run,
-        accelerations=tuple(figure.value for figure in answer.figures_of(FigureKind.ACCELERATION)),
+        accelerations=tuple(figure.high for figure in answer.figures_of(FigureKind.ACCELERATION)),
         sway=worst[FigureKind.SWAY],
         tilt=worst[FigureKind.TILT],
         stroke=finite(worst[FigureKind.STROKE]),
@@ -86,6 +88,7 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
         tilt_margin=margins[FigureKind.TILT],
         stroke_margin=finite(margins[FigureKind.STROKE]),
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
+        beyond=answer.beyond,
         verdict=answer.verdict.value,
         outcome=OUTSIDE if answer.verdict is CaseVerdict.OUTSIDE else DONE,
     )

@@ -1,4 +1,4 @@
-"""A study of a SYSTEM.toml: every grid point with every draw, candidate and load case."""
+"""A study of a SYSTEM.toml: every grid point with every candidate and load case."""
 
 from __future__ import annotations
 
@@ -13,14 +13,13 @@ import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
 from ...ground.gravity import STANDARD_GRAVITY
-from ...vibration.bodies.mounted import MountedSystem
-from ...vibration.bodies.rest import SHARES
 from ...vibration.description.named_files import HeldFiles
 from ...vibration.description.system_file import SystemFile, system_of_content
 from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
+from ...vibration.verdicts.draws import DRAWS, LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict
 from .runs import Place, RunColumn, Runs, StudyFigure
 from .summaries import most_frequent
@@ -43,6 +42,7 @@ _HEADINGS = {
     "rms_acceleration": "rms acceleration [m/s^2]",
     "rms_sway": "rms sway [m]",
     "error": "numerical error [1]",
+    "beyond": "draws beyond a limit [1]",
     "acceleration_margin": "margin of acceleration [1]",
     "sway_margin": "margin of sway [1]",
     "tilt_margin": "margin of tilt [1]",
@@ -56,9 +56,10 @@ _MARGINS = [name for name in _HEADINGS if name.endswith("_margin")]
 
 @dataclass(frozen=True)
 class SystemStudy(Runs[SystemRow]):
-    """Runs over a grid of values of a SYSTEM.toml, each with every draw of its springs, candidate and load case.
+    """Runs over a grid of values of a SYSTEM.toml, each with every candidate and load case.
 
-    Cases come first, then candidates, draws and grid points, of which the values of the last path come first.
+    Cases come first, then candidates and grid points, of which the values of the last path come first. A run is what
+    `simulate` does; its figures are the upper ends of their ranges.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ class SystemStudy(Runs[SystemRow]):
     varied : tuple of Varied     The axes of the grid.
     candidates, cases : tuple    Their indices in the description, and their names.
     points : tuple of str        Names of the points whose acceleration is asked for.
-    draws, seed : int            Draws at each grid point; 0 for the identified springs alone.
+    draws, seed : int            Draws in each run, see `Unknowns`.
     step : float or None         See `simulate_case`.
 
     Raises
@@ -78,7 +79,8 @@ class SystemStudy(Runs[SystemRow]):
     subject = "system"
     row_type = SystemRow
     refusal = MountedSystemError
-    largest_batch = 8  # a shock takes some 15 ms, random vibration seconds
+    largest_batch = 8  # a shock takes some 0.1 s, random vibration seconds
+    rows_of_draws = False
     figures = (  # the worst of all cases; margins are shares of limits that are left
         StudyFigure("margin", "margin %", 100.0),
         StudyFigure("acceleration", "acceleration g", 1.0 / STANDARD_GRAVITY),
@@ -93,7 +95,7 @@ class SystemStudy(Runs[SystemRow]):
     candidates: tuple[tuple[int, str], ...]
     cases: tuple[tuple[int, str], ...]
     points: tuple[str, ...]
-    draws: int = 0
+    draws: int = DRAWS
     seed: int = 0
     step: float | None = None
 
@@ -104,6 +106,8 @@ class SystemStudy(Runs[SystemRow]):
                 if location in taken:
                     raise MountedSystemError(f"{taken[location]} and {axis.path} vary the same value; leave one out.")
                 taken[location] = axis.path
+        if self.draws < LEAST_DRAWS:
+            raise MountedSystemError(f"`draws` must be >= {LEAST_DRAWS}, got {self.draws!r}.")
         self._check_counts("; vary less, or choose cases and candidates")
 
     @property
@@ -113,8 +117,8 @@ class SystemStudy(Runs[SystemRow]):
 
     @property
     def runs_per_point(self) -> int:
-        """Draws, candidates and cases of a grid point."""
-        return max(self.draws, 1) * len(self.candidates) * len(self.cases)
+        """Candidates and cases of a grid point."""
+        return len(self.candidates) * len(self.cases)
 
     def __len__(self) -> int:
         return self.grid_size * self.runs_per_point
@@ -125,7 +129,7 @@ class SystemStudy(Runs[SystemRow]):
         return [
             RunColumn("run", "run"),
             *(RunColumn(axis.path, axis.heading) for axis in self.varied),
-            *(RunColumn(name, name) for name in ("draw", "candidate", "case")),
+            *(RunColumn(name, name) for name in ("candidate", "case")),
             *(RunColumn(f"acceleration of {name}", f"acceleration of {name} [m/s^2]") for name in self.points),
             *(RunColumn(name, heading) for name, heading in _HEADINGS.items()),
         ]
@@ -141,16 +145,15 @@ class SystemStudy(Runs[SystemRow]):
         """See `Runs`."""
         rest, case = divmod(run, len(self.cases))
         rest, candidate = divmod(rest, len(self.candidates))
-        point, draw = divmod(rest, max(self.draws, 1))
-        return Place(point, draw, candidate, case)
+        return Place(rest, 0 * rest, candidate, case)
 
     def cells(self, row: SystemRow) -> list[object]:
         """See `Runs`."""
         place = self.place(row.run)
         accelerations = row.accelerations or (None,) * len(self.points)
         return [
-            row.run, *self.values(place.point), place.draw if self.draws else None,
-            self.candidates[place.candidate][1], self.cases[place.case][1], *accelerations,
+            row.run, *self.values(place.point), self.candidates[place.candidate][1], self.cases[place.case][1],
+            *accelerations,
             *(getattr(row, name) for name in _HEADINGS),
         ]  # fmt: skip
 
@@ -158,7 +161,7 @@ class SystemStudy(Runs[SystemRow]):
     def summed_up(self) -> list[str]:
         """See `Runs`."""
         accelerations = [f"acceleration of {name}" for name in self.points]
-        return [*accelerations, "sway", "tilt", "stroke", *_MARGINS, "governing", "verdict", "outcome"]
+        return [*accelerations, "sway", "tilt", "stroke", *_MARGINS, "governing", "beyond", "verdict", "outcome"]
 
     def grid(self) -> pd.DataFrame:
         """See `Runs`; values that are varied stand under their headings."""
@@ -169,14 +172,12 @@ class SystemStudy(Runs[SystemRow]):
         return pd.MultiIndex.from_product(axes, names=names).to_frame(index=False)
 
     def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """See `Runs`; counts have "verdict", the worst of all cases and draws, "passing", the share of the draws that
-        pass all cases, "refused", "reason", and "least_margin", the limit that most often has the least margin of a
-        draw, with its case.
+        """See `Runs`; counts have "verdict", the worst of all cases, "beyond", the largest share of draws beyond a
+        limit, "refused", "reason", and "least_margin", the limit that has the least margin, with its case.
         """
         import pandas as pd
 
         ranks = runs["verdict"].map(_VERDICTS.index)
-        of_draws = ranks.groupby([runs["group"], runs["draw"]]).max()
         refused = runs[runs["verdict"] == CaseVerdict.REFUSED.value]
         # Unknown where a spring without free travel has left its range, which is worse than any other.
         margin = runs[_MARGINS].min(axis=1).where(runs["stroke"].notna())
@@ -187,8 +188,8 @@ class SystemStudy(Runs[SystemRow]):
         nearest = nearest.sort_values("margin", kind="stable").drop_duplicates(["group", "draw"]).sort_index()
         limits = zip(nearest["governing"], nearest["case"], strict=True)
         governing = pd.Series([f"{name} in {self.cases[case][1]}" for name, case in limits], nearest.index, dtype=str)
-        counts = of_draws.groupby("group").max().map(_VERDICTS.__getitem__).to_frame("verdict")
-        counts["passing"] = of_draws.eq(0).groupby("group").mean()
+        counts = ranks.groupby(runs["group"]).max().map(_VERDICTS.__getitem__).to_frame("verdict")
+        counts["beyond"] = runs.groupby("group")["beyond"].max()
         counts["refused"] = refused.groupby("group").size().reindex(counts.index, fill_value=0)
         counts["reason"] = most_frequent(refused["outcome"], refused["group"])
         counts["least_margin"] = most_frequent(governing, nearest["group"])
@@ -236,12 +237,11 @@ class SystemStudy(Runs[SystemRow]):
         place = self.place(run)
         try:
             file = systems.file(place.point)
-            system = systems.system(place)
-            omega = file.options.rest_omega
-            answer = answer_case(
-                self.candidates[place.candidate][1], system, file.cases[self.cases[place.case][0]], file.limits,
-                SHARES if omega is None else (omega,), self.step or file.options.step,
-            )  # fmt: skip
+            name, system = file.candidates[self.candidates[place.candidate][0]]
+            case = file.cases[self.cases[place.case][0]]
+            drawn = Drawn.from_models(system, file.models)
+            unknowns = Unknowns(drawn, self.draws, self.seed, file.options.rest_omega)
+            answer = answer_case(name, system, case, file.limits, unknowns, self.step or file.options.step)
         except StrandspringError as refusal:
             return SystemRow(run, outcome=str(refusal))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
@@ -251,19 +251,17 @@ class SystemStudy(Runs[SystemRow]):
 
 
 class _Systems:
-    """The systems of runs that follow each other, which share most of them."""
+    """The descriptions of runs that follow each other, which share most of them."""
 
     def __init__(self, study: SystemStudy) -> None:
         self._study = study
         self._point: int | None = None
         self._file: SystemFile | StrandspringError = MountedSystemError("")
-        self._drawn: dict[int, Drawn] = {}
-        self._systems: dict[tuple[int, int], MountedSystem] = {}
 
     def file(self, point: int) -> SystemFile:
         """The description at a grid point."""
         if point != self._point:
-            self._point, self._drawn, self._systems = point, {}, {}
+            self._point = point
             try:
                 self._file = self._study.described(point)
             except StrandspringError as refusal:
@@ -271,16 +269,3 @@ class _Systems:
         if isinstance(self._file, StrandspringError):
             raise self._file
         return self._file
-
-    def system(self, place: Place) -> MountedSystem:
-        """The system of a run."""
-        file, study = self.file(place.point), self._study
-        system = file.candidates[study.candidates[place.candidate][0]][1]
-        if not study.draws:
-            return system
-        key = place.candidate, place.draw
-        if key not in self._systems:
-            if place.candidate not in self._drawn:
-                self._drawn[place.candidate] = Drawn.from_models(system, file.models)
-            self._systems = {key: self._drawn[place.candidate].system(system, study.seed, place.draw)}
-        return self._systems[key]

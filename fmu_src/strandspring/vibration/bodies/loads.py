@@ -7,9 +7,9 @@ measured acceleration is never integrated twice.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -37,6 +37,15 @@ class Signal(Protocol):
 
     def averages(self, step: float, count: int) -> FloatArray:
         """Its mean over each of `count` steps [k*step, (k + 1)*step], shape (count,)."""
+        ...
+
+
+@runtime_checkable
+class RandomSignal(Signal, Protocol):
+    """A signal of which other realisations can be drawn."""
+
+    def redrawn(self, number: int) -> Signal:
+        """Another realisation; the same number gives the same."""
         ...
 
 
@@ -86,6 +95,21 @@ class LoadCase:
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False
     text: str = ""
+
+    @property
+    def is_random(self) -> bool:
+        """Whether other realisations of it can be drawn."""
+        return any(isinstance(channel.signal, RandomSignal) for channel in self.channels)
+
+    def redrawn(self, number: int) -> LoadCase:
+        """Another realisation of its random signals; the same number gives the same."""
+        channels = [
+            replace(channel, signal=channel.signal.redrawn(number))
+            if isinstance(channel.signal, RandomSignal)
+            else channel
+            for channel in self.channels
+        ]
+        return replace(self, channels=tuple(channels))
 
     def steps(self, step: float) -> int:
         """How many steps of this length [s] reach its end."""

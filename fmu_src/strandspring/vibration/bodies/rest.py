@@ -1,7 +1,7 @@
 """Static equilibrium of bodies on hysteretic mounts; it depends on where in their loops the springs came to rest.
 
-`omega` of a spring at rest is between -1 and 1 and unknown. Three poses bound it: all springs loaded from below (omega
-= sgn of the static force), midway (0), and unloaded from above (-sgn of the static force).
+`omega` of a spring at rest is between -1 and 1, and unknown unless somebody knows how the bodies came there; each
+spring has its own.
 """
 
 from __future__ import annotations
@@ -18,8 +18,6 @@ from .mounted import MountedSystem
 from .small_motion import Pose
 from .solving import solver
 
-SHARES = (0.0, 1.0, -1.0)  # of full saturation of the hysteresis at rest
-
 
 @dataclass(frozen=True, eq=False)
 class RestPose:
@@ -27,7 +25,6 @@ class RestPose:
 
     Attributes
     ----------
-    share : float                       omega of every spring is the share times the sign of its static force.
     coordinates : ndarray, shape (B, 7)   Of each body: displacement of its centre of gravity from the nominal pose [m],
                                         unit quaternion.
     omega : ndarray, shape (A,)         Of the springs of each axis.
@@ -35,7 +32,6 @@ class RestPose:
     force : ndarray, shape (A,)         Of each axis, stops included [N].
     """
 
-    share: float
     coordinates: FloatArray
     omega: FloatArray
     displacement: FloatArray
@@ -64,7 +60,11 @@ class RestPose:
 
 
 def rest(
-    system: MountedSystem, share: float = 0.0, weightless: bool = False, solve: MotionSolver | None = None
+    system: MountedSystem,
+    share: float = 0.0,
+    weightless: bool = False,
+    solve: MotionSolver | None = None,
+    omega: FloatArray | None = None,
 ) -> RestPose:
     """The pose in which the bodies rest.
 
@@ -74,6 +74,7 @@ def rest(
     share : float           omega of every spring as a share of saturation in the sense of its static force, -1 to 1.
     weightless : bool       Without gravity, as in a free fall.
     solve : MotionSolver    Of the system, if there is one already.
+    omega : ndarray or None, shape (A,)   Of the springs of each axis, instead of a share.
 
     Raises
     ------
@@ -81,11 +82,11 @@ def rest(
     """
     kernel = solver(system) if solve is None else solve
     gravity = np.zeros(3) if weightless else np.array(system.gravity)
-    middle = _rest(system, kernel, gravity, 0.0, np.zeros(kernel.axes), None)
-    if share == 0.0:
-        pose = middle
-    else:
-        pose = _rest(system, kernel, gravity, share, share * kernel.senses(middle.force), middle.coordinates)
+    pose = _rest(system, kernel, gravity, np.zeros(kernel.axes), None)
+    if omega is None and share != 0.0:
+        omega = share * kernel.senses(pose.force)
+    if omega is not None:
+        pose = _rest(system, kernel, gravity, omega, pose.coordinates)
     _check_range(system, pose)
     return pose
 
@@ -94,7 +95,6 @@ def _rest(
     system: MountedSystem,
     kernel: MotionSolver,
     gravity: FloatArray,
-    share: float,
     omega: FloatArray,
     begin: FloatArray | None,
 ) -> RestPose:
@@ -107,7 +107,7 @@ def _rest(
         )
     no_channels, no_steps = rows("MotionChannel", 0), np.empty((0, 0))
     _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
-    return RestPose(share, coordinates, omega, at.displacement[0], at.force[0])
+    return RestPose(coordinates, omega, at.displacement[0], at.force[0])
 
 
 def _check_range(system: MountedSystem, pose: RestPose) -> None:

@@ -1,12 +1,11 @@
-"""A load case on a system in time: every run is repeated with half the step, and the difference is its printed error.
+"""A load case on a system in time: the run is repeated with half the step, and the difference bounds its error.
 
 The method is of second order (motion.h), so that a third of the change from step h to h/2 is the error of the finer
-run. The step is halved until the largest errors of acceleration, sway and stroke are within `TOLERANCE`.
+run where the term in h^2 rules. The printed error is the whole change: a bound, which also holds for a figure whose
+term in h^2 happens to cancel in part, and for a peak at a corner of its course, whose error depends on where the steps
+fall. The step is halved until a third of the changes of acceleration, sway, tilt and stroke is within the tolerance.
 
-A printed error is within 20 % of the true one where it is among the larger of its kind. It may be too small for a
-single figure whose term in h^2 happens to cancel, and for a peak within a step of a corner of its course, where the
-error still falls with h^2 but depends on where the steps fall: take the largest error of the kind for these. Where
-corners of a record lie within steps, because its samples are uneven or `step` does not divide their interval, the
+Where corners of a record lie within steps, because its samples are uneven or `step` does not divide their interval, the
 forces of dampers and what follows from them err in the first order, by chance more or less at each step: the printed
 error may be much too small (seen: 0.003 % of the largest acceleration for 0.6 %).
 """
@@ -14,7 +13,6 @@ error may be much too small (seen: 0.003 % of the largest acceleration for 0.6 %
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,80 +23,92 @@ from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories, MotionFigures, MotionSolver
 from .loads import ChannelKind, LoadCase
 from .mounted import MotionKind, MountedSystem
-from .rest import SHARES, RestPose, rest
+from .rest import RestPose, rest
 from .run_figures import Energies, RunFigures
 from .solving import channel_rows, solver
 from .stable_step import largest_stable_step
 
 TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
+_RANDOM_TOLERANCE = 5e-3  # of one realisation of random vibration, of which no two are alike within per cents
 MOST_STEPS = 100_000_000
 _OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.1, 50.0  # the first step tried
+_SMALL_TILT = 1e-3  # [rad], below which tilt asks for no shorter steps
 _LARGEST_RESIDUAL = 0.01  # of the energy balance, relative to what was exchanged
 
 
 @dataclass(frozen=True, eq=False)
 class CaseRun:
-    """A load case from one static equilibrium.
+    """A load case from one static equilibrium with one step.
 
     Attributes
     ----------
     start : RestPose
     step : float               [s].
-    figures, errors : RunFigures   And their numerical errors.
+    figures : RunFigures
     energies : Energies
     """
 
     start: RestPose
     step: float
     figures: RunFigures
-    errors: RunFigures
     energies: Energies
 
 
 @dataclass(frozen=True, eq=False)
-class CaseResult:
-    """A load case on a system, from each static equilibrium that was asked for.
+class CheckedRun(CaseRun):
+    """A run that was repeated with half the step.
 
     Attributes
     ----------
-    system : MountedSystem
-    case : LoadCase
-    runs : tuple of CaseRun
+    errors : RunFigures        Bounds of the numerical errors of the figures.
     """
 
-    system: MountedSystem
-    case: LoadCase
-    runs: tuple[CaseRun, ...]
+    errors: RunFigures
 
 
 def simulate_case(
     system: MountedSystem,
     case: LoadCase,
-    shares: Sequence[float] = SHARES,
+    share: float = 0.0,
     step: float | None = None,
-) -> CaseResult:
+) -> CheckedRun:
     """Simulate a load case from rest.
 
     Parameters
     ----------
     system : MountedSystem
     case : LoadCase
-    shares : sequence of float   Static equilibria from which it is run; see `rest`.
-    step : float or None         Of the coarser of two runs [s]; if None, found so that the errors are within the
-                                 tolerance.
+    share : float            Of saturation at rest, see `rest`.
+    step : float or None     Of the coarser of two runs [s]; if None, found so that the errors are within the tolerance.
 
     Raises
     ------
-    MountedSystemError           If the bodies cannot rest or follow the base, the step is too long, or the motion
-                                 diverges.
+    MountedSystemError       If the bodies cannot rest or follow the base, the step is too long, or the motion diverges.
     """
     _check_case(system, case)
     kernel = solver(system)
-    runs = [
-        _run(system, kernel, case, rest(system, share, case.weightless, kernel), step)
-        for share in dict.fromkeys(shares)
-    ]
-    return CaseResult(system, case, tuple(runs))
+    return _run(system, kernel, case, rest(system, share, case.weightless, kernel), step)
+
+
+def run_case(
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, kernel: MotionSolver | None = None
+) -> CaseRun:
+    """One run of a load case with a given step.
+
+    Raises
+    ------
+    MountedSystemError       If the motion diverges, or its energy balance is off.
+    """
+    run = _run_with_step(system, case, start, step, kernel or solver(system))
+    check_balance(case, run.energies, step)
+    return run
+
+
+def _run_with_step(
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, kernel: MotionSolver
+) -> CaseRun:
+    motion = run_once(system, kernel, case, start, step, case.averages(step, case.steps(step)))
+    return CaseRun(start, step, RunFigures.from_motion_figures(motion), Energies.from_motion_figures(motion))
 
 
 def _check_case(system: MountedSystem, case: LoadCase) -> None:
@@ -118,7 +128,8 @@ def _check_case(system: MountedSystem, case: LoadCase) -> None:
 def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None = None) -> float:
     """The step to begin with [s]: the given one, or one that divides a tenth of the shortest pulse.
 
-    Of a record that tenth is the interval between samples, whose corners then lie on steps.
+    Of a record that tenth is the interval between samples, whose corners then lie on steps. Steps of random vibration
+    follow the motion of the bodies: averages over steps keep what moves them.
 
     Raises
     ------
@@ -126,7 +137,9 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
     """
     stable = largest_stable_step(system, start.pose)
     shortest = min((channel.signal.shortest for channel in case.channels), default=math.inf)
-    if step is None:
+    if step is None and case.is_random:
+        step = min(_OF_STABLE * stable, case.duration / _LEAST_STEPS)
+    elif step is None:
         step = min(_OF_STABLE * stable, _OF_SHORTEST * shortest, case.duration / _LEAST_STEPS)
         whole = _OF_SHORTEST * shortest if math.isfinite(shortest) else case.duration
         step = whole / math.ceil(whole / step)
@@ -135,7 +148,7 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
             f"`step` is {step:g} s, and the integration is stable up to {stable:.4g} s with these springs; "
             "take at most that."
         )
-    elif step > shortest:
+    elif step > shortest and not case.is_random:
         raise MountedSystemError(
             f"`step` is {step:g} s, longer than the shortest pulse of {case.name}, {shortest:.4g} s; take at most a "
             "tenth of it."
@@ -155,21 +168,21 @@ def _run(
     case: LoadCase,
     start: RestPose,
     step: float | None,
-) -> CaseRun:
+) -> CheckedRun:
     h = first_step(system, case, start, step)
-    count = case.steps(h)
-    coarse = RunFigures.from_motion_figures(run_once(system, kernel, case, start, h, case.averages(h, count)))
+    coarse, tolerance = (
+        _run_with_step(system, case, start, h, kernel),
+        _RANDOM_TOLERANCE if case.is_random else TOLERANCE,
+    )
     while True:
-        h, count = 0.5 * h, 2 * count
-        figures = run_once(system, kernel, case, start, h, case.averages(h, count))
-        fine = RunFigures.from_motion_figures(figures)
-        errors = fine.combined(coarse, lambda new, old: np.abs(new - old) / 3.0)
-        if step is not None or 2 * count > MOST_STEPS or _is_within(fine, errors):
+        h *= 0.5
+        fine = _run_with_step(system, case, start, h, kernel)
+        changes = fine.figures.combined(coarse.figures, lambda new, old: np.abs(new - old))
+        if step is not None or 2 * case.steps(h) > MOST_STEPS or within(fine.figures, changes, 3.0 * tolerance):
             break
         coarse = fine
-    energies = Energies.from_motion_figures(figures)
-    check_balance(case, energies, h)
-    return CaseRun(start, h, fine, errors, energies)
+    check_balance(case, fine.energies, h)
+    return CheckedRun(start, h, fine.figures, fine.energies, changes)
 
 
 def check_balance(case: LoadCase, energies: Energies, step: float) -> None:
@@ -250,9 +263,14 @@ def _check_finished(case: LoadCase, figures: MotionFigures, step: float, count: 
         )
 
 
-def _is_within(figures: RunFigures, errors: RunFigures) -> bool:
-    """Whether the errors of acceleration, sway and stroke are within `TOLERANCE`, or nothing moves."""
+def within(figures: RunFigures, errors: RunFigures, tolerance: float) -> bool:
+    """Whether errors of acceleration, sway, tilt and stroke are within a share of the largest of their kind."""
     stroke = figures.displacement_high - figures.displacement_low
     strokes = np.maximum(errors.displacement_low, errors.displacement_high)
-    pairs = ((figures.acceleration, errors.acceleration), (figures.sway, errors.sway), (stroke, strokes))
-    return all(error.max(initial=0.0) <= TOLERANCE * value.max(initial=0.0) for value, error in pairs)
+    pairs = (
+        (figures.acceleration, errors.acceleration, 0.0),
+        (figures.sway, errors.sway, 0.0),
+        (figures.tilt, errors.tilt, _SMALL_TILT),
+        (stroke, strokes, 0.0),
+    )
+    return all(error.max(initial=0.0) <= tolerance * value.max(initial=least) for value, error, least in pairs)

@@ -10,7 +10,7 @@ from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ...ground.tables import suggestion
 from ..bodies.mounted import BASE, MOST_AXES, Matrix, MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody
-from ..bodies.run_figures import Limits
+from ..verdicts.verdicts import FigureKind, Limits
 from .described_mounts import Models, rotated_axes
 from .system_tables import (
     AxisMotionTable,
@@ -97,18 +97,19 @@ def limits_of(table: LimitsTable, points: Iterable[Point]) -> Limits:
     MountedSystemError   If a point is not known; the message names the field.
     """
     names = [point.name for point in points]
-    by_point = {}
-    for key in ("acceleration", "sway"):
-        given = getattr(table, key)
+    of_kind: dict[FigureKind, dict[str, float]] = {}
+    of_all: dict[FigureKind, float] = {}
+    for kind in FigureKind:
+        given = getattr(table, kind.name.lower(), None)
         if isinstance(given, dict):
             for name in given:
                 if name not in names:
-                    with located("limits", key):
+                    with located("limits", kind.name.lower()):
                         raise MountedSystemError(f"{quoted(name)} is not a point; {suggestion(name, names)}")
-            by_point[key] = given
-        else:
-            by_point[key] = {} if given is None else dict.fromkeys(names, given)
-    return Limits(by_point["acceleration"], by_point["sway"], table.tilt, table.stroke)
+            of_kind[kind] = given
+        elif given is not None:
+            of_all[kind] = given
+    return Limits(of_kind, of_all)
 
 
 def _check_names(table: SystemTable) -> None:

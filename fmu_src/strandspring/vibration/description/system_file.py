@@ -58,7 +58,8 @@ from ...ground.tables import refusal
 from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
-from ..bodies.run_figures import Limits
+from ..verdicts.draws import DRAWS
+from ..verdicts.verdicts import Limits
 from .described_cases import Surroundings, load_cases
 from .described_system import limits_of, model_paths, mounted_systems
 from .named_files import FilesOfFolder, NamedFiles
@@ -80,12 +81,12 @@ class RunOptions:
     ----------
     step : float or None           Time step [s]; chosen by the program if None.
     rest_omega : float or None     omega of all springs at rest, in the direction of their static force; None: unknown.
-    draws, seed : int              Of springs from the uncertainty of their model files.
+    draws, seed : int              Of all that is unknown, see `Unknowns`.
     """
 
     step: float | None = None
     rest_omega: float | None = None
-    draws: int = 0
+    draws: int = DRAWS
     seed: int = 0
 
 

@@ -14,6 +14,7 @@ from pydantic import Discriminator, Field, Tag
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
+from ..verdicts.draws import DRAWS, LEAST_DRAWS
 from .case_tables import AnyCase
 from .table_types import (
     AccelerationVector,
@@ -30,6 +31,7 @@ from .table_types import (
     Place,
     PositiveAcceleration,
     PositiveAngle,
+    PositiveForce,
     PositiveInertia,
     PositiveLength,
     ReadBy,
@@ -38,7 +40,7 @@ from .table_types import (
 )
 
 MOST_TYPES, MOST_PLACES, MOST_CANDIDATES, MOST_CASES = 600, 600, 1000, 200
-MOST_DRAWS = 1_000_000
+MOST_DRAWS = 10_000
 FORMAT, VERSION = "strandspring-system", 1
 
 
@@ -190,28 +192,32 @@ class CandidateTable(StrictTable):
     types: dict[str, Name] = Field({}, max_length=MOST_TYPES)
 
 
+AccelerationLimit = Annotated[
+    Annotated[dict[str, PositiveAcceleration], Tag(f"{TAG}table")]
+    | Annotated[PositiveAcceleration, Tag(f"{TAG}quantity")],
+    _forms("must be an acceleration such as '15 g', or a table with one for each point"),
+]
+SwayLimit = Annotated[
+    Annotated[dict[str, PositiveLength], Tag(f"{TAG}table")] | Annotated[PositiveLength, Tag(f"{TAG}quantity")],
+    _forms("must be a length such as '25 mm', or a table with one for each point"),
+]
+
+
 class LimitsTable(StrictTable):
     """What is allowed."""
 
-    acceleration: (
-        Annotated[
-            Annotated[dict[str, PositiveAcceleration], Tag(f"{TAG}table")]
-            | Annotated[PositiveAcceleration, Tag(f"{TAG}quantity")],
-            _forms("must be an acceleration such as '15 g', or a table with one for each point"),
-        ]
-        | None
-    ) = None
-    sway: (
-        Annotated[
-            Annotated[dict[str, PositiveLength], Tag(f"{TAG}table")] | Annotated[PositiveLength, Tag(f"{TAG}quantity")],
-            _forms("must be a length such as '25 mm', or a table with one for each point"),
-        ]
-        | None
-    ) = None
+    acceleration: AccelerationLimit | None = None
+    sway: SwayLimit | None = None
+    sway_x: SwayLimit | None = None
+    sway_y: SwayLimit | None = None
+    sway_z: SwayLimit | None = None
     tilt: PositiveAngle | None = None
     stroke: Annotated[float, Field(gt=0.0, le=1.0)] = Field(
         1.0, description="Share of the identified range that springs may use."
     )
+    force: PositiveForce | None = Field(None, description="Of each axis of a mount, its static force included.")
+    rms_acceleration: PositiveAcceleration | None = Field(None, description="Of each point along each axis.")
+    three_sigma: AccelerationLimit | None = Field(None, description="Three times the largest rms of x, y and z.")
 
 
 def _kind_of_rest(value: Any) -> str:
@@ -228,8 +234,8 @@ class RunTable(StrictTable):
         | Annotated[Annotated[float, Field(ge=-1.0, le=1.0)], Tag(f"{TAG}number")],
         Discriminator(_kind_of_rest),
     ] = Field("unknown", description="Normalized hysteretic variable at rest, in the direction of the static force.")
-    draws: Annotated[int, Field(ge=0, le=MOST_DRAWS)] = Field(
-        0, description="Of springs from the uncertainty of their model files."
+    draws: Annotated[int, Field(ge=LEAST_DRAWS, le=MOST_DRAWS)] = Field(
+        DRAWS, description="Of omega at rest, springs and realisations, for the ranges of the figures."
     )
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 

@@ -11,7 +11,7 @@ of it.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -61,6 +61,10 @@ class RandomVibration:
                 f"A random vibration up to {self.density.highest:g} Hz may last {MOST_SAMPLES * self._interval:g} s "
                 f"({MOST_SAMPLES} samples), got {self.duration:g} s; shorten it, the statistics need no more."
             )
+
+    def redrawn(self, number: int) -> RandomVibration:
+        """Another realisation; the same number gives the same."""
+        return replace(self, seed=int(np.random.SeedSequence((self.seed, number)).generate_state(1, np.uint64)[0]))
 
     @property
     def _interval(self) -> float:

@@ -1,31 +1,32 @@
 """Answers about candidates: static pose and modes of each, and a verdict on each load case with its figures.
 
-Every case is run from three static equilibria, in which omega of all springs is 0, 1 and -1 times the sign of their
-static force, as it is unknown; a figure is the worst of them. Vibration that settles forgets omega in its root mean
-squares, but not in its sway, which is counted from rest: so it is run from all three, too.
+Every case is run once with the springs as identified and omega 0 at rest, and then as often as `draws` asks for with
+all that is unknown drawn; the range of a figure holds both, the numerical error, and the cautions that have a size.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
-from ..bodies.axis_names import axis_names
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
-from ..bodies.rest import SHARES
-from ..bodies.run_figures import Limits, RunFigures
-from ..bodies.simulation import CaseResult, CaseRun, simulate_case
-from .case_cautions import Caution, case_cautions, system_cautions
+from ..bodies.simulation import CaseRun, simulate_case
+from .case_cautions import Caution, case_cautions, system_cautions, widened
 from .courses import Courses, courses
+from .draws import DrawnRun, Draws, Unknowns, drawn_case, ranges, shares_beyond
+from .figures import CaseFigures
 from .range_use import RangeUse
 from .static_answer import StaticAnswer, static_answer
-from .verdicts import CaseSpread, CaseVerdict, Figure, FigureKind, judged
+from .verdicts import CaseVerdict, Figure, FigureKind, Limits, judged
+
+_MOST_OUTSIDE = 0.5  # share of the draws that leave identified ranges, from which nothing else is judged
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +41,14 @@ class CaseAnswer:
     verdict : CaseVerdict
     figures : tuple of Figure       Acceleration and sway of each point, tilt of each body, stroke and force of each
                                     axis, and root mean squares where it settles.
-    runs : tuple of CaseRun         From each static equilibrium; empty if it was refused.
+    runs : tuple of CaseRun         The nominal one, and those of the draws; empty if it was refused.
     uses : tuple of RangeUse        Of each run.
     courses : Courses or None       None unless they were asked for.
     cautions : tuple of Caution
-    spread : CaseSpread or None     None if nothing was drawn.
-    refusal : str                   Why it could not be simulated; empty if it was.
+    draws : int                     How many were asked for.
+    refused : int                   Of them, those that could not be simulated.
+    beyond : float                  Share of the draws beyond some limit or identified range, refused ones included.
+    refusal : str                   Why it could not be simulated, or why draws could not, most often; empty if it was.
     """
 
     candidate: str
@@ -57,7 +60,9 @@ class CaseAnswer:
     uses: tuple[RangeUse, ...] = ()
     courses: Courses | None = None
     cautions: tuple[Caution, ...] = ()
-    spread: CaseSpread | None = None
+    draws: int = 0
+    refused: int = 0
+    beyond: float = 0.0
     refusal: str = ""
 
     def figures_of(self, quantity: FigureKind) -> tuple[Figure, ...]:
@@ -69,8 +74,8 @@ class CaseAnswer:
         figures = self.figures_of(quantity)
         limited = [figure for figure in figures if figure.limit is not None]
         if limited:
-            return max(limited, key=lambda figure: figure.value / (figure.limit or 1.0))
-        return max(figures, key=lambda figure: figure.value, default=None)
+            return max(limited, key=lambda figure: figure.high / (figure.limit or 1.0))
+        return max(figures, key=lambda figure: figure.high, default=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,12 +99,12 @@ class CandidateAnswer:
 
 
 def answer_candidate(
-    name: str, system: MountedSystem, models: Mapping[str, ModelFile], shares: tuple[float, ...] = SHARES
+    name: str, system: MountedSystem, models: Mapping[str, ModelFile], unknowns: Unknowns
 ) -> CandidateAnswer:
     """Static pose and modes of a candidate."""
-    cautions = system_cautions(system, models)
+    cautions = (*system_cautions(system, models), *unknowns.springs.missing)
     try:
-        static = static_answer(system, shares)
+        static = static_answer(system, unknowns)
     except MountedSystemError as problem:
         return CandidateAnswer(name, system, None, cautions, str(problem))
     return CandidateAnswer(name, system, static, (*cautions, *static.refusals))
@@ -110,7 +115,7 @@ def answer_case(
     system: MountedSystem,
     case: LoadCase,
     limits: Limits,
-    shares: Sequence[float] = SHARES,
+    unknowns: Unknowns | None = None,
     step: float | None = None,
     with_courses: bool = False,
 ) -> CaseAnswer:
@@ -122,70 +127,93 @@ def answer_case(
     system : MountedSystem
     case : LoadCase
     limits : Limits
-    shares : sequence of float   omega at rest, see `rest`.
-    step : float or None         See `simulate_case`.
-    with_courses : bool          Whether histories and spectra are wanted, too.
+    unknowns : Unknowns or None   What is drawn; omega at rest alone if None.
+    step : float or None          See `simulate_case`.
+    with_courses : bool           Whether histories and spectra are wanted, too.
     """
+    unknowns = unknowns or Unknowns()
     try:
-        result = simulate_case(system, case, shares, step)
-        uses = tuple(RangeUse.from_run(system, run) for run in result.runs)
-        figures = tuple(_figures(result, uses, limits))
-        drawn = courses(system, case, governing(result)) if with_courses else None
+        nominal = simulate_case(system, case, unknowns.share, step)
+        draws = drawn_case(system, case, nominal, unknowns, step is not None)
+        known = CaseFigures.from_case(system, case)
+        values = np.array([known.of_run(draw.run) for draw in draws.runs]).reshape(len(draws.runs), -1)
+        bounds = [limits.of(*subject) for subject in known.subjects]
+        drawn = None
+        if with_courses:
+            worst = _deciding(values, bounds)
+            run = DrawnRun(system, case, nominal) if worst is None else draws.runs[worst]
+            drawn = courses(run.system, run.case, run.run)
     except MountedSystemError as problem:
         return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
+    runs = (nominal, *(draw.run for draw in draws.runs))
+    uses = tuple(RangeUse.from_run(known.laws, run) for run in runs)
+    cautions = (
+        *case_cautions(system, case, runs, uses, limits.of_all.get(FigureKind.TILT)),
+        *(drawn.cautions if drawn else ()),
+    )
+    exhaustive = unknowns.is_exhaustive(system, case)
+    ranged = _figures(known, draws, known.of_run(nominal), values, bounds, exhaustive)
+    figures = tuple(widened(figure, cautions) for figure in ranged)
+    outside = np.array([use.is_outside.any() for use in uses])
+    verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE)
+    if draws.refused and verdict is CaseVerdict.PASSES:
+        verdict = CaseVerdict.UNDECIDED
     return CaseAnswer(
         candidate=name,
         system=system,
         case=case,
-        verdict=judged(figures, bool(np.any([use.is_outside for use in uses]))),
+        verdict=verdict,
         figures=figures,
-        runs=result.runs,
+        runs=runs,
         uses=uses,
         courses=drawn,
-        cautions=(*case_cautions(system, case, result.runs, uses, limits.tilt), *(drawn.cautions if drawn else ())),
+        cautions=cautions,
+        draws=draws.count,
+        refused=draws.refused,
+        beyond=_share_beyond(values, bounds, outside[1:], draws),
+        refusal=draws.reason,
     )
 
 
-def governing(result: CaseResult) -> CaseRun:
-    """The run with the largest acceleration of a point, or of the largest stroke where there are no points."""
-    if result.system.points:
-        return max(result.runs, key=lambda run: float(run.figures.acceleration.max()))
-    return max(result.runs, key=lambda run: float((run.figures.displacement_high - run.figures.displacement_low).max()))
-
-
-def _figures(result: CaseResult, uses: Sequence[RangeUse], limits: Limits) -> Iterator[Figure]:
-    """All figures of a case, each the worst of its runs."""
-    points = [point.name for point in result.system.points]
-    bodies = [body.name for body in result.system.bodies]
-    shares = [run.start.share for run in result.runs]
-
-    def of_runs(name: str) -> tuple[FloatArray, FloatArray]:
-        """Figures and errors, each of shape (runs, subjects)."""
-
-        def stacked(figures_of: Callable[[CaseRun], RunFigures]) -> FloatArray:
-            return np.array([getattr(figures_of(run), name).ravel() for run in result.runs])
-
-        return stacked(lambda run: run.figures), stacked(lambda run: run.errors)
-
-    axes = axis_names(result.system)
-    strokes = np.array([use.share for use in uses]), np.array([use.error for use in uses])
-    kinds: list[tuple[FigureKind, Sequence[str], tuple[FloatArray, FloatArray], Mapping[str, float | None]]] = [
-        (FigureKind.ACCELERATION, points, of_runs("acceleration"), limits.acceleration),
-        (FigureKind.SWAY, points, of_runs("sway"), limits.sway),
-        (FigureKind.TILT, bodies, of_runs("tilt"), dict.fromkeys(bodies, limits.tilt)),
-        (FigureKind.STROKE, axes, strokes, dict.fromkeys(axes, limits.stroke)),
-        (FigureKind.FORCE, axes, of_runs("force"), {}),
+def _figures(
+    known: CaseFigures,
+    draws: Draws,
+    nominal: FloatArray,
+    values: FloatArray,
+    bounds: Sequence[float | None],
+    is_exhaustive: bool,
+) -> list[Figure]:
+    """All figures of a case with their ranges."""
+    errors = known.errors(draws.nominal)
+    low, high, value = nominal, nominal, nominal
+    if len(values):
+        low, high = ranges(values, is_exhaustive)
+        if draws.runs[0].case.is_random:
+            value = values.mean(axis=0)
+        low, high = np.minimum(low, value), np.maximum(high, value)
+    low, high = np.maximum(low - errors, 0.0), high + errors
+    columns = zip(value.tolist(), errors.tolist(), low.tolist(), high.tolist(), strict=True)
+    return [
+        Figure(*subject, *column, limit, beyond)
+        for subject, column, limit, beyond in zip(
+            known.subjects, columns, bounds, shares_beyond(values, bounds), strict=True
+        )
     ]
-    if result.case.settling > 0.0:
-        along = [f"{point} {letter}" for point in points for letter in "xyz"]
-        kinds += [
-            (FigureKind.RMS_ACCELERATION, along, of_runs("rms_acceleration"), {}),
-            (FigureKind.RMS_SWAY, along, of_runs("rms_sway"), {}),
-        ]
-    for quantity, subjects, (values, errors), bounds in kinds:
-        for k, subject in enumerate(subjects):
-            worst = int(np.argmax(values[:, k]))
-            yield Figure(
-                quantity, subject, float(values[worst, k]), float(errors[worst, k]), float(values[:, k].min()),
-                shares[worst], bounds.get(subject),
-            )  # fmt: skip
+
+
+def _deciding(values: FloatArray, bounds: Sequence[float | None]) -> int | None:
+    """The draw that is nearest to a limit or farthest beyond one; None without draws."""
+    if not len(values):
+        return None
+    limits = np.array([np.inf if bound is None else bound for bound in bounds])
+    return int(np.argmax((values / limits).max(axis=1)))
+
+
+def _share_beyond(
+    values: FloatArray, bounds: Sequence[float | None], outside: NDArray[np.bool_], draws: Draws
+) -> float:
+    """`CaseAnswer.beyond`."""
+    if not draws.count:
+        return 0.0
+    limits = np.array([np.inf if bound is None else bound for bound in bounds])
+    return (int(np.count_nonzero((values > limits).any(axis=1) | outside)) + draws.refused) / draws.count

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 import numpy as np
@@ -16,10 +16,27 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun
 from .range_use import RangeUse
+from .verdicts import Figure, FigureKind
 
 _SWUNG = 0.5  # half the swing of omega from which an axis' friction is saturated in good part
 _LARGE_TILT = math.radians(10.0)  # from which the twist of mounts is felt, where no limit says more
 _ROUNDING = 1e-9  # of a duration
+# What a trial with coupled friction differed by: figures of forces either way, those of motion upwards.
+_BY_FORCE, _BY_MOTION = (0.18, 0.18), (0.0, 0.11)
+_COUPLED = {
+    **dict.fromkeys((FigureKind.ACCELERATION, FigureKind.FORCE), _BY_FORCE),
+    **dict.fromkeys(
+        (
+            FigureKind.SWAY,
+            FigureKind.SWAY_X,
+            FigureKind.SWAY_Y,
+            FigureKind.SWAY_Z,
+            FigureKind.TILT,
+            FigureKind.STROKE,
+        ),
+        _BY_MOTION,
+    ),
+}
 
 
 class CautionKind(Enum):
@@ -44,11 +61,22 @@ class Caution:
     kind : CautionKind
     measure : float      By which cautions of one kind are compared.
     text : str
+    errors : mapping     Of each kind of figure, how much lower and higher it may be, as shares of it.
     """
 
     kind: CautionKind
     measure: float
     text: str
+    errors: Mapping[FigureKind, tuple[float, float]] = field(default_factory=dict)
+
+
+def widened(figure: Figure, cautions: Sequence[Caution]) -> Figure:
+    """A figure with a range that holds what cautions say of its kind."""
+    low, high = figure.low, figure.high
+    for caution in cautions:
+        below, above = caution.errors.get(figure.quantity, (0.0, 0.0))
+        low, high = low * (1.0 - below), high * (1.0 + above)
+    return replace(figure, low=low, high=high)
 
 
 def system_cautions(system: MountedSystem, models: Mapping[str, ModelFile]) -> tuple[str, ...]:
@@ -157,7 +185,8 @@ def _coupled(system: MountedSystem, runs: Sequence[CaseRun]) -> Iterator[Caution
             f"In {len(together)} of {len(system.mounts)} mounts the friction of several axes moves together ({name}: "
             f"omega of the second axis swings by +-{largest:.2g} of saturation); as the axes are computed uncoupled, "
             "acceleration can err by up to 18 %, and sway be 3 to 11 % too small, as a trial with coupled friction "
-            "showed.",
+            "showed; ranges hold that.",
+            _COUPLED,
         )
 
 

@@ -1,91 +1,202 @@
-"""Spread of a load case by the uncertainty of its springs: springs are drawn and the case is run with each of them.
+"""Everything unknown of a load case, drawn at once.
 
-See `drawn_springs` for what a draw is. Each is run from the same static equilibria with the same steps, and the worst
-counts.
+Each draw has an omega of +-1 at rest for every axis of a mount, springs drawn from the uncertainty of their model files
+and from the scatter of mounts, and of random vibration a realisation of its own. The ends +-1 are drawn since the
+figures are widest there. The first two draws have all springs loaded and unloaded in the sense of their static forces.
+
+Of K values of a figure the range is from the least to the largest, and at least from mean - k*s to mean + k*s of their
+standard deviation s. For normal values k is that of the tolerance interval which holds 95 % of all draws on either side
+with 99 % confidence; the extremes cover values that are skewed. With few axes all combinations are run instead, if
+nothing else is unknown: the range is then that of the combinations.
 """
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...errors import ModelError, MountedSystemError
 from ...kernel.arrays import FloatArray
-from ...kernel.motion import MotionSolver
-from ...model.joint import Quantiles
-from ..bodies.axis_laws import AxisLaws
+from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
-from ..bodies.rest import rest
-from ..bodies.run_figures import Energies, RunFigures
-from ..bodies.simulation import CaseRun, check_balance, run_once
+from ..bodies.rest import RestPose, rest
+from ..bodies.simulation import CaseRun, CheckedRun, run_case, within
 from ..bodies.solving import solver
-from .answers import CaseAnswer
+from ..bodies.stable_step import largest_stable_step
 from .drawn_springs import Drawn
-from .range_use import ROUNDING, ways_used
-from .verdicts import CaseSpread, FigureKind
+
+DRAWS, LEAST_DRAWS = 48, 16
+CONTENT, CONFIDENCE = 0.95, 0.99  # of the range of a figure
+_TOLERANCE = 3e-3  # numerical error of draws, relative to the largest of its kind
+_OF_STABLE = 0.5  # step of draws
 
 
-class CaseDraws:
-    """Runs of drawn springs; its calls may run in many threads.
+@dataclass(frozen=True, eq=False)
+class DrawnRun:
+    """A draw that was simulated, with its system and its load case."""
+
+    system: MountedSystem
+    case: LoadCase
+    run: CaseRun
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """What is drawn.
 
     Parameters
     ----------
-    answer : CaseAnswer     Nominal, and not refused.
-    drawn : Drawn
-    seed : int
+    springs : Drawn
+    draws, seed : int
+    rest_omega : float or None   Of all springs at rest, in the sense of their static force; None if unknown.
     """
 
-    def __init__(self, answer: CaseAnswer, drawn: Drawn, seed: int) -> None:
-        self.answer, self._drawn, self._seed = answer, drawn, seed
-        self._laws = AxisLaws(answer.system)
-        case = answer.case
-        averages = {step: case.averages(step, case.steps(step)) for step in {run.step for run in answer.runs}}
-        self._averages = [averages[run.step] for run in answer.runs]
+    springs: Drawn = field(default_factory=lambda: Drawn({}, ()))
+    draws: int = DRAWS
+    seed: int = 0
+    rest_omega: float | None = None
 
-    def figures(self, number: int) -> FloatArray | str:
-        """The figures of a draw, in the order of `CaseAnswer.figures` up to the forces, or why there are none."""
+    @property
+    def share(self) -> float:
+        """Of saturation at rest in the nominal run."""
+        return self.rest_omega or 0.0
+
+    def is_exhaustive(self, system: MountedSystem, case: LoadCase) -> bool:
+        """Whether all that can be is run, and not a sample of it."""
+        return self._combinations(system) <= self.draws and not (self.springs.spreads or case.is_random)
+
+    def count(self, system: MountedSystem, case: LoadCase | None = None) -> int:
+        """How many draws there are of a load case, or of static equilibria alone."""
+        if self.springs.spreads or (case is not None and case.is_random):
+            return self.draws
+        return 0 if self.rest_omega is not None else min(self.draws, self._combinations(system))
+
+    def rest(self, system: MountedSystem, number: int, weightless: bool = False) -> RestPose:
+        """The static equilibrium of a draw of a drawn system."""
+        kernel = solver(system)
+        if self.rest_omega is not None:
+            return rest(system, self.rest_omega, weightless, kernel)
+        combinations = self._combinations(system)
+        if combinations <= self.draws:
+            signs = (number % combinations) >> np.arange(kernel.axes) & 1
+        elif number < 2:
+            return rest(system, 1.0 - 2.0 * number, weightless, kernel)
+        else:
+            signs = np.random.default_rng((self.seed, number)).integers(0, 2, kernel.axes)
+        return rest(system, 0.0, weightless, kernel, np.asarray(2.0 * signs - 1.0))
+
+    def run(self, system: MountedSystem, case: LoadCase, step: float, number: int) -> DrawnRun:
+        """A draw.
+
+        Raises
+        ------
+        ModelError           If hardly any draw of a spring is physically possible.
+        MountedSystemError   If it cannot be simulated.
+        """
+        drawn, realisation = self.springs.system(system, self.seed, number), case.redrawn(number)
+        start = self.rest(drawn, number, case.weightless)
+        return DrawnRun(drawn, realisation, run_case(drawn, realisation, start, step))
+
+    def poses(self, system: MountedSystem) -> list[RestPose]:
+        """Static equilibria of the draws that can rest."""
+        poses = []
+        for number in range(self.count(system)):
+            with suppress(ModelError, MountedSystemError):
+                poses.append(self.rest(self.springs.system(system, self.seed, number), number))
+        return poses
+
+    def _combinations(self, system: MountedSystem) -> int:
+        """Of omega at rest."""
+        return 2 ** sum(1 for _ in system.axes()) if self.rest_omega is None else 1
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """The draws of a load case.
+
+    Attributes
+    ----------
+    runs : tuple of DrawnRun
+    nominal : CheckedRun       The nominal run with the step of the draws, and its numerical errors.
+    refused : int              Draws that could not be simulated.
+    reason : str               Why, most often.
+    """
+
+    runs: tuple[DrawnRun, ...]
+    nominal: CheckedRun
+    refused: int
+    reason: str
+
+    @property
+    def count(self) -> int:
+        """How many were asked for."""
+        return len(self.runs) + self.refused
+
+
+def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unknowns: Unknowns, given: bool) -> Draws:
+    """All draws of a load case.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    nominal : CheckedRun
+    unknowns : Unknowns
+    given : bool             Whether the step of the nominal run was asked for; it is that of the draws then.
+    """
+    coarse = nominal if given else _coarsened(system, case, nominal)
+    runs, refusals = [], []
+    for number in range(unknowns.count(system, case)):
         try:
-            system = self._drawn.system(self.answer.system, self._seed, number)
-            kernel = solver(system)
-            runs = [
-                self._once(system, kernel, run, averages)
-                for run, averages in zip(self.answer.runs, self._averages, strict=True)
-            ]
+            runs.append(unknowns.run(system, case, coarse.step, number))
         except (ModelError, MountedSystemError) as problem:
-            return str(problem)
-        return np.asarray(np.max(runs, axis=0))
+            refusals.append(str(problem))
+    reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
+    return Draws(tuple(runs), coarse, len(refusals), reason)
 
-    def _once(self, system: MountedSystem, kernel: MotionSolver, run: CaseRun, averages: FloatArray) -> FloatArray:
-        """The figures of a draw from one static equilibrium."""
-        case = self.answer.case
-        start = rest(system, run.start.share, case.weightless, kernel)
-        motion = run_once(system, kernel, case, start, run.step, averages)
-        check_balance(case, Energies.from_motion_figures(motion), run.step)
-        figures = RunFigures.from_motion_figures(motion)
-        strokes = np.maximum(
-            *ways_used(self._laws, start.displacement, figures.displacement_low, figures.displacement_high)
-        )
-        return np.concatenate([figures.acceleration, figures.sway, figures.tilt, strokes, figures.force])
 
-    def answered(self, outcomes: Sequence[FloatArray | str]) -> CaseAnswer:
-        """The answer with the quantiles of its figures."""
-        refusals = [drawn for drawn in outcomes if isinstance(drawn, str)]
-        rows = np.array([drawn for drawn in outcomes if not isinstance(drawn, str)])
-        reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
-        if not rows.size:
-            return replace(self.answer, spread=CaseSpread(len(outcomes), self._seed, len(refusals), reason, 1.0))
-        figures = self.answer.figures[: rows.shape[1]]
-        limits = np.array([np.inf if figure.limit is None else figure.limit for figure in figures])
-        is_stroke = np.array([figure.quantity is FigureKind.STROKE for figure in figures])
-        bad = (rows > limits).any(axis=1) | (rows[:, is_stroke] > 1.0 + ROUNDING).any(axis=1)
-        failing = (int(np.count_nonzero(bad)) + len(refusals)) / len(outcomes)
-        ends = np.quantile(rows, (0.05, 0.5, 0.95), axis=0).T.tolist()
-        with_spread = (
-            *(replace(figure, spread=Quantiles(*quantiles)) for figure, quantiles in zip(figures, ends, strict=True)),
-            *self.answer.figures[len(figures) :],
-        )
-        spread = CaseSpread(len(outcomes), self._seed, len(refusals), reason, failing)
-        return replace(self.answer, figures=with_spread, spread=spread)
+def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> CheckedRun:
+    """The nominal run with the largest step of 2, 4, 8... times its own whose errors are within the tolerance."""
+    chosen, stable = nominal, largest_stable_step(system, nominal.start.pose)
+    while 2.0 * chosen.step <= _OF_STABLE * stable:
+        try:
+            longer = run_case(system, case, nominal.start, 2.0 * chosen.step)
+        except MountedSystemError:
+            break
+        changes = longer.figures.combined(nominal.figures, lambda new, old: np.abs(new - old))
+        errors = changes.combined(nominal.errors, np.add)
+        if not within(nominal.figures, errors, _TOLERANCE):
+            break
+        chosen = CheckedRun(longer.start, longer.step, longer.figures, longer.energies, errors)
+    return chosen
+
+
+def ranges(values: FloatArray, is_exhaustive: bool) -> tuple[FloatArray, FloatArray]:
+    """The range of each figure from its values in all draws, shape (K, N), each of shape (N,)."""
+    low, high = values.min(axis=0), values.max(axis=0)
+    if is_exhaustive or len(values) < 2:
+        return low, high
+    reach = tolerance_factor(len(values)) * values.std(axis=0, ddof=1)
+    mean = values.mean(axis=0)
+    return np.minimum(low, mean - reach), np.maximum(high, mean + reach)
+
+
+def tolerance_factor(count: int) -> float:
+    """k of the one-sided tolerance interval of a normal sample (Owen 1963, by the noncentral t distribution)."""
+    from scipy.stats import nct, norm  # the start of programs that draw nothing does not wait for it
+
+    root = math.sqrt(count)
+    return float(nct.ppf(CONFIDENCE, count - 1, root * norm.ppf(CONTENT)) / root)
+
+
+def shares_beyond(values: FloatArray, limits: Sequence[float | None]) -> list[float | None]:
+    """Of each figure the share of its values beyond its limit; None where there is none."""
+    return [
+        None if limit is None or not len(values) else float(np.mean(of_figure > limit))
+        for of_figure, limit in zip(values.T, limits, strict=True)
+    ]

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..bodies.axis_laws import AxisLaws
-from ..bodies.mounted import MountedSystem
+from ..bodies.run_figures import RunFigures
 from ..bodies.simulation import CaseRun
 
 ROUNDING = 1e-9  # of the way, beyond which a spring is outside its range
@@ -27,8 +27,7 @@ class RangeUse:
     low, high : ndarray              Ends of the identified range [m].
     rest : ndarray                   Displacement at rest [m].
     lowest, highest : ndarray        Reached [m].
-    share, error : ndarray           Of the way from rest to the end of the range that was used, and its numerical
-                                     error.
+    share : ndarray                  Of the way from rest to the end of the range that was used.
     stop_deflection : ndarray        Of the stop that was pressed most [m of the axis]; 0 where none was touched.
     stop_force : ndarray             Of that stop [N].
     """
@@ -39,26 +38,19 @@ class RangeUse:
     lowest: FloatArray
     highest: FloatArray
     share: FloatArray
-    error: FloatArray
     stop_deflection: FloatArray
     stop_force: FloatArray
 
     @classmethod
-    def from_run(cls, system: MountedSystem, run: CaseRun) -> RangeUse:
+    def from_run(cls, laws: AxisLaws, run: CaseRun) -> RangeUse:
         """Of a run."""
-        laws, figures, errors = AxisLaws(system), run.figures, run.errors
-        rest, lowest, highest = run.start.displacement, figures.displacement_low, figures.displacement_high
-        ups, downs = ways_used(laws, rest, lowest, highest)
-        up_errors = _shares(errors.displacement_high, laws.high - rest)
-        down_errors = _shares(errors.displacement_low, rest - laws.low)
+        rest, lowest, highest = run.start.displacement, run.figures.displacement_low, run.figures.displacement_high
         pressed = [laws.stops(ends) for ends in (lowest, highest)]
         forces = np.max([np.abs(force) for force, _ in pressed], axis=0)
         stiffness = np.max([stiffness for _, stiffness in pressed], axis=0)
         deflection = np.divide(forces, stiffness, out=np.zeros_like(forces), where=stiffness > 0.0)
-        return cls(
-            laws.low, laws.high, rest, lowest, highest, np.maximum(ups, downs),
-            np.where(ups >= downs, up_errors, down_errors), deflection, forces,
-        )  # fmt: skip
+        share = np.maximum(_shares(highest - rest, laws.high - rest), _shares(rest - lowest, rest - laws.low))
+        return cls(laws.low, laws.high, rest, lowest, highest, share, deflection, forces)
 
     @property
     def is_outside(self) -> np.ndarray:
@@ -71,11 +63,11 @@ class RangeUse:
         return np.maximum(np.maximum(self.highest - self.high, self.low - self.lowest), 0.0)
 
 
-def ways_used(
-    laws: AxisLaws, rest: FloatArray, lowest: FloatArray, highest: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Shares of the ways from rest to the upper and to the lower ends of the ranges that were used, each shape (A,)."""
-    return _shares(highest - rest, laws.high - rest), _shares(rest - lowest, rest - laws.low)
+def stroke_errors(laws: AxisLaws, run: CaseRun, errors: RunFigures) -> FloatArray:
+    """Numerical errors of the shares, on the side where more is used or errs more, shape (A,)."""
+    rest = run.start.displacement
+    ends = ((errors.displacement_high, laws.high - rest), (errors.displacement_low, rest - laws.low))
+    return np.maximum(*(_shares(error, free) for error, free in ends))
 
 
 def _shares(way: FloatArray, free: FloatArray) -> FloatArray:

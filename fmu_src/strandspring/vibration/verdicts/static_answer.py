@@ -12,7 +12,8 @@ from ...kernel.arrays import FloatArray
 from ..bodies.axis_laws import AxisLaws
 from ..bodies.modes import Mode, modes, secant_stiffness
 from ..bodies.mounted import MountedSystem
-from ..bodies.rest import SHARES, RestPose, rest
+from ..bodies.rest import RestPose, rest
+from .draws import Unknowns
 
 SECANT_SHARE = 0.5  # amplitude of the secant modes, of each spring's free travel
 
@@ -23,7 +24,7 @@ class StaticAnswer:
 
     Attributes
     ----------
-    poses : tuple of RestPose                 One for each omega at rest.
+    poses : tuple of RestPose                 The nominal one, and those of the draws that could rest.
     sag : ndarray, shape (poses, B)           Displacement of the centres of gravity along gravity from the nominal
                                               pose [m].
     tilt : ndarray, shape (poses, B)          Angle from the nominal pose [rad].
@@ -44,14 +45,14 @@ class StaticAnswer:
     refusals: tuple[str, ...]
 
 
-def static_answer(system: MountedSystem, shares: tuple[float, ...] = SHARES) -> StaticAnswer:
-    """Static poses of a system for each omega at rest, and its modes about the first of them.
+def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
+    """Static poses of a system by all that is unknown, and its modes about the nominal one.
 
     Raises
     ------
     MountedSystemError   If the bodies cannot rest.
     """
-    poses = tuple(rest(system, share) for share in shares)
+    poses = (rest(system, unknowns.share), *unknowns.poses(system))
     laws = AxisLaws(system)
     gravity = np.array(system.gravity)
     down = gravity / (math.hypot(*system.gravity) or 1.0)

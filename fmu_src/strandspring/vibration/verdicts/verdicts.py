@@ -1,23 +1,22 @@
-"""Figures of a load case beside their limits, and the verdict on them."""
+"""Figures of a load case with their ranges beside their limits, and the verdict on them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from enum import Enum
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.result_columns import ResultColumn
-from ...model.joint import Quantiles
 
 
 class CaseVerdict(Enum):
-    """The verdict on a candidate in a load case; the value is how people name it."""
+    """The verdict on a candidate in a load case, from the best to the worst; the value is how people name it."""
 
-    PASSES = "pass"  # within all limits and the identified ranges
-    CLOSE = "close"  # a limit lies within the numerical error
-    FAILS = "fail"  # a limit is exceeded
+    PASSES = "pass"  # all ranges are within their limits, and within the identified ranges
+    UNDECIDED = "not decided"  # a limit lies within the range of its figure
+    FAILS = "fail"  # a range is beyond its limit
     OUTSIDE = "outside"  # a spring leaves its identified range: the figures are extrapolated
     REFUSED = "refused"  # it cannot be simulated
 
@@ -27,11 +26,15 @@ class FigureKind(Enum):
 
     ACCELERATION = "acceleration"  # largest absolute acceleration of a point [m/s^2]
     SWAY = "sway"  # largest displacement of a point from rest, relative to the base [m]
+    SWAY_X = "sway along x"  # likewise, its component
+    SWAY_Y = "sway along y"
+    SWAY_Z = "sway along z"
     TILT = "tilt"  # largest rotation of a body from rest, relative to the base [rad]
     STROKE = "stroke"  # largest share of a spring's way from rest to the end of its identified range
     FORCE = "force"  # largest of an axis of a mount, its weight, damper and stops included [N]
     RMS_ACCELERATION = "rms acceleration"  # of a point along an axis, once it has settled [m/s^2]
-    RMS_SWAY = "rms sway"  # likewise, about its mean [m]
+    THREE_SIGMA = "3 sigma acceleration"  # of a point, three times the largest rms of x, y and z [m/s^2]
+    RMS_SWAY = "rms sway"  # of a point along an axis, about its mean [m]
 
     @property
     def unit(self) -> str:
@@ -50,77 +53,82 @@ _ACCELERATION, _LENGTH = ("m/s^2", "g", 1.0 / STANDARD_GRAVITY), ("m", "mm", 1e3
 _UNITS = {
     FigureKind.ACCELERATION: _ACCELERATION,
     FigureKind.SWAY: _LENGTH,
+    FigureKind.SWAY_X: _LENGTH,
+    FigureKind.SWAY_Y: _LENGTH,
+    FigureKind.SWAY_Z: _LENGTH,
     FigureKind.TILT: ("rad", "deg", math.degrees(1.0)),
     FigureKind.STROKE: ("", "%", 100.0),
     FigureKind.FORCE: ("N", "N", 1.0),
     FigureKind.RMS_ACCELERATION: _ACCELERATION,
+    FigureKind.THREE_SIGMA: _ACCELERATION,
     FigureKind.RMS_SWAY: _LENGTH,
 }
 
 
 @dataclass(frozen=True)
+class Limits:
+    """Limits to which the answers of every case are held; what has none is only reported.
+
+    Parameters
+    ----------
+    of_kind : mapping   Of each kind of figure, the largest value by the name of its subject, in SI units.
+    of_all : mapping    Of each kind of figure, the largest value where the subject has none of its own.
+    """
+
+    of_kind: Mapping[FigureKind, Mapping[str, float]] = field(default_factory=dict)
+    of_all: Mapping[FigureKind, float] = field(default_factory=lambda: {FigureKind.STROKE: 1.0})
+
+    def of(self, kind: FigureKind, subject: str) -> float | None:
+        """The limit of a figure, if there is one."""
+        return self.of_kind.get(kind, {}).get(subject, self.of_all.get(kind))
+
+
+@dataclass(frozen=True)
 class Figure:
-    """A figure of a load case: the worst of all static equilibria from which it was run.
+    """A figure of a load case.
 
     Parameters
     ----------
     quantity : FigureKind
     subject : str             Name of the point, body or axis of a mount.
-    value, error : float      With its numerical error, in SI units.
-    min : float               The smallest among the static equilibria.
-    share : float             omega at rest of the worst, in the sense of each spring's static force.
+    value : float             With the springs as identified and omega 0 at rest; of random vibration the mean of all
+                              realisations. In SI units, like the others.
+    error : float             A bound of its numerical error.
+    low, high : float         Between which it lies by all that is unknown: omega at rest, springs, the realisation,
+                              steps, and what the model leaves out, as far as cautions give it a size.
     limit : float or None
-    spread : Quantiles or None   By the uncertainty of the springs; None if nothing was drawn.
+    beyond : float or None    Share of the draws beyond the limit; None without draws or without a limit.
     """
 
     quantity: FigureKind
     subject: str
     value: float
     error: float
-    min: float
-    share: float
+    low: float
+    high: float
     limit: float | None = None
-    spread: Quantiles | None = None
+    beyond: float | None = None
 
     @property
     def margin(self) -> float | None:
-        """Share of the limit that is left; negative beyond it, None without a limit."""
-        return None if self.limit is None else 1.0 - self.value / self.limit
+        """Share of the limit that the upper end of the range leaves; negative beyond it, None without a limit."""
+        return None if self.limit is None else 1.0 - self.high / self.limit
 
     @property
-    def is_exceeded(self) -> bool:
-        """Whether it is beyond its limit."""
-        return self.limit is not None and self.value > self.limit
+    def is_within(self) -> bool:
+        """Whether the whole range is within the limit."""
+        return self.limit is None or self.high <= self.limit
 
     @property
-    def is_close(self) -> bool:
-        """Whether its limit lies within the numerical error."""
-        return self.limit is not None and abs(self.value - self.limit) <= self.error
-
-
-@dataclass(frozen=True)
-class CaseSpread:
-    """What draws of a load case gave.
-
-    Attributes
-    ----------
-    draws, seed : int
-    refused : int              Draws that could not be simulated.
-    reason : str               Why, most often.
-    failing : float            Share of the draws, refused ones included, that exceed a limit or leave a range.
-    """
-
-    draws: int
-    seed: int
-    refused: int
-    reason: str
-    failing: float
+    def is_beyond(self) -> bool:
+        """Whether the whole range is beyond the limit."""
+        return self.limit is not None and self.low > self.limit
 
 
 def judged(figures: Sequence[Figure], is_outside: bool) -> CaseVerdict:
     """The verdict on figures, of which extrapolated ones never pass."""
     if is_outside:
         return CaseVerdict.OUTSIDE
-    if any(figure.is_exceeded and not figure.is_close for figure in figures):
+    if any(figure.is_beyond for figure in figures):
         return CaseVerdict.FAILS
-    return CaseVerdict.CLOSE if any(figure.is_close for figure in figures) else CaseVerdict.PASSES
+    return CaseVerdict.PASSES if all(figure.is_within for figure in figures) else CaseVerdict.UNDECIDED

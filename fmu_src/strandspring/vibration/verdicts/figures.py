@@ -1,0 +1,78 @@
+"""The figures of a load case: which there are, and their values in one run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kernel.arrays import FloatArray
+from ..bodies.axis_laws import AxisLaws
+from ..bodies.axis_names import axis_names
+from ..bodies.loads import LoadCase
+from ..bodies.mounted import MountedSystem
+from ..bodies.run_figures import RunFigures
+from ..bodies.simulation import CaseRun, CheckedRun
+from .range_use import RangeUse, stroke_errors
+from .verdicts import FigureKind
+
+_SWAYS = (FigureKind.SWAY_X, FigureKind.SWAY_Y, FigureKind.SWAY_Z)
+
+
+@dataclass(frozen=True)
+class CaseFigures:
+    """The figures of a load case in their order, N in number.
+
+    Attributes
+    ----------
+    subjects : tuple     Kind and subject of each.
+    laws : AxisLaws      Of the system.
+    settles : bool       Whether there are root mean squares.
+    """
+
+    subjects: tuple[tuple[FigureKind, str], ...]
+    laws: AxisLaws
+    settles: bool
+
+    @classmethod
+    def from_case(cls, system: MountedSystem, case: LoadCase) -> CaseFigures:
+        """Of a system in a load case."""
+        points, axes = [point.name for point in system.points], axis_names(system)
+        along = [f"{point} {letter}" for point in points for letter in "xyz"]
+        names: dict[FigureKind, Sequence[str]] = {
+            FigureKind.ACCELERATION: points,
+            FigureKind.SWAY: points,
+            **dict.fromkeys(_SWAYS, points),
+            FigureKind.TILT: [body.name for body in system.bodies],
+            FigureKind.STROKE: axes,
+            FigureKind.FORCE: axes,
+        }
+        if case.settling > 0.0:
+            names |= {
+                FigureKind.RMS_ACCELERATION: along,
+                FigureKind.THREE_SIGMA: points,
+                FigureKind.RMS_SWAY: along,
+            }
+        subjects = tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
+        return cls(subjects, AxisLaws(system), case.settling > 0.0)
+
+    def of_run(self, run: CaseRun) -> FloatArray:
+        """Values in a run, shape (N,)."""
+        return self._values(run.figures, RangeUse.from_run(self.laws, run).share)
+
+    def errors(self, run: CheckedRun) -> FloatArray:
+        """Numerical errors of the values in a run, shape (N,)."""
+        return self._values(run.errors, stroke_errors(self.laws, run, run.errors))
+
+    def _values(self, figures: RunFigures, strokes: FloatArray) -> FloatArray:
+        parts = [
+            figures.acceleration, figures.sway, *figures.sway_components.T, figures.tilt, strokes, figures.force,
+        ]  # fmt: skip
+        if self.settles:
+            parts += [
+                figures.rms_acceleration.ravel(),
+                3.0 * figures.rms_acceleration.max(axis=1, initial=0.0),
+                figures.rms_sway.ravel(),
+            ]
+        return np.concatenate(parts)
