@@ -13,7 +13,7 @@ from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChann
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.run_figures import RunFigures
-from strandspring.vibration.bodies.simulation import CaseRun, run_once, simulate_case
+from strandspring.vibration.bodies.simulation import CheckedRun, run_once, simulate_case
 from strandspring.vibration.bodies.solving import solver
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
@@ -23,6 +23,7 @@ from strandspring.vibration.signals.recorded_signal import RecordedSignal
 # Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.
 LEAST_SHARE = 0.25
 # The time of a peak at an edge of a pulse has no error.
+FLOORED = ("acceleration", "sway", "sway_components", "tilt", "force")
 KINDS = [field.name for field in fields(RunFigures) if field.name != "acceleration_time"]
 
 
@@ -77,13 +78,13 @@ def ratios(printed: FloatArray, true: FloatArray) -> FloatArray:
     return printed[larger] / true[larger]
 
 
-def halved(loaded: Loaded) -> CaseRun:
-    return simulate_case(loaded.system, loaded.case, (0.0,), loaded.step).runs[0]
+def halved(loaded: Loaded) -> CheckedRun:
+    return simulate_case(loaded.system, loaded.case, 0.0, loaded.step)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_printed_error_is_within_20_percent_of_the_true_one(name: str) -> None:
-    """Of accelerations, sway, root mean squares, tilt, displacements, forces, rates, omega and energy absorbed."""
+def test_printed_error_bounds_the_true_one(name: str) -> None:
+    """By three times where the term in h^2 rules: of accelerations, sway, root mean squares, tilt, displacements and so on."""
     loaded, run = CASES[name], halved(CASES[name])
     step = run.step / 16.0
     kernel = solver(loaded.system)
@@ -97,7 +98,10 @@ def test_printed_error_is_within_20_percent_of_the_true_one(name: str) -> None:
         true = np.abs(found - right)
         assert 0.0 < true.max() < 1e-4 * np.abs(right).max(), kind
         # The finer run has an error of its own, 1/256 of that of the run.
-        np.testing.assert_allclose(ratios(getattr(run.errors, kind), true), 1.0, atol=0.2, err_msg=kind)
+        found_ratios = ratios(getattr(run.errors, kind), true)
+        assert found_ratios.min() >= 2.4, kind
+        if kind not in FLOORED:
+            assert found_ratios.max() <= 3.6, kind
 
 
 def test_printed_error_of_the_energy_absorbed_against_the_reference() -> None:
@@ -107,12 +111,12 @@ def test_printed_error_of_the_energy_absorbed_against_the_reference() -> None:
     case = LoadCase("half-sine", "pulse", 0.05, (channel,))
     exact = reference_motion(loaded.system, case, np.array([0.0, case.duration]), rtol=1e-9)
     true = np.abs(run.figures.absorbed - exact.absorbed[-1])
-    np.testing.assert_allclose(ratios(run.errors.absorbed, true), 1.0, atol=0.2)
+    np.testing.assert_allclose(ratios(run.errors.absorbed, true), 3.0, atol=0.6)
 
 
 def test_steps_divide_the_interval_of_a_record_whose_times_are_rounded() -> None:
     times = np.round(np.arange(103) / 1024.0, 6)
     signal = RecordedSignal(times, np.random.default_rng(3).normal(0.0, 1.0, times.size))
-    run = simulate_case(box(), LoadCase("record", "record", 0.1, of_base(signal)), (0.0,)).runs[0]
+    run = simulate_case(box(), LoadCase("record", "record", 0.1, of_base(signal)))
     steps = times[-1] / (times.size - 1) / run.step
     assert steps == pytest.approx(round(steps), rel=1e-12)

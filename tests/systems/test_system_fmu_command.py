@@ -110,7 +110,7 @@ def test_the_fmu_moves_as_the_simulation_of_a_case() -> None:
     fmu = build_fmu("systems/electronics_box.toml", "out", candidate="standard")
     file = load_system_file("systems/electronics_box.toml")
     case = next(case for case in file.cases if case.kind == "pulse")
-    (run,) = simulate_case(dict(file.candidates)["standard"], case, shares=[0.0]).runs
+    run = simulate_case(dict(file.candidates)["standard"], case)
     step = 1e-4
     count = round(case.duration / step)
     (channel,) = case.channels

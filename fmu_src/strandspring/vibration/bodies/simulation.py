@@ -13,7 +13,7 @@ error may be much too small (seen: 0.003 % of the largest acceleration for 0.6 %
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,7 +182,24 @@ def _run(
             break
         coarse = fine
     check_balance(case, fine.energies, h)
-    return CheckedRun(start, h, fine.figures, fine.energies, changes)
+    return CheckedRun(start, h, fine.figures, fine.energies, _bounds(fine.figures, changes))
+
+
+def _bounds(figures: RunFigures, changes: RunFigures) -> RunFigures:
+    """Errors of which none is below half the largest relative change of acceleration, sway and tilt, times its figure.
+
+    A figure may change little by chance, tilt above all.
+    """
+    largest = 0.0
+    for name, least in (("acceleration", 0.0), ("sway", 0.0), ("tilt", _SMALL_TILT)):
+        value = getattr(figures, name).max(initial=least)
+        if value > 0.0:
+            largest = max(largest, float(getattr(changes, name).max(initial=0.0) / value))
+    floored = {
+        name: np.maximum(getattr(changes, name), 0.5 * largest * getattr(figures, name))
+        for name in ("acceleration", "sway", "sway_components", "tilt", "force")
+    }
+    return replace(changes, **floored)
 
 
 def check_balance(case: LoadCase, energies: Energies, step: float) -> None:

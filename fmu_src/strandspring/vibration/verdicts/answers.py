@@ -136,7 +136,7 @@ def answer_case(
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
         known = CaseFigures.from_case(system, case)
-        values = np.array([known.of_run(draw.run) for draw in draws.runs]).reshape(len(draws.runs), -1)
+        values = np.array([known.of_run(draw.run) for draw in draws.runs]).reshape(-1, len(known.subjects))
         bounds = [limits.of(*subject) for subject in known.subjects]
         drawn = None
         if with_courses:

@@ -34,6 +34,7 @@ DRAWS, LEAST_DRAWS = 48, 16
 CONTENT, CONFIDENCE = 0.95, 0.99  # of the range of a figure
 _TOLERANCE = 3e-3  # numerical error of draws, relative to the largest of its kind
 _OF_STABLE = 0.5  # step of draws
+_RANDOM_SHARE = 3  # of the draws one in so many is made of random vibration, which lasts long
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +73,9 @@ class Unknowns:
 
     def count(self, system: MountedSystem, case: LoadCase | None = None) -> int:
         """How many draws there are of a load case, or of static equilibria alone."""
-        if self.springs.spreads or (case is not None and case.is_random):
+        if case is not None and case.is_random:
+            return max(LEAST_DRAWS, self.draws // _RANDOM_SHARE)
+        if self.springs.spreads:
             return self.draws
         return 0 if self.rest_omega is not None else min(self.draws, self._combinations(system))
 
