@@ -92,34 +92,6 @@ class Record:
                     f"got {column.size} and {self.displacement.size}; pass arrays of one length."
                 )
 
-    @classmethod
-    def from_arrays(
-        cls,
-        displacement: ArrayLike,
-        force: ArrayLike,
-        time: ArrayLike | None = None,
-        path: str = "<arrays>",
-    ) -> Record:
-        """Make a record from arrays.
-
-        Parameters
-        ----------
-        displacement : array_like, shape (K,)     Displacement [m].
-        force : array_like, shape (K,)            Force [N].
-        time : array_like, shape (K,), optional   Time [s].
-        path : str                                Name used in messages.
-
-        Raises
-        ------
-        RecordError                               If the arrays do not make a record, see `Record`.
-        """
-        return cls(
-            _checked(displacement, "displacement", path),
-            _checked(force, "force", path),
-            None if time is None else _checked(time, "time", path),
-            path,
-        )
-
     def save(self, path: str | os.PathLike[str], displacement_unit: Literal["m", "mm"] = "m") -> None:
         """Write a CSV file with all digits: `read_record` reads one in m bit for bit, one in mm to the last digit.
 

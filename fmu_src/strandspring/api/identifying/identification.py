@@ -242,5 +242,6 @@ def identify(
     """
     if isinstance(force, Method):
         force, options = None, force
-    records = given_records(data, force, time, displacement, units, reverse)
-    return Identification.from_model(identify_records(records, options, save_anyway))
+    return Identification.from_model(
+        identify_records(given_records(data, force, time, displacement, units, reverse), options, save_anyway)
+    )

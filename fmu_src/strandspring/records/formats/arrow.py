@@ -7,7 +7,8 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import feather, parquet
 
-from ..channels import Channel, FloatArray
+from ...kernel.arrays import FloatArray
+from ..channels import Channel
 from ..content import FileContent
 from .named_arrays import seconds
 

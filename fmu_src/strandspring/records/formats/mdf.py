@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from asammdf import MDF
 
-from ..channels import Channel, FloatArray
+from ...kernel.arrays import FloatArray
+from ..channels import Channel
 from ..content import FileContent
 
 _MASTER_TYPES = {3: (1,), 4: (2, 3)}  # by the first digit of the version; virtual masters too

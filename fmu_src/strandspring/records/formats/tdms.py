@@ -7,7 +7,8 @@ import io
 import nptdms
 import numpy as np
 
-from ..channels import Channel, FloatArray
+from ...kernel.arrays import FloatArray
+from ..channels import Channel
 from ..content import FileContent
 from .named_arrays import seconds
 

@@ -12,13 +12,13 @@ import pyuff
 
 from ...errors import RecordError
 from ...ground.scratch import TemporaryFolder
-from ..channels import Channel, FloatArray
+from ...kernel.arrays import FloatArray
+from ..channels import Channel
 from ..content import FileContent
 
 _FUNCTION = 58
 _UNITS = 164
 _OF_TIME = (0, 1)  # types of functions: general, time response
-_EVEN = 1  # spacing of the abscissa
 _TIME = 17  # what the abscissa holds; 0 is unknown
 _DISPLACEMENT, _FORCES = 8, (9, 13)  # what the ordinate holds: displacement; reaction and excitation force
 # Length and force of the systems of units in data set 164 of which both are known here.

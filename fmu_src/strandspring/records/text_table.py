@@ -1,6 +1,6 @@
-"""The numbers of a table: small ones are read by NumPy, large ones by pandas, and if these fail row by row.
+"""The table in a text, which a sheet of a workbook is made too, so that both are treated alike.
 
-A bad row is named by its line.
+Small tables are read by NumPy, large ones by pandas, and if these fail row by row; a bad row is named by its line.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from dataclasses import dataclass
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from .clock import Moment, elapsed, moment_of
+from ..kernel.arrays import FloatArray
+from .clock import Moment, elapsed, is_clock, moment_of
 from .columns import Column
-from .dialect import Dialect, is_number, split_cells
+from .dialect import Dialect, find_dialect, is_number, split_cells
 from .source import Source
+from .tables import Table
 
 # A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3
@@ -30,6 +31,8 @@ MAX_DROPPED_ROWS = 3
 _BLOCK_BYTES = 1024 * 1024
 _NOT_A_COMMA = re.compile(rb"\.|,(?![0-9])")  # what a number with a decimal comma does not have
 _TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
+_THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
+_UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
 
 
 @dataclass(frozen=True)
@@ -42,87 +45,121 @@ class _BadRow:
     is_incomplete: bool  # may be dropped at the end of the file
 
 
-def read_numbers(
-    source: Source, dialect: Dialect, columns: Collection[Column], optional: Column | None = None
-) -> tuple[dict[int, NDArray[np.float64]], list[str]]:
-    """Read columns of numbers.
+class TextTable(Table):
+    """The table in a text.
 
     Parameters
     ----------
-    source, dialect : Source, Dialect    The file and how it is written.
-    columns : collection of Column       Those to read.
-    optional : Column or None            One of them that is left out if it holds something else.
-
-    Returns
-    -------
-    (dict, list of str)                  Arrays of shape (K,) by column number, as in the file; sentences
-                                         about rows and columns that are left out.
+    source : Source
+    name : str        Of the sheet; "" for a text file.
 
     Raises
     ------
-    RecordError                          If a row is incomplete, unless among the last, or holds no number.
+    RecordError       If no two columns of numbers are found.
     """
-    body = source.data[_offset_of_line(source.data, dialect.first_line) :]
-    if dialect.has_quotes:
-        _refuse_open_quotes(body, dialect, source.path)
-    clocks = [column for column in columns if column.is_clock]
-    wanted = [column for column in columns if not column.is_clock]
-    notes: list[str] = []
-    row = source.row
-    while True:
-        values, bad, dropped = _read_rows(body, dialect, wanted)
+
+    def __init__(self, source: Source, name: str = "") -> None:
+        self.source = source
+        self.name = name
+        self.row = source.row
+        self.dialect = dialect = find_dialect(source.head, source.path, source.row)
+        self.columns = [_column(dialect, k) for k in range(dialect.width)]
+        self.notes = source.notes
+        if dialect.first_line > 1:
+            line = dialect.header_line
+            header = "no header" if line is None else f"the header in {self.row} {line}"
+            self.notes += (f"the numbers begin in {self.row} {dialect.first_line}, with {header}",)
+        if dialect.decimal == ",":
+            self.notes += ("the decimal mark is a comma",)
+
+    def read(
+        self, wanted: Collection[Column], optional: Column | None = None
+    ) -> tuple[dict[int, FloatArray], list[str]]:
+        """See `Table.read`."""
+        for column in wanted:
+            self._refuse_thousands(column)
+        body = self.source.data[self._begin :]
+        if self.dialect.has_quotes:
+            _refuse_open_quotes(body, self.dialect, self.source.path)
+        clocks = [column for column in wanted if column.is_clock]
+        read = [column for column in wanted if not column.is_clock]
+        notes: list[str] = []
+        values, bad, dropped = _read_rows(body, self.dialect, read)
+        if bad is not None and not dropped and optional is not None and bad.column == optional.number:
+            read.remove(optional)
+            notes.append(f"{optional} is left out: {self.row} {bad.line}, {bad.message}")
+            values, bad, dropped = _read_rows(body, self.dialect, read)
         if bad is not None and not dropped:
-            if optional is None or bad.column != optional.number:
-                place = "" if bad.column is None else f", {next(c for c in wanted if c.number == bad.column)}"
-                raise RecordError(
-                    f"{source.path}, {row} {bad.line}{place}: {bad.message}; correct or delete the {row}."
-                )
-            wanted.remove(optional)
-            notes.append(f"{optional} is left out: {row} {bad.line}, {bad.message}")
-            optional = None
-            continue
+            place = "" if bad.column is None else f", {self.columns[bad.column - 1]}"
+            raise RecordError(
+                f"{self.source.path}, {self.row} {bad.line}{place}: {bad.message}; correct or delete the {self.row}."
+            )
         if bad is not None:
             rows = f"{dropped} incomplete row{'s' if dropped > 1 else ''}"
-            notes.append(f"{rows} at the end of the file (from {row} {bad.line}) left out")
-        numbers = {column.number: values[:, i] for i, column in enumerate(wanted)}
+            notes.append(f"{rows} at the end of the file (from {self.row} {bad.line}) left out")
+        numbers = {column.number: values[:, i] for i, column in enumerate(read)}
         for column in clocks:
             try:
-                numbers[column.number] = _read_clock(source, dialect, column, values.shape[0])
+                numbers[column.number] = self._read_clock(column, values.shape[0])
             except RecordError as problem:
                 if column is not optional:
                     raise
                 notes.append(f"{column} is left out: {problem}")
         return numbers, notes
 
+    def places(self, rows: Collection[int]) -> list[int]:
+        """1-based lines of rows."""
+        lines = islice(
+            _rows(self.source.data, self.dialect, self.dialect.first_line, self._begin), max(rows, default=-1) + 1
+        )
+        return [line for row, (line, _) in enumerate(lines) if row in rows]
 
-def _read_clock(source: Source, dialect: Dialect, column: Column, count: int) -> NDArray[np.float64]:
-    """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
-    moments: list[Moment] = []
-    start = _offset_of_line(source.data, dialect.first_line)
-    for line, text in islice(_rows(source.data, dialect, dialect.first_line, start), count):
-        cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
-        cell = cells[column.number - 1] if column.number <= len(cells) else ""
-        moment = moment_of(cell)
-        if moment is None or (moments and moment[2] is not moments[0][2]):
+    @property
+    def _begin(self) -> int:
+        """Where the first row of numbers begins [B]."""
+        offset = 0
+        for _ in range(self.dialect.first_line - 1):
+            offset = self.source.data.index(b"\n", offset) + 1
+        return offset
+
+    def _refuse_thousands(self, column: Column) -> None:
+        """Refuse numbers such as 1.250 and 750 in one column: without zeros at the end, the mark is of thousands."""
+        cells = [cell.lstrip("+-") for cell in column.cells if cell]
+        marked = [cell for cell in cells if self.dialect.decimal in cell]
+        whole = [cell for cell in cells if self.dialect.decimal not in cell]
+        by_thousands = all(map(_THREE_AFTER_MARK.fullmatch, marked)) and all(map(_UP_TO_999.fullmatch, whole))
+        if marked and whole and by_thousands:
             raise RecordError(
-                f"{source.path}, {source.row} {line}, {column}: must hold a time like the rows above, found "
-                f"{quoted(cell)}; correct or delete the {source.row}."
+                f"{self.source.path}, {column}: {quoted(marked[0])} and {quoted(whole[0])} look like numbers with a "
+                "mark between thousands; write them without it, or all with the same number of decimals."
             )
-        moments.append(moment)
-    return elapsed(moments)
+
+    def _read_clock(self, column: Column, count: int) -> FloatArray:
+        """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
+        moments: list[Moment] = []
+        for line, text in islice(_rows(self.source.data, self.dialect, self.dialect.first_line, self._begin), count):
+            cells = _cells(text, self.dialect)
+            cell = cells[column.number - 1] if column.number <= len(cells) else ""
+            moment = moment_of(cell)
+            if moment is None or (moments and moment[2] is not moments[0][2]):
+                raise RecordError(
+                    f"{self.source.path}, {self.row} {line}, {column}: must hold a time like the rows above, found "
+                    f"{quoted(cell)}; correct or delete the {self.row}."
+                )
+            moments.append(moment)
+        return elapsed(moments)
 
 
-def lines_of_rows(source: Source, dialect: Dialect, rows: Collection[int]) -> list[int]:
-    """1-based lines in the file of rows of the table, which count from 0 and pass over blank lines."""
-    wanted = set(rows)
-    start = _offset_of_line(source.data, dialect.first_line)
-    every = _rows(source.data, dialect, dialect.first_line, start)
-    return [line for row, (line, _) in enumerate(islice(every, max(wanted, default=-1) + 1)) if row in wanted]
+def _column(dialect: Dialect, k: int) -> Column:
+    """Column k from 0; a row of units takes precedence over the header."""
+    cells = tuple(row[k] for row in dialect.rows if k < len(row))
+    name = dialect.header[k] if dialect.header else ""
+    unit = dialect.units[k] if dialect.units else None
+    clock = not dialect.numeric[k] and is_clock(cells)
+    return Column.from_header(k + 1, name, unit, cells=cells, numeric=dialect.numeric[k], is_clock=clock)
 
 
-def _read_rows(
-    body: bytes, dialect: Dialect, wanted: Sequence[Column]
-) -> tuple[NDArray[np.float64], _BadRow | None, int]:
+def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple[FloatArray, _BadRow | None, int]:
     """Numbers of the wanted columns up to the first bad row.
 
     Returns
@@ -136,7 +173,7 @@ def _read_rows(
     parse = _parsed_by_pandas if is_large else _parsed_by_numpy
     if (whole := parse(body, dialect, numbers)) is not None:
         return whole, None, 0
-    blocks: list[NDArray[np.float64]] = []
+    blocks: list[FloatArray] = []
     offset = 0
     while is_large and (end := body.find(b"\n", offset + _BLOCK_BYTES) + 1):
         if (block := _parsed_by_pandas(body[offset:end], dialect, numbers)) is None:
@@ -146,8 +183,7 @@ def _read_rows(
     values = array("d")
     bad: list[_BadRow] = []
     for line, text in _rows(body, dialect, dialect.first_line + body.count(b"\n", 0, offset), offset):
-        cells = split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
-        row = _read_row(cells, line, dialect, wanted, is_cut=not text.endswith(b"\n"))
+        row = _read_row(_cells(text, dialect), line, dialect, wanted, is_cut=not text.endswith(b"\n"))
         if isinstance(row, _BadRow):
             bad.append(row)
         elif not bad:
@@ -161,7 +197,7 @@ def _read_rows(
     return np.empty((0, len(wanted))), bad[0], 0
 
 
-def _parsed_by_numpy(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> NDArray[np.float64] | None:
+def _parsed_by_numpy(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> FloatArray | None:
     """The same numbers that `_read_row` gives, or None if a cell is unusual or a row wider than the table."""
     separator = dialect.separator
     if separator is None or dialect.has_quotes or (dialect.decimal == "," and _NOT_A_COMMA.search(body)):
@@ -179,7 +215,7 @@ def _parsed_by_numpy(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> N
     return values if values.shape[0] == len(lines) and np.isfinite(values).all() else None
 
 
-def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> NDArray[np.float64] | None:
+def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> FloatArray | None:
     """Columns, shape (K, columns), or None if a cell is not a finite number or a row is wider than the table."""
     import pandas as pd  # not worth its import for small tables
 
@@ -218,6 +254,10 @@ def _rows(data: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tup
     stream = io.BytesIO(data)
     stream.seek(offset)
     return ((number, text) for number, text in enumerate(stream, line) if text.strip(blanks))
+
+
+def _cells(text: bytes, dialect: Dialect) -> list[str]:
+    return split_cells(text.decode("utf-8", "replace").rstrip("\n"), dialect.separator, dialect.has_quotes)
 
 
 def _read_row(
@@ -259,10 +299,3 @@ def _refuse_open_quotes(body: bytes, dialect: Dialect, path: str) -> None:
                 f"{path}, line {line}: must close each quotation mark, found {count} of them "
                 f"in {quoted(text.decode('utf-8', 'replace').strip())}; correct or delete the line."
             )
-
-
-def _offset_of_line(data: bytes, line: int) -> int:
-    offset = 0
-    for _ in range(line - 1):
-        offset = data.index(b"\n", offset) + 1
-    return offset
