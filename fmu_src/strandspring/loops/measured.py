@@ -71,16 +71,10 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
     RecordError   If the record has no full cycle.
     """
     cycles = find_cycles(record)
-    if not cycles and record.compared is not None:
-        raise RecordError(
-            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) lies within the "
-            "selected displacements; select a range that holds one."
-        )
     if not cycles:
-        raise RecordError(
-            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) was found; record at "
-            "least one full cycle."
-        )
+        selected = "lies within the selected displacements; select a range that holds one"
+        where = "was found; record at least one full cycle" if record.compared is None else selected
+        raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
     return tuple(_measured(group) for group in group_by_amplitude(cycles))
 
 

@@ -1,6 +1,6 @@
 """The table in a text, which a sheet of a workbook is made too, so that both are treated alike.
 
-Small tables are read by NumPy, large ones by pandas, and if these fail row by row; a bad row is named by its line.
+Small tables are read row by row, large ones by pandas, and row by row if that fails; a bad row is named by its line.
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ from .tables import Table
 MAX_DROPPED_ROWS = 3
 # Python reads this in the time that pandas takes to be imported; also the unit in which bad rows are located.
 _BLOCK_BYTES = 1024 * 1024
-_NOT_A_COMMA = re.compile(rb"\.|,(?![0-9])")  # what a number with a decimal comma does not have
 _TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
@@ -170,8 +169,7 @@ def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple
     """
     numbers = [column.number for column in wanted]
     is_large = len(body) > _BLOCK_BYTES
-    parse = _parsed_by_pandas if is_large else _parsed_by_numpy
-    if (whole := parse(body, dialect, numbers)) is not None:
+    if is_large and (whole := _parsed_by_pandas(body, dialect, numbers)) is not None:
         return whole, None, 0
     blocks: list[FloatArray] = []
     offset = 0
@@ -195,24 +193,6 @@ def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple
         blocks.append(np.array(values).reshape(-1, len(wanted)))
         return np.concatenate(blocks), bad[0] if bad else None, dropped
     return np.empty((0, len(wanted))), bad[0], 0
-
-
-def _parsed_by_numpy(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> FloatArray | None:
-    """The same numbers that `_read_row` gives, or None if a cell is unusual or a row wider than the table."""
-    separator = dialect.separator
-    if separator is None or dialect.has_quotes or (dialect.decimal == "," and _NOT_A_COMMA.search(body)):
-        return None
-    lines = body.rstrip(b"\n").split(b"\n")
-    if max(line.count(separator.encode()) for line in lines) >= dialect.raw_width:
-        return None
-    try:
-        text = body.decode("ascii").replace(dialect.decimal, ".")
-        values = np.loadtxt(
-            io.StringIO(text), delimiter=separator, usecols=[number - 1 for number in numbers], comments=None, ndmin=2
-        )
-    except ValueError:
-        return None
-    return values if values.shape[0] == len(lines) and np.isfinite(values).all() else None
 
 
 def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> FloatArray | None:
