@@ -84,13 +84,15 @@ def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
     return MeasuredLoop(
         path=group[0].path,
         figures=mean_figures(group),
-        spread=_spread(group) if len(group) > 1 else None,
+        spread=spread_of(group),
         cycles=len(group),
         frequency=float(np.mean(frequencies)) if frequencies else None,
         gap=float(np.mean([cycle.gap / cycle.figures.height for cycle in group])),
     )
 
 
-def _spread(group: Sequence[Cycle]) -> FigureSpread:
+def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:
+    """Standard deviation of the figures of cycles; None for a single one."""
     names = FigureSpread.__dataclass_fields__
-    return FigureSpread(*(float(np.std([getattr(cycle.figures, name) for cycle in group], ddof=1)) for name in names))
+    columns = ([getattr(cycle.figures, name) for cycle in group] for name in names)
+    return FigureSpread(*(float(np.std(column, ddof=1)) for column in columns)) if len(group) > 1 else None

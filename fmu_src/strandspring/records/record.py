@@ -67,14 +67,10 @@ class Record:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readable(self.path))
-        for name in ("displacement", "force"):
+        for name in ("displacement", "force") if self.time is None else ("displacement", "force", "time"):
             values = _checked(getattr(self, name), name, self.path)
             _refuse_absurd(values, name, self.path)
             object.__setattr__(self, name, values)
-        if self.time is not None:
-            times = _checked(self.time, "time", self.path)
-            _refuse_absurd(times, "time", self.path)
-            object.__setattr__(self, "time", times)
         object.__setattr__(self, "notes", tuple(self.notes))
         if self.compared is not None:
             compared = np.array(self.compared)

@@ -1,11 +1,10 @@
 """The table in a text, which a sheet of a workbook is made too, so that both are treated alike.
 
-Small tables are read row by row, large ones by pandas, and row by row if that fails; a bad row is named by its line.
+It is read row by row, so that a bad row is named by its line.
 """
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
@@ -27,8 +26,6 @@ from .tables import Table
 
 # A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3
-# Python reads this in the time that pandas takes to be imported; also the unit in which bad rows are located.
-_BLOCK_BYTES = 1024 * 1024
 _TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
@@ -167,64 +164,35 @@ def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple
     _BadRow or None               The first bad row.
     int                           Bad rows that may be dropped: those at the end, if they are few and incomplete.
     """
-    numbers = [column.number for column in wanted]
-    is_large = len(body) > _BLOCK_BYTES
-    if is_large and (whole := _parsed_by_pandas(body, dialect, numbers)) is not None:
-        return whole, None, 0
-    blocks: list[FloatArray] = []
-    offset = 0
-    while is_large and (end := body.find(b"\n", offset + _BLOCK_BYTES) + 1):
-        if (block := _parsed_by_pandas(body[offset:end], dialect, numbers)) is None:
-            break
-        blocks.append(block)
-        offset = end
-    values = array("d")
+    separator = None if dialect.separator is None else dialect.separator.encode()
+    mark = dialect.decimal.encode()
+    plain = b"0123456789+-eE \t\n" + mark  # what numbers consist of
+    places = [column.number - 1 for column in wanted]
+    is_plain = not (dialect.has_quotes or b"\v" in body or b"\f" in body)
+    values, count = array("d"), 0
     bad: list[_BadRow] = []
-    for line, text in _rows(body, dialect, dialect.first_line + body.count(b"\n", 0, offset), offset):
-        row = _read_row(_cells(text, dialect), line, dialect, wanted, is_cut=not text.endswith(b"\n"))
+    row: list[float] | _BadRow
+    for line, text in _rows(body, dialect, dialect.first_line, 0):
+        try:
+            # What `_read_row` gives, in a quarter of its time, where nothing in the row is unusual.
+            cells = text.split(separator)
+            numbers = [cells[k] for k in places]
+            if not is_plain or len(cells) > dialect.raw_width or b"".join(numbers).translate(None, plain):
+                raise ValueError
+            row = [float(number.replace(mark, b".")) for number in numbers]
+            if math.inf in row or -math.inf in row:
+                raise ValueError
+        except (IndexError, ValueError):
+            row = _read_row(_cells(text, dialect), line, dialect, wanted, is_cut=not text.endswith(b"\n"))
         if isinstance(row, _BadRow):
             bad.append(row)
         elif not bad:
             values.extend(row)
+            count += 1
         if bad and (row is not bad[-1] or len(bad) > MAX_DROPPED_ROWS):
-            break
-    else:
-        dropped = len(bad) if all(row.is_incomplete for row in bad) else 0
-        blocks.append(np.array(values).reshape(-1, len(wanted)))
-        return np.concatenate(blocks), bad[0] if bad else None, dropped
-    return np.empty((0, len(wanted))), bad[0], 0
-
-
-def _parsed_by_pandas(body: bytes, dialect: Dialect, numbers: Sequence[int]) -> FloatArray | None:
-    """Columns, shape (K, columns), or None if a cell is not a finite number or a row is wider than the table."""
-    import pandas as pd  # not worth its import for small tables
-
-    # pandas takes the width of the table from its first row and ignores surplus cells. A row put before the table
-    # makes room for one more column, whose cells must be empty.
-    surplus = dialect.raw_width
-    filler = (dialect.separator or " ").join(["0"] * (surplus + 1)).encode() + b"\n"
-    try:
-        frame = pd.read_csv(
-            io.BytesIO(filler + body),
-            sep=dialect.separator or r"\s+",
-            decimal=dialect.decimal,
-            header=None,
-            names=list(range(surplus + 1)),
-            usecols=[*(number - 1 for number in numbers), surplus],
-            index_col=False,
-            dtype=np.float64,
-            quoting=csv.QUOTE_MINIMAL if dialect.has_quotes else csv.QUOTE_NONE,
-            skipinitialspace=True,
-            engine="c",
-            encoding_errors="replace",
-            low_memory=False,  # pandas 2.3 refuses the surplus column in tables that it reads in chunks
-        )
-    except ValueError:
-        return None
-    if not np.isnan(frame[surplus].to_numpy()[1:]).all():
-        return None
-    values = frame[[number - 1 for number in numbers]].to_numpy()[1:]
-    return values if np.isfinite(values).all() else None
+            return np.empty((0, len(wanted))), bad[0], 0
+    dropped = len(bad) if all(row.is_incomplete for row in bad) else 0
+    return np.array(values).reshape(count, len(wanted)), bad[0] if bad else None, dropped
 
 
 def _rows(data: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, bytes]]:

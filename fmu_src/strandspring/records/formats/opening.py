@@ -38,14 +38,13 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 _OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _WORKBOOK = "workbook"
 # Long enough not to be the first column of a text: "PAR1;PAR2" is one.
-_MAGIC: tuple[tuple[bytes, FormatKind], ...] = (
+_MAGIC: tuple[tuple[bytes | tuple[bytes, ...], FormatKind], ...] = (
     (b"MATLAB 5.0 MAT-file", FormatKind("a MATLAB file", "matlab")),
     (b"MATLAB 7.3 MAT-file", FormatKind("a MATLAB v7.3 file", "hdf5")),
     (_HDF5, FormatKind("an HDF5 file", "hdf5")),
     (b"TDSm", FormatKind("a TDMS file", "tdms")),
     (b"TDSh", FormatKind("the index of a TDMS file", advice="give the .tdms file beside it")),
-    (b"MDF     ", FormatKind("an MDF file", "mdf")),
-    (b"UnFinMF ", FormatKind("an MDF file", "mdf")),
+    ((b"MDF     ", b"UnFinMF "), FormatKind("an MDF file", "mdf")),
     (b"PAR1\x15", FormatKind("a Parquet file", "arrow")),
     (b"ARROW1\0", FormatKind("a Feather (Arrow) file", "arrow")),
     (b"\x93NUMPY", FormatKind("a NumPy array", "numpy_arrays")),
@@ -54,18 +53,18 @@ _MAGIC: tuple[tuple[bytes, FormatKind], ...] = (
     (b"\x89PNG\r\n\x1a\n", FormatKind("a PNG picture", advice="give the numbers, not their plot")),
     (b"\xff\xd8\xff", FormatKind("a JPEG picture", advice="give the numbers, not their plot")),
     (b"GIF8", FormatKind("a GIF picture", advice="give the numbers, not their plot")),
-    (b"II*\0", FormatKind("a TIFF picture", advice="give the numbers, not their plot")),
-    (b"MM\0*", FormatKind("a TIFF picture", advice="give the numbers, not their plot")),
+    ((b"II*\0", b"MM\0*"), FormatKind("a TIFF picture", advice="give the numbers, not their plot")),
     (b"{\\rtf", FormatKind("a rich text document (RTF)")),
     (b"7z\xbc\xaf\x27\x1c", FormatKind("a 7-Zip archive", advice="unpack it first")),
     (b"Rar!", FormatKind("a RAR archive", advice="unpack it first")),
     (b"\x28\xb5\x2f\xfd", FormatKind("a Zstandard file", advice="unpack it first")),
     (b"\x04\x22\x4d\x18", FormatKind("an LZ4 file", advice="unpack it first")),
-    (b"CDF\x01", FormatKind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
-    (b"CDF\x02", FormatKind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV")),
+    (
+        (b"CDF\x01", b"CDF\x02"),
+        FormatKind("a NetCDF 3 file", advice="convert it to NetCDF 4 (HDF5), or export the record as CSV"),
+    ),
     (b"\x0e\x03\x13\x01", FormatKind("an HDF4 file", advice="convert it to HDF5, or export the record as CSV")),
-    (b"RDX2\n", FormatKind("an R data file")),
-    (b"RDX3\n", FormatKind("an R data file")),
+    ((b"RDX2\n", b"RDX3\n"), FormatKind("an R data file")),
     (b"$FL2", FormatKind("an SPSS file")),
     (b"\x7fELF", FormatKind("a program", advice="give a record")),
 )

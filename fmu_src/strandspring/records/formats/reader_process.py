@@ -113,7 +113,10 @@ class _Reader:
             parts = [_received(process.stdout, size) for size in header["sizes"]]
         except OSError:
             _stop(process)
-            raise self._damaged(_reason(process.returncode)) from None
+            is_slow = process.returncode == -getattr(signal, "SIGXCPU", 0) != 0
+            raise self._damaged(
+                "reading it takes too long" if is_slow else "the library that reads it crashed"
+            ) from None
         except BaseException:
             _stop(process)  # it may be in the midst of an answer
             raise
@@ -140,11 +143,6 @@ def _received(stream: IO[bytes], size: int) -> bytearray:
     if stream.readinto(data) != size:  # type: ignore[attr-defined]
         raise BrokenPipeError
     return data
-
-
-def _reason(status: int) -> str:
-    limits = {-getattr(signal, "SIGXCPU", 0): "reading it takes too long"}
-    return limits.get(status, "the library that reads it crashed")
 
 
 _idle: list[subprocess.Popen[bytes]] = []

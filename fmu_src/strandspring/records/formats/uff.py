@@ -12,7 +12,6 @@ import pyuff
 
 from ...errors import RecordError
 from ...ground.scratch import TemporaryFolder
-from ...kernel.arrays import FloatArray
 from ..channels import Channel
 from ..content import FileContent
 
@@ -62,10 +61,7 @@ def _channel(function: Mapping[str, Any], number: int, system: tuple[str, str] |
     timed = int(function["abscissa_spec_data_type"]) in (0, _TIME)
     times = np.asarray(function["x"], dtype=np.float64) if timed else None
 
-    def load() -> tuple[FloatArray, FloatArray | None]:
-        return values, times
-
-    return Channel("", next(filter(None, names)), unit or None, values.size, load, timed)
+    return Channel("", next(filter(None, names)), unit or None, values.size, lambda: (values, times), timed)
 
 
 def _label(text: Any) -> str:

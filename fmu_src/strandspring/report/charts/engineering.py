@@ -14,7 +14,7 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle
 from ...loops.loop import LoopFigures, group_by_amplitude, mean_figures
-from ...loops.measured import FigureSpread
+from ...loops.measured import FigureSpread, spread_of
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import JointCovariance
 from ...model.outcomes import Outcome
@@ -165,9 +165,5 @@ def _figures(solver: PathSolver, ends: list[tuple[float, float]]) -> FloatArray:
 def _together(group: list[Cycle], of_cycle: dict[int, RecordView]) -> MeasuredFigures:
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
     names = dict.fromkeys(of_cycle[id(cycle)].name for cycle in group)
-    spread = None
-    if len(group) > 1:
-        values = {name: [getattr(cycle.figures, name) for cycle in group] for name in FigureSpread.__dataclass_fields__}
-        spread = FigureSpread(**{name: float(np.std(column, ddof=1)) for name, column in values.items()})
     ends = (min(frequencies), max(frequencies)) if frequencies else ()
-    return MeasuredFigures(mean_figures(group), spread, len(group), tuple(names), ends)
+    return MeasuredFigures(mean_figures(group), spread_of(group), len(group), tuple(names), ends)
