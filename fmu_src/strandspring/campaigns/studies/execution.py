@@ -45,6 +45,8 @@ def run_study(
     try:
         if journal.dropped:
             notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
+        if journal.finished:
+            notify(f"{journal.finished} of {len(study)} runs were finished before.")
         progress(journal.finished)
         with closing(finished_rows(study, journal.missing(), study.largest_batch, runner, notify)) as batches:
             for rows in batches:

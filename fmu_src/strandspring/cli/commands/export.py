@@ -13,7 +13,7 @@ from ...exchange.modelica import LIBRARY, record_name
 from ...ground.files import reason_of
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import load_model
-from ..shared.options import FiniteRange
+from ..shared.options import positive
 from ..shared.output import note, reporting, result, result_json
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
@@ -23,7 +23,7 @@ from ..shared.zero import origin_of, zero_option
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
-@click.option("--mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
+@click.option("--mass", type=positive("kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option("--c", "as_c", is_flag=True, help="Write C sources of the spring for targets without FMI.")
 @click.option(

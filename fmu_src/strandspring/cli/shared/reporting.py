@@ -14,7 +14,7 @@ from ...report.figure import write_figure
 from ...report.rendering.page import SUFFIXES as REPORT_SUFFIXES
 from ...report.rendering.page import check_report_path
 from ...report.report_content import write_report
-from .options import FiniteRange, together
+from .options import positive, together
 from .output import working
 from .paths import PLOT_FILE, FileOfFormat
 
@@ -35,7 +35,7 @@ report_options = together(
     click.option("--specimen", default="", metavar="TEXT", help="Which spring was tested, likewise."),
     click.option("--field", "report_fields", multiple=True, metavar="LABEL=TEXT", callback=_fields,
                  help="A further line of the report; repeat for more."),
-    click.option("--report-mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG",
+    click.option("--report-mass", type=positive("kg"), metavar="KG",
                  help="Mass of the report's transmissibility [kg].  [default: one that suits the spring]"),
     click.option("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf",
                  help="Also draw the loops as a figure for a paper."),
