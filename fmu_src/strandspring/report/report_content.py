@@ -10,6 +10,7 @@ from .._version import __version__
 from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
+from ..model.joint import HYSTERETIC_UNITS
 from ..model.modelfile import ModelFile
 from ..model.outcomes import Outcome
 from ..model.stated_figures import differ, energy_ratio
@@ -231,7 +232,7 @@ def _model(evaluation: Evaluation) -> Iterator[Block]:
 
 def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Bootstrap and posterior, where they were asked for."""
-    names = ("kappa_omega", "rho", "sigma", "n")
+    names = tuple(HYSTERETIC_UNITS)
     if "bootstrap" in known:
         bootstrap = known["bootstrap"]
         spread = ", ".join(f"{name} ± {number(bootstrap[name], 2)}" for name in names)

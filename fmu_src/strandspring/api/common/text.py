@@ -10,6 +10,7 @@ from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, both_figures
 from ...identification.certainty.prediction_interval import ForceInterval
 from ...loops.campaign import Overlap, RateIndependence
+from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
 from ...model.stated_figures import differ, in_words
 
 AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
@@ -51,10 +52,9 @@ def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> lis
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
     """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
     numbers = asdict(p)
-    errors = {name: _error(name, uncertainty) for name in ("kappa_omega", "rho", "sigma", "n")}
     lines = [
-        f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
-        for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
+        f"  {column.key:<12} {numbers[column.key]:<12.6g} {_error(column.key, uncertainty)} {column.shown}"
+        for column in HYSTERETIC_PARAMETERS
     ]
     if p.FE_knots:
         low, high = min(p.FE_forces), max(p.FE_forces)
@@ -67,7 +67,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
     if bootstrap := uncertainty.get("bootstrap"):
-        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
     if posterior := uncertainty.get("posterior"):
         lines += _posterior_lines(posterior)
@@ -82,7 +82,7 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
     of_each = ", ".join(
         f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
-        for name in ("kappa_omega", "rho", "sigma", "n")
+        for name in HYSTERETIC_UNITS
     )
     lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
     if not posterior["long_enough"]:

@@ -19,10 +19,10 @@ from ...loops.modelled import steady_loop
 from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
+from ..common.model_source import ModelSource, model_of, source_of
 from ..common.plotting import save_plot, some_axes
 from ..common.result import Result
 from ..common.text_table import table_lines
-from ..spring import ModelSource, model_of, source_of
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form

@@ -16,8 +16,8 @@ from ...ground.files import refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
+from ..common.model_source import ModelSource, model_of, origin_of
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 from ...campaigns.jobs.cluster import Cluster, cluster_of
 from ...campaigns.jobs.runners import Local, Runner
 from ...campaigns.studies.execution import run_study
-from ...campaigns.studies.runs import Runs, StudyFigure
+from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
 from ...errors import StrandspringError
 from ...ground.arguments import workers_of
+from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
 from ..common.result import Result
@@ -135,7 +136,7 @@ class AnyStudyResult(Result, Generic[Planned]):
     def lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
         shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
-        printed = [figure for figure in self.study.figures if figure.heading]
+        printed = [figure for figure in self.study.figures if figure.short]
         titles = _TITLES if self.study.draws else {"median": ""}
         rows = []
         head: dict[str, str] = {}
@@ -160,7 +161,7 @@ class AnyStudyResult(Result, Generic[Planned]):
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""
-        columns = {f"{figure.name}_{end}" for figure in self.study.figures for end in QUANTILES}
+        columns = {f"{figure.key}_{end}" for figure in self.study.figures for end in QUANTILES}
         return {
             "runs": len(self.study),
             "draws": self.study.draws,
@@ -169,7 +170,7 @@ class AnyStudyResult(Result, Generic[Planned]):
             "points": [
                 {
                     **{name: value for name, value in point.items() if name not in columns},
-                    "figures": {figure.name: _quantiles(point, figure) for figure in self.study.figures},
+                    "figures": {figure.key: _quantiles(point, figure) for figure in self.study.figures},
                 }
                 for point in _records(self._executed.summaries)
             ],
@@ -186,11 +187,11 @@ def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
         yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
 
 
-def _quantiles(point: dict[str, Any], figure: StudyFigure) -> dict[str, float] | None:
-    quantiles = {end: point[f"{figure.name}_{end}"] for end in QUANTILES}
+def _quantiles(point: dict[str, Any], figure: ResultColumn) -> dict[str, float] | None:
+    quantiles = {end: point[f"{figure.key}_{end}"] for end in QUANTILES}
     return None if None in quantiles.values() else quantiles
 
 
-def _cell(point: dict[str, Any], figure: StudyFigure, end: str) -> str:
-    value = point[f"{figure.name}_{end}"]
+def _cell(point: dict[str, Any], figure: ResultColumn, end: str) -> str:
+    value = point[f"{figure.key}_{end}"]
     return "-" if value is None else f"{round(figure.factor * value, _DECIMALS):.4g}"

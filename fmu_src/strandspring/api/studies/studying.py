@@ -23,8 +23,8 @@ from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..common.caution_text import outside_range
 from ..common.levels import given_levels
+from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of, path_of
 from .study_result import AnyStudyResult, executed, runner_of
 
 _DEFAULT_SHARE = 0.01  # of the free travel

@@ -59,7 +59,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units but for the varied values; the columns are those of the results file."""
-        return super().to_frame().set_axis([column.heading for column in self.study.columns], axis="columns")
+        return super().to_frame().set_axis([column.file_heading for column in self.study.columns], axis="columns")
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""

@@ -53,7 +53,7 @@ def run_study(
                 journal.add(rows)
                 progress(journal.finished)
         cells = (study.cells(journal[run]) for run in range(len(study)))
-        write_csv(results, [column.heading for column in study.columns], cells)
+        write_csv(results, [column.file_heading for column in study.columns], cells)
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ...api.identifying.identification import Identification
+from ...api.identification import Identification
 from ...model.modelfile import ModelFile
 from ...report.details import ReportDetails
 from ...report.figure import write_figure

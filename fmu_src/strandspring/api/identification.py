@@ -9,25 +9,25 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ...identification.identified_model import IdentifiedModel
-from ...identification.identify_records import identify_records
-from ...identification.methods.method import Method
-from ...identification.notes import notes_on
-from ...identification.rig.known_rig import KnownRig
-from ...model.joint import HYSTERETIC_UNITS
-from ...model.outcomes import Outcome, by_harm
-from ...model.stated_figures import differ, in_words
-from ...records.given import Source, given_records
-from ..common.result import Result
-from ..common.text import counted, fit_json, fit_lines, parameter_lines
-from ..spring import Spring
+from ..identification.identified_model import IdentifiedModel
+from ..identification.identify_records import identify_records
+from ..identification.methods.method import Method
+from ..identification.notes import notes_on
+from ..identification.rig.known_rig import KnownRig
+from ..model.joint import HYSTERETIC_UNITS
+from ..model.outcomes import Outcome, by_harm
+from ..model.stated_figures import differ, in_words
+from ..records.given import Source, given_records
+from .common.result import Result
+from .common.text import counted, fit_json, fit_lines, parameter_lines
+from .spring import Spring
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...peers.rivals.ranking import Ranking
-    from ...report.details import ReportDetails
+    from ..peers.rivals.ranking import Ranking
+    from ..report.details import ReportDetails
 
 
 class Identification(IdentifiedModel, Result):
@@ -73,8 +73,8 @@ class Identification(IdentifiedModel, Result):
         ----------
         advance : callable or None   Is called with the number of classes fitted so far.
         """
-        from ...peers.rivals.classes import OWN, RIVALS
-        from ...peers.rivals.ranking import rank
+        from ..peers.rivals.classes import OWN, RIVALS
+        from ..peers.rivals.ranking import rank
 
         ranking = rank(self.parts, (OWN, *RIVALS), advance or (lambda _: None))
         if self.effects:
@@ -146,7 +146,7 @@ class Identification(IdentifiedModel, Result):
 
         `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
         """
-        from ...report.figure import plot_chart
+        from ..report.figure import plot_chart
 
         return plot_chart(self, axes=axes)
 
@@ -171,7 +171,7 @@ class Identification(IdentifiedModel, Result):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ...report.report_content import write_report
+        from ..report.report_content import write_report
 
         write_report(path, self, self.model_file(name), details)
 
