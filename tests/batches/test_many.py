@@ -317,8 +317,8 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
 
 
 def deadly_batch(folder: Path) -> BatchSummary:
-    found = find_springs([folder], folder / "models")
-    return identify_batch(found.springs, folder / "models", DeadlyWork(FAST, Wanted()), Local(2))
+    springs, _ = find_springs([folder], folder / "models")
+    return identify_batch(springs, folder / "models", DeadlyWork(FAST, Wanted()), Local(2))
 
 
 def test_a_worker_that_dies_costs_its_file_only(few: Path) -> None:

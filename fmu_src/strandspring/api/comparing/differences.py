@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from statistics import NormalDist
 from typing import Any
 
@@ -82,6 +82,10 @@ class SpringDifference:
     def p(self) -> float:
         """Probability of a z as far from 0 if the springs are the same; NaN if unknown."""
         return math.erfc(abs(self.z) / math.sqrt(2.0))
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it."""
+        return {**asdict(self), "p": self.p}
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ class ManyResult(Result):
     ----------
     folder : Path                Where the models and the tables are.
     batch : BatchSummary         Counts, first problems, outliers, cautions and notes.
-    left_out : tuple of str      Sentences about files of folders that were not taken.
+    left_out : list of str       Sentences about files of folders that were not taken.
     seconds : float              That this run took.
 
     Examples
@@ -50,7 +50,7 @@ class ManyResult(Result):
 
     folder: Path
     batch: BatchSummary
-    left_out: tuple[str, ...]
+    left_out: list[str]
     seconds: float
 
     @property
@@ -150,7 +150,7 @@ class ManyResult(Result):
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
             "cautions": [vars(kind) for kind in batch.cautions.ranked],
             "notes": [vars(kind) for kind in batch.notes.ranked],
-            "left_out": list(self.left_out),
+            "left_out": self.left_out,
             "seconds": self.seconds,
         }
 
@@ -238,12 +238,12 @@ def identify_many(
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
     begin = time.monotonic()
     target = Path(folder)
-    listed = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
+    springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     say = notify or (lambda _: None)
-    total = len(listed.springs)
+    total = len(springs)
     advance = progress or (lambda done, total: None)  # noqa: ARG005
     batch = identify_batch(
-        listed.springs,
+        springs,
         target,
         BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
         Local(workers) if scheduler is None else cluster_of(scheduler, say),
@@ -251,4 +251,4 @@ def identify_many(
         lambda done: advance(done, total),
         say,
     )
-    return ManyResult(target, batch, listed.left_out, time.monotonic() - begin)
+    return ManyResult(target, batch, left_out, time.monotonic() - begin)

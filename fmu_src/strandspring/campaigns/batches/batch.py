@@ -160,7 +160,7 @@ def _written(log: SpringLog, files: int, earlier: int, folder: Path, amplitude: 
     def rows() -> Iterator[TableRow]:
         for place, row in enumerate(_rows(log, files)):
             known = [None if math.isnan(value) else value for value in figures[place, : len(FIGURES)].tolist()]
-            yield TableRow(row, known, tuple(outliers.get(place, ())))
+            yield row, known, outliers.get(place, ())
 
     layout = Layout(summary.amplitude, coefficients["kE"], coefficients["kA"])
     write_table(summary.table, layout, rows())
