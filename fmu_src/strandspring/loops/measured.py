@@ -90,13 +90,16 @@ def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
     return MeasuredLoop(
         path=group[0].path,
         figures=mean_figures(group),
-        spread=_spread(group) if len(group) > 1 else None,
+        spread=spread_of(group),
         cycles=len(group),
         frequency=float(np.mean(frequencies)) if frequencies else None,
         gap=float(np.mean([cycle.gap / cycle.figures.height for cycle in group])),
     )
 
 
-def _spread(group: Sequence[Cycle]) -> FigureSpread:
+def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:
+    """The scatter of cycles; None for a single one."""
+    if len(group) < 2:
+        return None
     names = FigureSpread.__dataclass_fields__
     return FigureSpread(*(float(np.std([getattr(cycle.figures, name) for cycle in group], ddof=1)) for name in names))

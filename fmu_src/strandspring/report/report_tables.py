@@ -8,22 +8,22 @@ from typing import Any
 from ..core.parameters import SpringParameters
 from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
-from ..loops.loop import LoopFigures
+from ..loops.loop import PANELS, LoopFigures
 from ..model.joint import HYSTERETIC_PARAMETERS
 from ..model.stated_figures import energy_ratio
-from .charts.engineering import NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
+from .charts.engineering import KINDS, NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
 from .charts.evaluation import Evaluation
 from .content.blocks import PageTable
+from .content.chart import Axis
 from .content.quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
 
-_KINDS = ("stiffness", "energy", "")
 _LISTED = 200  # records in a table
 
 
 def engineering(evaluation: Evaluation, figures: EngineeringFigures) -> PageTable:
     """Stiffness, energy and loss factor of each amplitude, measured and modelled."""
     largest = {name: max(abs(getattr(row.model, name)) for row in figures.table) for name in NAMES}
-    units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, _KINDS, strict=True)]
+    units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, KINDS, strict=True)]
     rows: list[tuple[str, ...]] = []
     strong = []
     for row in figures.table:
@@ -32,13 +32,8 @@ def engineering(evaluation: Evaluation, figures: EngineeringFigures) -> PageTabl
         for label, cells in _of_amplitude(row, [unit.factor for unit in units], figures.smallest_measured):
             rows.append((amplitude, label, *cells))
             amplitude = ""
-    header = (
-        f"amplitude [{evaluation.length.name}]",
-        "",
-        f"secant stiffness [{units[0].name}]",
-        f"energy per cycle [{units[1].name}]",
-        "loss factor",
-    )
+    figures_header = (Axis(column.words, unit).label for column, unit in zip(PANELS, units, strict=True))
+    header = (f"amplitude [{evaluation.length.name}]", "", *figures_header)
     return PageTable(
         "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), tuple(strong), compact=True
     )

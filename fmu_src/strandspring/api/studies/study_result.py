@@ -8,15 +8,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from ...campaigns.jobs.cluster import Cluster, cluster_of
-from ...campaigns.jobs.runners import Local, Runner
+from ...campaigns.jobs.runners import Runner
 from ...campaigns.studies.execution import run_study
 from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
-from ...errors import StrandspringError
-from ...ground.arguments import workers_of
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
@@ -33,52 +30,31 @@ _TITLES = {"median": "median", "q05": "5 %", "q95": "95 %"}
 Planned = TypeVar("Planned", bound=Runs[Any])
 
 
-class Executed(NamedTuple):
-    """What the runs of a study gave.
-
-    Attributes
-    ----------
-    summaries : DataFrame    See `summaries`.
-    output : Path or None    The file with the rows.
-    rows : DataFrame or None   The rows, where there is no file.
-    """
-
-    summaries: pd.DataFrame
-    output: Path | None
-    rows: pd.DataFrame | None
-
-
 def executed(
     study: Runs[Any],
     runner: Runner,
     output: str | os.PathLike[str] | None,
     progress: Progress,
     notify: Callable[[str], None],
-) -> Executed:
-    """Execute a study with its results in a file, a temporary one if none is asked for."""
+) -> tuple[pd.DataFrame, Path | None, pd.DataFrame | None]:
+    """Execute a study with its results in a file, a temporary one if none is asked for.
+
+    Returns
+    -------
+    DataFrame           See `summaries`.
+    Path or None        The file with the rows.
+    DataFrame or None   The rows, where there is no file.
+    """
 
     def run(results: Path) -> pd.DataFrame:
         run_study(study, results, runner, lambda runs: progress("Running", runs, len(study)), notify)
         return summaries(study, results)
 
     if output is not None:
-        return Executed(run(Path(output)), Path(output), None)
+        return run(Path(output)), Path(output), None
     with TemporaryFolder() as folder:
         results = folder / "results.csv"
-        return Executed(run(results), None, read_results(study, results))
-
-
-def runner_of(
-    workers: int | None,
-    scheduler: str | Cluster | None,
-    notify: Callable[[str], None],
-    refusal: type[StrandspringError],
-) -> Runner:
-    """Processes of this machine or a cluster; raises `refusal` if both are asked for."""
-    workers = workers_of(workers)
-    if workers not in (None, 1) and scheduler is not None:
-        raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
-    return Local(workers) if scheduler is None else cluster_of(scheduler, notify)
+        return run(results), None, read_results(study, results)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,30 +64,27 @@ class AnyStudyResult(Result, Generic[Planned]):
     Attributes
     ----------
     study : Runs
+    output : Path or None     File with one line for each run, if one was asked for.
     cautions : tuple of str   What limits the worth of the result.
     """
 
     _rows: ClassVar[str] = "grid points"  # what the rows of the table are
 
     study: Planned
-    _executed: Executed
+    _summaries: pd.DataFrame
+    output: Path | None
+    _frame: pd.DataFrame | None
     cautions: tuple[str, ...]
-
-    @property
-    def output(self) -> Path | None:
-        """File with one line for each run, if one was asked for."""
-        return self._executed.output
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units."""
-        rows = self._executed.rows
-        return rows.copy() if rows is not None else read_results(self.study, Path(self.output or ""))
+        return self._frame.copy() if self._frame is not None else read_results(self.study, Path(self.output or ""))
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each candidate at each grid point: what it is, what was counted, and 5, 50 and 95 % quantiles of
         the figures in SI units.
         """
-        return self._executed.summaries.copy()
+        return self._summaries.copy()
 
     @property
     @abstractmethod
@@ -130,12 +103,12 @@ class AnyStudyResult(Result, Generic[Planned]):
         """Lines about one row of the table."""
         if not point["refused"]:
             return []
-        runs = len(self.study) // len(self._executed.summaries)
+        runs = len(self.study) // len(self._summaries)
         return [f"  {where}: {point['refused']} of {runs} refused, most often: {point['reason']}"]
 
     def lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
-        shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
+        shown = list(_records(self._summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.short]
         titles = _TITLES if self.study.draws else {"median": ""}
         rows = []
@@ -151,7 +124,7 @@ class AnyStudyResult(Result, Generic[Planned]):
         lines = [self.headline, *table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)]
         for point in shown:
             lines += self._notes(point, self._where(point))
-        more = len(self._executed.summaries) - len(shown)
+        more = len(self._summaries) - len(shown)
         lines += [f"  and {more} more {self._rows}, all of them in the results file"] if more else []
         return [*lines, *(f"  Caution: {sentence}" for sentence in self.cautions)]
 
@@ -172,7 +145,7 @@ class AnyStudyResult(Result, Generic[Planned]):
                     **{name: value for name, value in point.items() if name not in columns},
                     "figures": {figure.key: _quantiles(point, figure) for figure in self.study.figures},
                 }
-                for point in _records(self._executed.summaries)
+                for point in _records(self._summaries)
             ],
         }
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...ground.result_columns import ResultColumn
+from ...ground.strict_json import finite
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...vibration.one_mass.band import band_frequencies, checked_limits
 from ...vibration.one_mass.response import frequency_response
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from .runs import DONE, Place, Runs, finite
+from .runs import DONE, Place, Runs
 from .summaries import most_frequent
 
 if TYPE_CHECKING:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
@@ -104,8 +103,3 @@ class Runs(ABC, Generic[Row]):
                 raise self.refusal(f"`{name}` must be >= 0, got {getattr(self, name)!r}.")
         if not 0 < len(self) <= _MOST_RUNS:
             raise self.refusal(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}{advice}.")
-
-
-def finite(value: float | None) -> float | None:
-    """A number; None if it is not finite."""
-    return float(value) if value is not None and math.isfinite(value) else None

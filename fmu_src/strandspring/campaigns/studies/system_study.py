@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
-from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import SHARES
@@ -22,7 +21,7 @@ from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.verdicts import CaseVerdict
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
 from .runs import Place, Runs
 from .summaries import most_frequent
 from .system_row import SystemRow, system_row
@@ -35,13 +34,11 @@ _VERDICTS = [verdict.value for verdict in CaseVerdict]  # from the best to the w
 
 # Of the fields of a row after the accelerations.
 _COLUMNS = (
-    ResultColumn("sway", "m", "sway", "sway", "mm", 1e3),
-    ResultColumn("tilt", "rad", "tilt", "tilt", "deg", math.degrees(1.0)),
-    ResultColumn("stroke", "1", "stroke", "stroke", "%", 100.0),
+    FigureKind.SWAY.column,
+    FigureKind.TILT.column,
+    replace(FigureKind.STROKE.column, unit="1"),
     ResultColumn("mount", "", "mount of the stroke"),
-    ResultColumn("force", "N", "force"),
-    ResultColumn("rms_acceleration", "m/s^2", "rms acceleration"),
-    ResultColumn("rms_sway", "m", "rms sway"),
+    *(kind.column for kind in (FigureKind.FORCE, FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)),
     ResultColumn("error", "1", "numerical error"),
     *(ResultColumn(f"{name}_margin", "1", f"margin of {name}") for name in ("acceleration", "sway", "tilt", "stroke")),
     ResultColumn("governing", "", "least margin"),
@@ -78,7 +75,7 @@ class SystemStudy(Runs[SystemRow]):
     largest_batch = 8  # a shock takes some 15 ms, random vibration seconds
     figures = (  # the worst of all cases; margins are shares of limits that are left
         ResultColumn("margin", "1", "margin", "margin", "%", 100.0),
-        ResultColumn("acceleration", "m/s^2", "acceleration", "acceleration", "g", 1.0 / STANDARD_GRAVITY),
+        FigureKind.ACCELERATION.column,
         *_COLUMNS[:3],
     )
 

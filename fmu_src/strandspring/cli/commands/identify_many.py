@@ -74,7 +74,7 @@ def identify_many(
             workers=workers,
             scheduler=scheduler,
             save_anyway=save_anyway,
-            progress=lambda done, files: report("Identifying", done, files),
+            progress=report,
             notify=note,
             **asdict(wanted_of(options)),
         )
