@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
@@ -65,18 +65,17 @@ class Identification(IdentifiedModel, Result):
         """
         return Spring.from_model(self.model_file(name, description))
 
-    def with_rivals(self, advance: Any = None) -> tuple[Identification, Ranking]:
+    def with_rivals(self, advance: Callable[[int], None] = lambda _: None) -> tuple[Identification, Ranking]:
         """The ranking of other classes of models on the same records; the identification gains a caution where one of
         them is clearly better.
 
         Parameters
         ----------
-        advance : callable or None   Is called with the number of classes fitted so far.
+        advance : callable   Is called with the number of classes fitted so far.
         """
-        from ..peers.rivals.classes import OWN, RIVALS
         from ..peers.rivals.ranking import rank
 
-        ranking = rank(self.parts, (OWN, *RIVALS), advance or (lambda _: None))
+        ranking = rank(self.parts, advance=advance)
         if self.effects:
             removed = ", ".join(name.replace("_", " ") for name in self.effects)
             sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."

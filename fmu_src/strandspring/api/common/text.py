@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -13,7 +14,7 @@ from ...loops.campaign import Overlap, RateIndependence
 from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
 from ...model.stated_figures import differ, in_words
 
-AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+_AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
 def counted(count: int, noun: str) -> str:
@@ -90,17 +91,21 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     return lines
 
 
+def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
+    """The ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
+    ends = (uncertainty.get("interval_95") or {}).get(name)
+    if ends is None:
+        return None
+    low, high = ends
+    is_least = name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND
+    return None if is_least else low, high
+
+
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
-    intervals = uncertainty.get("interval_95") or {}
-    if name in intervals:
-        low, high = intervals[name]
-        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
-            low = None  # no spring has less
-        if low is None and high is None:
-            return "not bounded by these records"
-        if high is None:
-            return f"> {low:.2g} (95 %)"
-        if low is None:
-            return f"< {high:.2g} (95 %)"
+    low, high = bounds_95(name, uncertainty) or (0.0, 0.0)
+    if low is None:
+        return "not bounded by these records" if high is None else f"< {high:.2g} (95 %)"
+    if high is None:
+        return f"> {low:.2g} (95 %)"
     return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"

@@ -103,13 +103,8 @@ class SystemStudy(Runs[SystemRow]):
         """Number of grid points."""
         return math.prod(len(axis.values) for axis in self.varied)
 
-    @property
-    def runs_per_point(self) -> int:
-        """Draws, candidates and cases of a grid point."""
-        return max(self.draws, 1) * len(self.candidates) * len(self.cases)
-
     def __len__(self) -> int:
-        return self.grid_size * self.runs_per_point
+        return self.grid_size * max(self.draws, 1) * len(self.candidates) * len(self.cases)
 
     @property
     def columns(self) -> list[ResultColumn]:

@@ -8,8 +8,8 @@ from typing import Any
 import click
 
 from ...vibration.one_mass.band import checked_limits
-from ...vibration.one_mass.system import MOST_SPRINGS, Excitation, IsolationError
-from .options import Command, FiniteRange, together
+from ...vibration.one_mass.system import MOST_SPRINGS, Excitation
+from .options import Command, FiniteRange, checked_by, together
 from .options import positive as positive
 
 EXCITATIONS = {excitation.value.replace(" ", "_"): excitation for excitation in Excitation}
@@ -49,7 +49,7 @@ def level_options(values: Callable[[FiniteRange], Any], how: str, default: str =
 def curve_options(points: int) -> Callable[[Command], Command]:
     """Options of the frequency band, with the default number of points."""
     return together(
-        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
+        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=checked_by(checked_limits),
                      help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
                      "motion]"),
         click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
@@ -57,15 +57,6 @@ def curve_options(points: int) -> Callable[[Command], Command]:
         click.option("--extrapolate", is_flag=True,
                      help="Continue where the motion leaves the identified range, instead of refusing."),
     )  # fmt: skip
-
-
-def _rising(
-    _context: click.Context, _option: click.Parameter, limits: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    try:
-        return None if limits is None else checked_limits(limits)
-    except IsolationError as refusal:
-        raise click.BadParameter(str(refusal)) from None
 
 
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:

@@ -13,7 +13,7 @@ import click
 
 from ...campaigns.jobs.cluster import PATIENCE, Cluster
 from ...campaigns.jobs.runners import JobError
-from ...errors import ModelError, RecordError, StrandspringError
+from ...errors import RecordError, StrandspringError
 from ...identification.methods.method import Method
 from ...identification.methods.refined import KEEP, RefinedOptions
 from ...identification.methods.scan_options import ScanOptions
@@ -98,6 +98,18 @@ def together(*options: Callable[[Command], Command]) -> Callable[[Command], Comm
     return decorate
 
 
+def checked_by(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """Callback of an option: what a check makes of its value, None for None; a refusal is wrong usage."""
+
+    def checked(_context: click.Context, _option: click.Parameter, value: Any) -> Any:
+        try:
+            return None if value is None else check(value)
+        except StrandspringError as refusal:
+            raise click.BadParameter(str(refusal)) from None
+
+    return checked
+
+
 def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
     if len(set(columns)) > 1:
         raise click.BadParameter(f"must be one column, got {' and '.join(columns)}; negate the other one in the file.")
@@ -129,16 +141,9 @@ def _refuse_wrong(name: str, text: str | None) -> None:
         raise click.BadParameter(str(problem)) from None
 
 
-def _name(_context: click.Context, _option: click.Parameter, name: str | None) -> str | None:
-    try:
-        return None if name is None else check_name(name)
-    except ModelError as problem:
-        raise click.BadParameter(str(problem)) from None
-
-
 def name_option(text: str) -> Callable[[Command], Command]:
     """The name of a model, with its help."""
-    return click.option("--name", callback=_name, help=text)
+    return click.option("--name", callback=checked_by(check_name), help=text)
 
 
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
@@ -148,10 +153,6 @@ def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tu
     if not match:
         raise click.BadParameter(f"must be N,M (such as 3,2) or auto, got {text!r}.")
     return int(match[1]), int(match[2])
-
-
-def _fixture_stiffness(_context: click.Context, _option: click.Parameter, stiffness: float | None) -> float:
-    return math.inf if stiffness is None else stiffness
 
 
 def _keep(_context: click.Context, _option: click.Parameter, names: str | None) -> tuple[str, ...]:
@@ -220,7 +221,7 @@ identification_options = together(
                  "thousand steps; needs pip install strandspring[posterior]."),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
                  help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
-    click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM", callback=_fixture_stiffness,
+    click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM",
                  help="Refined: stiffness of what yields between displacement sensor and spring, whose deflection is "
                  "removed [N/mm]."),
     click.option("--delay", type=FiniteRange(unit="ms", factor=1e-3), metavar="MS",
@@ -275,6 +276,7 @@ def method_options(chosen: dict[str, Any]) -> Method:
     known = {field.name for field in fields(method)}
     owners = {field.name: (other.name, field.default) for other in METHODS.values() for field in fields(other)}
     values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
+    values["fixture_stiffness"] = values["fixture_stiffness"] or math.inf
     for name, value in values.items():
         owner, default = owners[name]
         if name not in known and value != default:
