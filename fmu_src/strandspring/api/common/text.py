@@ -92,7 +92,7 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
-    """The ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
+    """Ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
     ends = (uncertainty.get("interval_95") or {}).get(name)
     if ends is None:
         return None

@@ -40,7 +40,7 @@ class ManyResult(Result):
     ----------
     folder : Path                Where the models and the tables are.
     batch : BatchSummary         Counts, first problems, outliers, cautions and notes.
-    left_out : list of str       Sentences about files of folders that were not taken.
+    left_out : tuple of str      Sentences about files of folders that were not taken.
     seconds : float              That this run took.
 
     Examples
@@ -50,7 +50,7 @@ class ManyResult(Result):
 
     folder: Path
     batch: BatchSummary
-    left_out: list[str]
+    left_out: tuple[str, ...]
     seconds: float
 
     @property

@@ -39,7 +39,7 @@ class SpringFile(NamedTuple):
     name: str
 
 
-def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> tuple[tuple[SpringFile, ...], list[str]]:
+def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> tuple[tuple[SpringFile, ...], tuple[str, ...]]:
     """Files of a batch: those given, and those of given folders whose names end like a record's.
 
     Folders within folders are not searched. A folder whose own name ends like a record's is taken for a damaged file.
@@ -52,7 +52,7 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> tup
     Returns
     -------
     tuple of SpringFile          In the order given, the files of a folder by name.
-    list of str                  Sentences about files of folders that are no records by their names, and about files
+    tuple of str                 Sentences about files of folders that are no records by their names, and about files
                                  given twice.
 
     Raises
@@ -84,7 +84,7 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> tup
         left_out.append(f"{_files(len(others))} not named like a record left out, first: {readable(others[0])}")
     if twice:
         left_out.append(f"{_files(len(twice))} given more than once, first: {readable(twice[0])}")
-    return springs, left_out
+    return springs, tuple(left_out)
 
 
 def _files_of(given: str, others: list[str], outputs: set[str]) -> Sequence[str]:
