@@ -39,7 +39,9 @@ class SpringFile(NamedTuple):
     name: str
 
 
-def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> tuple[tuple[SpringFile, ...], tuple[str, ...]]:
+def find_springs(
+    sources: Iterable[str | os.PathLike[str]], folder: Path
+) -> tuple[tuple[SpringFile, ...], tuple[str, ...]]:
     """Files of a batch: those given, and those of given folders whose names end like a record's.
 
     Folders within folders are not searched. A folder whose own name ends like a record's is taken for a damaged file.
