@@ -78,22 +78,19 @@ def export(
         modelica=Path(output) if modelica else None,
         c=Path(output) if as_c else None,
     )
-    refuse_overwriting(
-        [model], {"--ssv": exports.ssv, "--ssp": exports.ssp, "--modelica": exports.record, "--c": exports.law}
-    )
+    refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     exports.refuse_unwritable()
     with reporting() as progress:
         exports.write(progress)
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": exports.ssv, "ssp": exports.ssp, "modelica": exports.record, "c": exports.law}
         result_json(
             {
                 "model": model,
                 "name": content.name,
                 "zero": exports.zero,
-                **{kind: None if path is None else str(path) for kind, path in written.items()},
+                **{kind: None if path is None else str(path) for kind, path in exports.files.items()},
             }
         )
         return
@@ -106,8 +103,8 @@ def export(
     if exports.modelica is not None:
         name = record_name(content.name)
         result(f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}")
-    if exports.law is not None:
-        result(f"C sources: {exports.law} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
+    if exports.c is not None:
+        result(f"C sources: {exports.files['c']} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
 
 
 def _check_folder(output: str, what: str) -> None:
