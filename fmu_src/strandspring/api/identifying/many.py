@@ -10,8 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...campaigns.batches.batch import BatchSummary, identify_batch
-from ...campaigns.batches.figures_in_batch import FIGURES, JUDGED
-from ...campaigns.batches.outliers import FEWEST, LIMIT
+from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
 from ...campaigns.batches.sources import TABLE, find_springs
 from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ...campaigns.jobs.cluster import Cluster, runner_of

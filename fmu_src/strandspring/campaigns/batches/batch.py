@@ -18,8 +18,7 @@ from ...kernel.arrays import FloatArray
 from ...model.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
-from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying
-from .outliers import FEWEST
+from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .sources import COLUMNAR_TABLE, TABLE, SpringFile
 from .spring_log import SpringLog
 from .spring_row import IDENTIFIED, BatchWork, Finished, SpringRow, digest
