@@ -35,6 +35,19 @@ static inline int derivative(const double *coefficients, int count, double *of)
     return slope_count(count);
 }
 
+/* The last of the rising values at low .. high that is <= x, or low. */
+static inline int last_below(const double *values, int low, int high, double x)
+{
+    while (low < high) {
+        int middle = (low + high + 1) / 2;
+        if (x < values[middle])
+            high = middle - 1;
+        else
+            low = middle;
+    }
+    return low;
+}
+
 static inline double clip(double value, double low, double high)
 {
     value = low > value ? low : value;

@@ -127,27 +127,14 @@ typedef struct {
     double per_z;
     const double *FA; /* coefficients, one where FA is constant */
     int count;
-    int from_zero; /* whether FA may be asked for from xi = 0 on */
 } Part;
-
-/* FA at two places, which most processors compute at once. */
-static inline void amplifiers(const Part *part, const double x[2], double FA[2])
-{
-    FA[0] = FA[1] = part->FA[part->count - 1];
-    for (int i = part->count - 2; i >= 0; i--)
-        for (int k = 0; k < 2; k++)
-            FA[k] = FA[k] * x[k] + part->FA[i];
-}
 
 /* The sum of shares times FA at Gauss's nodes between |xi| = a and b. */
 SPRING_NOINLINE static double shared_work(const Part *part, double a, double b, const double shares[GAUSS_POINTS])
 {
     double middle = part->x_at_zero + 0.5 * part->per_z * (a + b), reach = 0.5 * part->per_z * (b - a), total = 0.0;
-    for (int k = 0; k < GAUSS_POINTS; k += 2) {
-        double x[2] = {middle + reach * GAUSS_NODES[k], middle + reach * GAUSS_NODES[k + 1]}, FA[2];
-        amplifiers(part, x, FA);
-        total += shares[k] * FA[0] + shares[k + 1] * FA[1];
-    }
+    for (int k = 0; k < GAUSS_POINTS; k++)
+        total += shares[k] * polynomial(part->FA, part->count, middle + reach * GAUSS_NODES[k]);
     return total;
 }
 
@@ -155,18 +142,12 @@ SPRING_NOINLINE static double shared_work(const Part *part, double a, double b, 
  * degree 11. */
 SPRING_NOINLINE static double piece_work(const Part *part, int piece, double a, double b)
 {
-    double half = 0.5 * (b - a), middle = a + half, total = 0.0;
-    for (int k = 0; k < GAUSS_POINTS; k += 2) {
-        double z[2] = {middle + half * GAUSS_NODES[k], middle + half * GAUSS_NODES[k + 1]}, FA[2];
-        double x[2] = {part->x_at_zero + part->per_z * z[0], part->x_at_zero + part->per_z * z[1]};
-        amplifiers(part, x, FA);
-        for (int j = 0; j < 2; j++)
-            total += GAUSS_WEIGHTS[k + j] * spring_on_piece(part->branch, piece, z[j]) * FA[j];
-    }
-    return half * total;
+    double shares[GAUSS_POINTS];
+    spring_shares(part->branch, piece, a, b, shares);
+    return shared_work(part, a, b, shares);
 }
 
-/* The same from a to b on one branch. */
+/* The same from a to b on one branch, over as large groups of pieces as fit in between. */
 SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
 {
     const SpringBranch *branch = part->branch;
@@ -174,25 +155,13 @@ SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
     int piece = spring_piece(branch, a), last = spring_piece(branch, b);
     if (piece == last)
         return piece_work(part, piece, a, b);
-    double total = piece_work(part, last, edges[last], b);
-    if (part->from_zero && last - piece > 2) {
-        total += shared_work(part, 0.0, edges[last], branch->first_shares[last]);
-        if (a > 0.0) {
-            total -= shared_work(part, 0.0, edges[piece], branch->first_shares[piece]);
-            total -= piece_work(part, piece, edges[piece], a);
-        }
-        return total;
-    }
-    total += piece_work(part, piece, a, edges[piece + 1]);
+    double total = piece_work(part, piece, a, edges[piece + 1]) + piece_work(part, last, edges[last], b);
     for (piece++; piece < last;) {
-        int group = piece / SPRING_GROUP, end = piece + SPRING_GROUP;
-        if (piece % SPRING_GROUP == 0 && end <= last) {
-            total += shared_work(part, edges[piece], edges[end], branch->group_shares[group]);
-            piece = end;
-        } else {
-            total += piece_work(part, piece, edges[piece], edges[piece + 1]);
-            piece++;
-        }
+        int level = 0, size = 1;
+        for (; piece % (4 * size) == 0 && piece + 4 * size <= last; level++)
+            size *= 4;
+        total += shared_work(part, edges[piece], edges[piece + size], branch->shares[spring_group(level, piece)]);
+        piece += size;
     }
     return total;
 }
@@ -220,7 +189,6 @@ SPRING_NOINLINE static double part_work(Part *part, int direction)
     part->per_z = falls ? -1.0 / per_x : 1.0 / per_x;
     part->FA = is_outside ? law->FA_outside + (middle > law->x_max) : law->parameters.kA;
     part->count = is_outside ? 1 : law->parameters.amplifier;
-    part->from_zero = is_outside || (law->x_min <= part->x_at_zero && part->x_at_zero <= law->x_max);
     return falls ? -branch_work(part, -end, -begin) : branch_work(part, begin, end);
 }
 
