@@ -15,29 +15,16 @@ from typing import NamedTuple
 from .saturation import Saturation, saturation, xi_of_abscissa
 
 # Nodes and weights of Gauss-Legendre's rule on [-1, 1], exact for degree 19.
-_NODES = (
-    -0.97390652851717172,
-    -0.86506336668898451,
-    -0.67940956829902441,
-    -0.43339539412924719,
-    -0.14887433898163121,
-    0.14887433898163121,
-    0.43339539412924719,
-    0.67940956829902441,
-    0.86506336668898451,
-    0.97390652851717172,
-)
-_WEIGHTS = (
-    0.066671344308688138,
-    0.14945134915058059,
-    0.21908636251598204,
-    0.26926671930999636,
-    0.29552422471475287,
-    0.29552422471475287,
-    0.26926671930999636,
-    0.21908636251598204,
-    0.14945134915058059,
-    0.066671344308688138,
+_GAUSS_10 = tuple(
+    (sign * node, weight)
+    for node, weight in (
+        (0.14887433898163121, 0.29552422471475287),
+        (0.43339539412924719, 0.26926671930999636),
+        (0.67940956829902441, 0.21908636251598204),
+        (0.86506336668898451, 0.14945134915058059),
+        (0.97390652851717172, 0.066671344308688138),
+    )
+    for sign in (-1.0, 1.0)
 )
 # Width of a piece in t = ln(expm1(n*xi)): z = 0, where W may have a cusp, is 4.5 half widths away at least.
 _WIDTH = 0.45
@@ -63,9 +50,9 @@ class Pieces(NamedTuple):
         total = 0.0
         for low, high in pairwise((a, *inner, b)):
             half, middle = 0.5 * (high - low), 0.5 * (high + low)
-            for node, share in zip(_NODES, _WEIGHTS, strict=True):
+            for node, weight in _GAUSS_10:
                 z = middle + half * node
-                total += half * share * self.weight(z) * factor(z)
+                total += half * weight * self.weight(z) * factor(z)
         return total
 
 

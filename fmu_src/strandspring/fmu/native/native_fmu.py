@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...compiled.images import FMU, FMU3, fmi_headers
+from ...compiled.images import FMU, FMU3
 from ...errors import BuildError
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
@@ -168,6 +168,5 @@ def _backend_name(with_states: bool) -> str:
 
 
 def _fixed_sources(fmi: int) -> dict[str, bytes]:
-    """The C files that are the same for every model, by path; importers of FMI 3.0 have its headers."""
-    headers = {} if fmi == 3 else fmi_headers(fmi)
-    return {path.removeprefix(_C): content for path, content in {**_UNITS[fmi].sources(), **headers}.items()}
+    """The C files that are the same for every model, by path."""
+    return {path.removeprefix(_C): content for path, content in _UNITS[fmi].sources_in_fmu().items()}

@@ -142,7 +142,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fm
     return fmi2OK;
 }
 
-FMU_CALL(CancelStep, (fmi2Component c), FMU_OK)
+FMU_CALL(CancelStep, (fmi2Component c), fmi2OK)
 
 /* No step is ever pending, so that few kinds of status are known. */
 #define GET_STATUS(call, Type, known, answer) \

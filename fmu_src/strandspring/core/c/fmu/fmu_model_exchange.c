@@ -8,7 +8,7 @@ FMI(Status) FMI(EnterEventMode)(FmiInstance c)
 {
     FMU_REQUIRE(c, EnterEventMode);
     instance->state.mode = ME_EVENT;
-    return FMU_OK;
+    return FMI(OK);
 }
 
 FMI(Status) FMI(EnterContinuousTimeMode)(FmiInstance c)
@@ -18,7 +18,7 @@ FMI(Status) FMI(EnterContinuousTimeMode)(FmiInstance c)
         return FMI(Error);
     instance->state.extrapolating = fmu_extrapolating(instance);
     instance->state.mode = ME_CONTINUOUS_TIME;
-    return FMU_OK;
+    return FMI(OK);
 }
 
 /* Accepts a point. `extrapolating`, which is discrete, may change at events only. */
@@ -32,7 +32,7 @@ FMI(Status) FMI(CompletedIntegratorStep)(FmiInstance c, FMI(Boolean) noSetFMUSta
         return FMI(Error);
     *enterEventMode = (instance->state.side != 0) != instance->state.extrapolating;
     *terminateSimulation = 0;
-    return FMU_OK;
+    return FMI(OK);
 }
 
 FMI(Status) FMI(SetTime)(FmiInstance c, double time)
@@ -41,7 +41,7 @@ FMI(Status) FMI(SetTime)(FmiInstance c, double time)
     if (!isfinite(time))
         return FMU_REFUSE(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
     instance->state.time = time;
-    return FMU_OK;
+    return FMI(OK);
 }
 
 size_t fmu_indicators(const Instance *instance)

@@ -38,12 +38,10 @@ static inline int derivative(const double *coefficients, int count, double *of)
 /* The last of the rising values at low .. high that is <= x, or low. */
 static inline int last_below(const double *values, int low, int high, double x)
 {
-    while (low < high) {
-        int middle = (low + high + 1) / 2;
-        if (x < values[middle])
-            high = middle - 1;
-        else
-            low = middle;
+    /* Without branches, which cannot be foreseen. */
+    for (int left = high - low; left > 0; left /= 2) {
+        int half = (left + 1) / 2;
+        low = values[low + half] <= x ? low + half : low;
     }
     return low;
 }

@@ -155,8 +155,12 @@ SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
     int piece = spring_piece(branch, a), last = spring_piece(branch, b);
     if (piece == last)
         return piece_work(part, piece, a, b);
-    double total = piece_work(part, piece, a, edges[piece + 1]) + piece_work(part, last, edges[last], b);
-    for (piece++; piece < last;) {
+    double total = piece_work(part, last, edges[last], b);
+    if (a > edges[piece]) {
+        total += piece_work(part, piece, a, edges[piece + 1]);
+        piece++;
+    }
+    while (piece < last) {
         int level = 0, size = 1;
         for (; piece % (4 * size) == 0 && piece + 4 * size <= last; level++)
             size *= 4;
