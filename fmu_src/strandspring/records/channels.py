@@ -9,8 +9,8 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from ..kernel.arrays import FloatArray
 from .columns import Column, choose_unit, named_columns
+from .record import FloatArray
 from .source import MAX_ROWS
 from .tables import FileTables, Table
 from .text_table import MAX_DROPPED_ROWS

@@ -13,11 +13,10 @@ from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..ground.files import bundled_file
-from ..kernel.arrays import FloatArray
 from .channels import Channel, ChannelTable
 from .formats.named_arrays import seconds
 from .reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
-from .record import Record
+from .record import FloatArray, Record
 from .tables import FileTables
 from .units import Quantity, unit_factor
 

@@ -10,11 +10,10 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from ..kernel.arrays import FloatArray
 from .columns import DEFAULT_UNITS, Asked, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
-from .record import Record, is_finite_number
+from .record import FloatArray, Record, is_finite_number
 from .spikes import find_spikes, spikes_of
 from .tables import FileTables, Table, choose_table
 from .units import Quantity, unit_factor

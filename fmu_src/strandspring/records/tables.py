@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from ..kernel.arrays import FloatArray
 from .columns import Asked, Column, choose_columns, listed_columns
+from .record import FloatArray
 from .units import Quantity
 
 _LISTED = 6  # tables

@@ -17,10 +17,10 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from ..kernel.arrays import FloatArray
 from .clock import Moment, elapsed, is_clock, moment_of
 from .columns import Column
 from .dialect import Dialect, find_dialect, is_number, split_cells
+from .record import FloatArray
 from .source import Source
 from .tables import Table
 

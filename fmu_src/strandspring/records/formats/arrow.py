@@ -7,9 +7,9 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import feather, parquet
 
-from ...kernel.arrays import FloatArray
 from ..channels import Channel
 from ..content import FileContent
+from ..record import FloatArray
 from .named_arrays import seconds
 
 _UNITS = (b"unit", b"units")

@@ -24,9 +24,9 @@ from ...errors import RecordError
 from ...ground.files import reason_of
 from ...ground.isolated import ISOLATED
 from ...ground.scratch import TemporaryFolder
-from ...kernel.arrays import FloatArray
 from ..channels import Channel
 from ..content import FileContent
+from ..record import FloatArray
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
 _SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
