@@ -84,7 +84,7 @@ def halved(loaded: Loaded) -> CheckedRun:
 
 @pytest.mark.parametrize("name", CASES)
 def test_printed_error_bounds_the_true_one(name: str) -> None:
-    """By three times where the term in h^2 rules: of accelerations, sway, root mean squares, tilt, displacements and so on."""
+    """By three times where the term in h^2 rules: of accelerations, sway, rms, tilt, displacements and so on."""
     loaded, run = CASES[name], halved(CASES[name])
     step = run.step / 16.0
     kernel = solver(loaded.system)

@@ -29,6 +29,7 @@ from strandspring.vibration.bodies.mounted import BASE, MotionKind
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.system_file import SystemFile, load_system_file, system_schema
 from strandspring.vibration.description.system_tables import SystemTable
+from strandspring.vibration.verdicts.verdicts import FigureKind
 
 Content = dict[str, Any]
 SYSTEMS = Path(__file__).resolve().parents[2] / "fmu_src/strandspring/examples/systems"
@@ -132,8 +133,9 @@ def test_what_the_file_says_is_built(folder: Path) -> None:
     assert [point.name for point in system.points] == ["board"]
     assert system.points[0].place == (0.1, 0.0, 0.05)
     assert file.limits.of_kind[FigureKind.ACCELERATION] == {"board": 15 * STANDARD_GRAVITY}
-    assert file.limits.sway == {"board": 0.025}
-    assert (file.limits.tilt, file.limits.stroke) == (math.radians(5), 0.9)
+    assert file.limits.of_all == {
+        FigureKind.SWAY: 0.025, FigureKind.TILT: math.radians(5), FigureKind.STROKE: 0.9,
+    }  # fmt: skip
     assert (file.options.step, file.options.rest_omega, file.options.draws, file.options.seed) == (1e-4, -0.5, 20, 7)
     assert [each.name for each in file.cases] == ["shock +x", "shock -z"]
     assert file.cases[1].channels[0].direction == (0.0, 0.0, -1.0)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...ground.strict_json import finite
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
-from .runs import DONE, finite
+from .runs import DONE
 
 OUTSIDE = "outside"
 # Figures of which the worst subject stands in a row; those with limits come first.
@@ -61,32 +62,24 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     if answer.verdict is CaseVerdict.REFUSED:
         return SystemRow(run, outcome=answer.refusal)
     worst = {
-        quantity: max((figure.high for figure in answer.figures_of(quantity)), default=None) for quantity in FigureKind
+        kind.name.lower(): finite(max((figure.high for figure in answer.figures_of(kind)), default=None))
+        for kind in FigureKind
+        if kind.name.lower() in SystemRow.__dataclass_fields__
     }
     stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.high)
-    margins = {
-        quantity: min(
-            (figure.margin for figure in answer.figures_of(quantity) if figure.margin is not None), default=None
-        )
-        for quantity in LIMITED
-    }
+    margins: dict[str, float | None] = {}
+    for kind in LIMITED:
+        shares = [figure.margin for figure in answer.figures_of(kind) if figure.margin is not None]
+        margins[f"{kind.name.lower()}_margin"] = finite(min(shares, default=None))
     limited = [figure for figure in answer.figures if figure.margin is not None]
     nearest = min(limited, key=lambda figure: figure.margin or 0.0, default=None)
     return SystemRow(
         run=run,
         accelerations=tuple(figure.high for figure in answer.figures_of(FigureKind.ACCELERATION)),
-        sway=worst[FigureKind.SWAY],
-        tilt=worst[FigureKind.TILT],
-        stroke=finite(worst[FigureKind.STROKE]),
         mount=stroke.subject,
-        force=worst[FigureKind.FORCE],
-        rms_acceleration=worst[FigureKind.RMS_ACCELERATION],
-        rms_sway=worst[FigureKind.RMS_SWAY],
         error=finite(_error(answer)),
-        acceleration_margin=margins[FigureKind.ACCELERATION],
-        sway_margin=margins[FigureKind.SWAY],
-        tilt_margin=margins[FigureKind.TILT],
-        stroke_margin=finite(margins[FigureKind.STROKE]),
+        **worst,
+        **margins,
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
         beyond=answer.beyond,
         verdict=answer.verdict.value,
@@ -99,7 +92,7 @@ def _error(answer: CaseAnswer) -> float:
     errors = [0.0]
     for quantity in _WITH_ERRORS:
         figures = answer.figures_of(quantity)
-        largest = max((figure.value for figure in figures), default=0.0)
+        largest = max((figure.high for figure in figures), default=0.0)
         if largest > 0.0:
             errors.append(max(figure.error for figure in figures) / largest)
     return max(errors)

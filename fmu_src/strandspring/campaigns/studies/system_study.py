@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
-from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.result_columns import ResultColumn
 from ...vibration.description.named_files import HeldFiles
 from ...vibration.description.system_file import SystemFile, system_of_content
 from ...vibration.description.system_tables import SystemTable
@@ -20,8 +20,8 @@ from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import DRAWS, LEAST_DRAWS, Unknowns
-from ...vibration.verdicts.verdicts import CaseVerdict
-from .runs import Place, RunColumn, Runs, StudyFigure
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
+from .runs import Place, Runs
 from .summaries import most_frequent
 from .system_row import SystemRow, system_row
 from .varied import Varied, with_texts
@@ -31,27 +31,21 @@ if TYPE_CHECKING:
 
 _VERDICTS = [verdict.value for verdict in CaseVerdict]  # from the best to the worst
 
-
 # Of the fields of a row after the accelerations.
-_HEADINGS = {
-    "sway": "sway [m]",
-    "tilt": "tilt [rad]",
-    "stroke": "stroke [1]",
-    "mount": "mount of the stroke",
-    "force": "force [N]",
-    "rms_acceleration": "rms acceleration [m/s^2]",
-    "rms_sway": "rms sway [m]",
-    "error": "numerical error [1]",
-    "beyond": "draws beyond a limit [1]",
-    "acceleration_margin": "margin of acceleration [1]",
-    "sway_margin": "margin of sway [1]",
-    "tilt_margin": "margin of tilt [1]",
-    "stroke_margin": "margin of stroke [1]",
-    "governing": "least margin",
-    "verdict": "verdict",
-    "outcome": "outcome",
-}
-_MARGINS = [name for name in _HEADINGS if name.endswith("_margin")]
+_COLUMNS = (
+    FigureKind.SWAY.column,
+    FigureKind.TILT.column,
+    replace(FigureKind.STROKE.column, unit="1"),
+    ResultColumn("mount", "", "mount of the stroke"),
+    *(kind.column for kind in (FigureKind.FORCE, FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)),
+    ResultColumn("error", "1", "numerical error"),
+    ResultColumn("beyond", "1", "draws beyond a limit"),
+    *(ResultColumn(f"{name}_margin", "1", f"margin of {name}") for name in ("acceleration", "sway", "tilt", "stroke")),
+    ResultColumn("governing", "", "least margin"),
+    ResultColumn("verdict", "", "verdict"),
+    ResultColumn("outcome", "", "outcome"),
+)
+_MARGINS = [column.key for column in _COLUMNS if column.key.endswith("_margin")]
 
 
 @dataclass(frozen=True)
@@ -82,11 +76,9 @@ class SystemStudy(Runs[SystemRow]):
     largest_batch = 8  # a shock takes some 0.1 s, random vibration seconds
     rows_of_draws = False
     figures = (  # the worst of all cases; margins are shares of limits that are left
-        StudyFigure("margin", "margin %", 100.0),
-        StudyFigure("acceleration", "acceleration g", 1.0 / STANDARD_GRAVITY),
-        StudyFigure("sway", "sway mm", 1e3),
-        StudyFigure("tilt", "tilt deg", math.degrees(1.0)),
-        StudyFigure("stroke", "stroke %", 100.0),
+        ResultColumn("margin", "1", "margin", "margin", "%", 100.0),
+        FigureKind.ACCELERATION.column,
+        *_COLUMNS[:3],
     )
 
     content: Mapping[str, Any]
@@ -115,23 +107,18 @@ class SystemStudy(Runs[SystemRow]):
         """Number of grid points."""
         return math.prod(len(axis.values) for axis in self.varied)
 
-    @property
-    def runs_per_point(self) -> int:
-        """Candidates and cases of a grid point."""
-        return len(self.candidates) * len(self.cases)
-
     def __len__(self) -> int:
-        return self.grid_size * self.runs_per_point
+        return self.grid_size * len(self.candidates) * len(self.cases)
 
     @property
-    def columns(self) -> list[RunColumn]:
+    def columns(self) -> list[ResultColumn]:
         """See `Runs`."""
         return [
-            RunColumn("run", "run"),
-            *(RunColumn(axis.path, axis.heading) for axis in self.varied),
-            *(RunColumn(name, name) for name in ("candidate", "case")),
-            *(RunColumn(f"acceleration of {name}", f"acceleration of {name} [m/s^2]") for name in self.points),
-            *(RunColumn(name, heading) for name, heading in _HEADINGS.items()),
+            ResultColumn("run", "", "run"),
+            *(ResultColumn(axis.path, axis.unit, axis.path) for axis in self.varied),
+            *(ResultColumn(name, "", name) for name in ("candidate", "case")),
+            *(ResultColumn(name, "m/s^2", name) for name in (f"acceleration of {point}" for point in self.points)),
+            *_COLUMNS,
         ]
 
     @property
@@ -154,7 +141,7 @@ class SystemStudy(Runs[SystemRow]):
         return [
             row.run, *self.values(place.point), self.candidates[place.candidate][1], self.cases[place.case][1],
             *accelerations,
-            *(getattr(row, name) for name in _HEADINGS),
+            *(getattr(row, column.key) for column in _COLUMNS),
         ]  # fmt: skip
 
     @property
@@ -228,15 +215,15 @@ class SystemStudy(Runs[SystemRow]):
 
     def rows(self, runs: Iterable[int]) -> list[SystemRow]:
         """Execute runs."""
-        systems = _Systems(self)
+        described = lru_cache(maxsize=1)(self.described)  # runs that follow each other share it
         # Motions that overflow are refused; they need no warning.
         with np.errstate(all="ignore"):
-            return [self._row(run, systems) for run in runs]
+            return [self._row(run, described) for run in runs]
 
-    def _row(self, run: int, systems: _Systems) -> SystemRow:
+    def _row(self, run: int, described: Callable[[int], SystemFile]) -> SystemRow:
         place = self.place(run)
         try:
-            file = systems.file(place.point)
+            file = described(place.point)
             name, system = file.candidates[self.candidates[place.candidate][0]]
             case = file.cases[self.cases[place.case][0]]
             drawn = Drawn.from_models(system, file.models)
@@ -248,24 +235,3 @@ class SystemStudy(Runs[SystemRow]):
             # One extreme system must not end a study of thousands.
             return SystemRow(run, outcome=f"No motion was found: {problem}.")
         return system_row(run, answer)
-
-
-class _Systems:
-    """The descriptions of runs that follow each other, which share most of them."""
-
-    def __init__(self, study: SystemStudy) -> None:
-        self._study = study
-        self._point: int | None = None
-        self._file: SystemFile | StrandspringError = MountedSystemError("")
-
-    def file(self, point: int) -> SystemFile:
-        """The description at a grid point."""
-        if point != self._point:
-            self._point = point
-            try:
-                self._file = self._study.described(point)
-            except StrandspringError as refusal:
-                self._file = refusal
-        if isinstance(self._file, StrandspringError):
-            raise self._file
-        return self._file
