@@ -232,7 +232,7 @@ def test_draws_are_the_same_springs_everywhere() -> None:
 
 def test_a_drawn_run_is_that_of_the_drawn_system() -> None:
     planned = study(MASSES, draws=3, seed=2)
-    run = 2 * planned.runs_per_point + 1 * 2 + 1
+    run = 2 * len(planned) // 3 + 1 * 2 + 1
     assert planned.place(run) == (2, 1, 1, 0)
     file = planned.described(2)
     name, system = file.candidates[1]
