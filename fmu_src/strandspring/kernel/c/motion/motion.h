@@ -117,8 +117,9 @@ SPRING_LOCAL void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 
 /* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from
- * the pose given, which is replaced; `state` is workspace. Returns 1 if it was found. `unbalance` is what remains of
- * the forces, and of the moments over the largest distance of a mount [N]. */
+ * the pose given, which is replaced; `state` is workspace. `unbalance` is what remains of the forces, and of the
+ * moments over the largest distance of a mount [N]. Returns 1 if that is rounding: at most 1e-12 of the sum of the
+ * magnitudes of the forces on each body, and ten roundings of a place times the stiffness. */
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
     double *unbalance);
