@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, FloatArray, unit
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, FloatArray, two_stages, unit
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, RigidBody, Vector
+from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.solving import solver
 
 LAW = settings(derandomize=True, deadline=None, max_examples=150, phases=[Phase.generate])
@@ -91,3 +94,17 @@ def test_rest_is_found_at_any_scale_of_force(
     assert is_found
     scaled = mounted(seed, [friction], [factors[0]], gravity, preload)
     np.testing.assert_array_equal(solver(scaled).rest(np.array(gravity), omega[:12])[0], alone)
+
+
+def test_loads_of_mounts_balance_weights_and_moments() -> None:
+    """Of a box on a frame that stands askew on unequal feet, so that the axes of the box' mounts have turned."""
+    plain = two_stages()
+    feet = tuple(replace(foot, place=(foot.place[0] + 0.03, *foot.place[1:])) for foot in plain.mounts[4:])
+    system = replace(plain, mounts=(*plain.mounts[:4], *feet))
+    pose = rest(system)
+    assert np.linalg.norm(pose.rotations[1] - np.eye(3)) > 1e-3
+    loads, weights = mount_loads(system, pose), [np.array([0.0, 0.0, -body.mass * GRAVITY]) for body in system.bodies]
+    np.testing.assert_allclose(loads[:4].sum(axis=0), weights[0], atol=1e-9)
+    np.testing.assert_allclose(loads[4:].sum(axis=0), weights[0] + weights[1], atol=1e-9)
+    arms = np.array([mount.place for mount in system.mounts[:4]]) @ pose.rotations[0].T
+    np.testing.assert_allclose(np.cross(arms, loads[:4]).sum(axis=0), 0.0, atol=1e-9)
