@@ -47,7 +47,7 @@ _FUNCTIONS = {
     "motion_begin": (None, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
     "motion_sense": (c_double, (c_void_p, c_double)),
     "motion_rest": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "motion_workspace": (c_size_t, (c_size_t, c_size_t, c_size_t)),
+    "motion_workspace": (c_size_t, (c_size_t, c_size_t, c_size_t, c_size_t)),
     "motion_run": (c_size_t, (c_void_p, c_void_p, c_size_t, c_double, c_void_p, c_void_p)),
 }  # fmt: skip
 

@@ -28,6 +28,8 @@ class MotionFigures:
     of_points : ndarray, shape (P, 18)
     of_axes : ndarray, shape (A, 8)
     of_bodies : ndarray, shape (B, 2)
+    of_mounts : ndarray, shape (M,)       [N].
+    of_base : ndarray, shape (4,)         [N].
     energies : ndarray, shape (9,)        [J].
     """
 
@@ -35,6 +37,8 @@ class MotionFigures:
     of_points: FloatArray
     of_axes: FloatArray
     of_bodies: FloatArray
+    of_mounts: FloatArray
+    of_base: FloatArray
     energies: FloatArray
 
 
@@ -182,17 +186,19 @@ class MotionSolver:
         of_points = np.zeros((self.points, constants()["MOTION_OF_POINT"]))
         of_axes = np.zeros((self.axes, constants()["MOTION_OF_AXIS"]))
         of_bodies = np.zeros((self.bodies, constants()["MOTION_OF_BODY"]))
+        of_mounts, of_base = np.zeros(self.mounts), np.zeros(constants()["MOTION_OF_BASE"])
         energies = np.zeros(constants()["MOTION_ENERGIES"])
-        workspace = np.empty(library().motion_workspace(self.bodies, self.axes, self.points))
+        workspace = np.empty(library().motion_workspace(self.bodies, self.mounts, self.axes, self.points))
         record = structures()["MotionRecord"](
             of_points=address(of_points), of_axes=address(of_axes), of_bodies=address(of_bodies),
-            energies=address(energies), workspace=address(workspace), stride=stride, settled=settled,
+            of_mounts=address(of_mounts), of_base=address(of_base), energies=address(energies),
+            workspace=address(workspace), stride=stride, settled=settled,
             **{name: address(history) for name, history in zip(_HISTORIES, histories, strict=False)},
         )  # fmt: skip
         steps = library().motion_run(
             byref(system), state.address, values.shape[1], step, address(values), byref(record)
         )
-        return MotionFigures(int(steps), of_points, of_axes, of_bodies, energies)
+        return MotionFigures(int(steps), of_points, of_axes, of_bodies, of_mounts, of_base, energies)
 
     def _system(self, channels: NDArray[np.void]) -> Structure:
         counts = {"bodies": self.bodies, "mounts": self.mounts, "axes": self.axes, "points": self.points}

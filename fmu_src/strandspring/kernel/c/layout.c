@@ -42,7 +42,7 @@ static const KernelPlace PLACES[] = {
     AT(MotionSystem, axis), AT(MotionSystem, point), AT(MotionSystem, channel),
     SIZE(MotionState), AT(MotionState, body), AT(MotionState, reach), AT(MotionState, axis),
     SIZE(MotionRecord), AT(MotionRecord, of_points), AT(MotionRecord, of_axes), AT(MotionRecord, of_bodies),
-    AT(MotionRecord, energies), AT(MotionRecord, accelerations), AT(MotionRecord, sway),
+    AT(MotionRecord, of_mounts), AT(MotionRecord, of_base), AT(MotionRecord, energies), AT(MotionRecord, accelerations), AT(MotionRecord, sway),
     AT(MotionRecord, displacements), AT(MotionRecord, forces), AT(MotionRecord, workspace), AT(MotionRecord, stride),
     AT(MotionRecord, settled),
     {0},

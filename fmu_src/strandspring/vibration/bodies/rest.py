@@ -14,7 +14,7 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import MotionSolver
 from ...kernel.structures import rows
-from .mounted import MountedSystem
+from .mounted import BASE, MountedSystem
 from .small_motion import Pose
 from .solving import solver
 
@@ -89,6 +89,19 @@ def rest(
         pose = _rest(system, kernel, gravity, omega, pose.coordinates)
     _check_range(system, pose)
     return pose
+
+
+def mount_loads(system: MountedSystem, pose: RestPose) -> FloatArray:
+    """Static load of each mount: the force of its body on it in the base's frame, stops included, shape (M, 3) [N]."""
+    forces, rotations = iter(pose.force.tolist()), pose.rotations
+    loads = [
+        np.sum([next(forces) * np.array(axis.direction) for axis in mount.axes], axis=0) for mount in system.mounts
+    ]
+    turned = [
+        load if mount.support == BASE else rotations[mount.support] @ load
+        for mount, load in zip(system.mounts, loads, strict=True)
+    ]
+    return np.array(turned)
 
 
 def _rest(

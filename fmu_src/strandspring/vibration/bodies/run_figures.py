@@ -26,6 +26,10 @@ class RunFigures:
     tilt : ndarray, shape (B,)                      Largest angle of each body from rest [rad].
     displacement_low, displacement_high : ndarray, shape (A,)   Of one spring of each axis [m].
     force : ndarray, shape (A,)                     Largest magnitude of the axis' force, damper and stops included [N].
+    mount_force : ndarray, shape (M,)               Largest magnitude of each mount's force, its axes together [N].
+    reaction : ndarray, shape (4,)                  Of the force of all mounts on the base, weight included but not what
+                                                    guides of bodies that are held take: largest magnitude, and largest
+                                                    magnitude of each component [N].
     rate : ndarray, shape (A,)                      Largest speed of the axis [m/s].
     omega_low, omega_high : ndarray, shape (A,)     [-].
     absorbed : ndarray, shape (A,)                  By all springs of the axis [J].
@@ -42,6 +46,8 @@ class RunFigures:
     displacement_low: FloatArray
     displacement_high: FloatArray
     force: FloatArray
+    mount_force: FloatArray
+    reaction: FloatArray
     rate: FloatArray
     omega_low: FloatArray
     omega_high: FloatArray
@@ -63,6 +69,8 @@ class RunFigures:
             displacement_low=axes[:, 0],
             displacement_high=axes[:, 1],
             force=axes[:, 2],
+            mount_force=figures.of_mounts,
+            reaction=figures.of_base,
             rate=axes[:, 7],
             omega_low=axes[:, 3],
             omega_high=axes[:, 4],

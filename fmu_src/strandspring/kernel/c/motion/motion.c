@@ -400,6 +400,7 @@ static void take_forces(const MotionSystem *system, MotionState *state, const do
         }
         const double force[3] = {x, y, z};
         motion_apply(mount, state->reach + m, force, state->body);
+        memcpy(state->reach[m].force, force, sizeof force);
     }
 }
 
@@ -602,4 +603,12 @@ void motion_of_points(
             sway[3 * p + i] = own->x[i] + arm[i] - system->point[p].place[i];
         }
     }
+}
+
+void motion_reaction(const MotionSystem *system, const MotionState *state, double *force)
+{
+    memset(force, 0, 3 * sizeof *force);
+    for (size_t m = 0; m < system->mounts; m++)
+        if (system->mount[m].support < 0.0)
+            add3(force, -1.0, state->reach[m].force);
 }

@@ -27,7 +27,7 @@
 #include <stddef.h>
 
 enum { MOTION_BODIES = 8, MOTION_AXES = 600, MOTION_POINTS = 64, MOTION_CHANNELS = 64 };
-enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 8, MOTION_OF_BODY = 2, MOTION_ENERGIES = 9 };
+enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 8, MOTION_OF_BODY = 2, MOTION_OF_BASE = 4, MOTION_ENERGIES = 9 };
 
 /* Matrices are of rows. What is held has no part in `translations` and `inverse_inertia`. */
 typedef struct {
@@ -82,9 +82,10 @@ typedef struct {
     double direction[3];
 } MotionAxisState;
 
-/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's. */
+/* Where a mount acts: in the base's frame, from the body's centre of gravity, from the support's. And its force on the
+ * body, dampers and stops included. */
 typedef struct {
-    double place[3], arm[3], support_arm[3];
+    double place[3], arm[3], support_arm[3], force[3];
 } MotionReach;
 
 typedef struct {
@@ -117,8 +118,9 @@ SPRING_LOCAL void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 
 /* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from
- * the pose given, which is replaced; `state` is workspace. Returns 1 if it was found. `unbalance` is what remains of
- * the forces, and of the moments over the largest distance of a mount [N]. */
+ * the pose given, which is replaced; `state` is workspace. `unbalance` is what remains of the forces, and of the
+ * moments over the largest distance of a mount [N]. Returns 1 if that is rounding: at most 1e-12 of the sum of the
+ * magnitudes of the forces on each body, and ten roundings of a place times the stiffness. */
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
     double *unbalance);
@@ -132,6 +134,8 @@ int motion_rest(
  *             and greatest omega; energy absorbed by all springs; displacement of one spring at the beginning; largest
  *             |rate|
  * of_bodies   MOTION_OF_BODY each: largest angle of rotation from the pose at the beginning [rad] and its time
+ * of_mounts   largest force of each mount, its axes together
+ * of_base     MOTION_OF_BASE: largest force of all mounts on the base together, and its three largest components
  * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the
  *             base, of forces; sum of the absolute values of what was exchanged
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
@@ -140,18 +144,21 @@ int motion_rest(
  *
  * Means are taken from step `settled` on, by the trapezoidal rule. */
 typedef struct {
-    double *of_points, *of_axes, *of_bodies, *energies;
+    double *of_points, *of_axes, *of_bodies, *of_mounts, *of_base, *energies;
     double *accelerations, *sway, *displacements, *forces, *workspace;
     size_t stride, settled;
 } MotionRecord;
 
 /* Doubles of workspace of a record. */
-size_t motion_workspace(size_t bodies, size_t axes, size_t points);
+size_t motion_workspace(size_t bodies, size_t mounts, size_t axes, size_t points);
 
 /* `count` steps of h; values: a row of `count` for each channel. Returns the number of steps done: fewer if the motion
  * diverges. */
 size_t motion_run(
     const MotionSystem *system, MotionState *state, size_t count, double h, const double *values, MotionRecord *record);
+
+/* Force of the mounts on the base. */
+SPRING_LOCAL void motion_reaction(const MotionSystem *system, const MotionState *state, double *force);
 
 /* The sense of a static force: -1, or 1 also where rounding is all there is. */
 double motion_sense(const MotionAxis *axis, double force);

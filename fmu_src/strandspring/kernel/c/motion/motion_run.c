@@ -13,7 +13,8 @@ enum { TIME_AT = 1, MEANS_OF_POINT_AT = 9 };
  *
  * accelerations, sway, start   3 of each point; the sway at the beginning
  * values     of the three last times, the newest last: OF_POINT of each point, the square of the sine of half the tilt
- *            of each body, |rate| of each axis, |force| of each axis
+ *            of each body, |rate| of each axis, |force| of each axis, the square of the force of each mount, that of the
+ *            force on the base, its components
  * greatest   of each of these, and when
  * low, high  displacement of a spring of each axis, omega of each axis; stroke: where each spring turned last
  * courses    what means are taken of: COURSES of each point; their sums and those of their squares */
@@ -27,9 +28,14 @@ typedef struct {
     double *accelerations, *sway, *start, *values[3], *greatest, *at, *low, *high, *stroke, *courses, *sums, *squares;
 } Watch;
 
-size_t motion_workspace(size_t bodies, size_t axes, size_t points)
+static size_t count_watched(size_t bodies, size_t mounts, size_t axes, size_t points)
 {
-    size_t watched = OF_POINT * points + bodies + 2 * axes, averaged = COURSES * points;
+    return OF_POINT * points + bodies + 2 * axes + mounts + MOTION_OF_BASE;
+}
+
+size_t motion_workspace(size_t bodies, size_t mounts, size_t axes, size_t points)
+{
+    size_t watched = count_watched(bodies, mounts, axes, points), averaged = COURSES * points;
     return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
@@ -163,6 +169,17 @@ static void take_axes(const MotionSystem *system, const MotionState *state, Watc
     }
 }
 
+static void take_mounts(const MotionSystem *system, const MotionState *state, Watch *watch)
+{
+    double *value = watch->values[2] + OF_POINT * system->points + system->bodies + 2 * system->axes, reaction[3];
+    for (size_t m = 0; m < system->mounts; m++)
+        *value++ = dot3(state->reach[m].force, state->reach[m].force);
+    motion_reaction(system, state, reaction);
+    value[0] = dot3(reaction, reaction);
+    for (int i = 0; i < 3; i++)
+        value[1 + i] = fabs(reaction[i]);
+}
+
 /* Takes all values at a time; `weight` is how much of a step has passed since the last, for means. */
 static void take(
     const MotionSystem *system, const MotionState *state, const double *loads, double time, int is_sharp, double weight,
@@ -183,6 +200,7 @@ static void take(
     take_points(system, state, loads, watch);
     take_bodies(system, state, watch);
     take_axes(system, state, watch);
+    take_mounts(system, state, watch);
 }
 
 static double kinetic_energy(const MotionSystem *system, const MotionState *state)
@@ -226,8 +244,8 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
     static const double UNLOADED[MOTION_CHANNELS] = {0.0};
     size_t points = system->points, axes = system->axes;
     double *workspace = record->workspace;
-    *watch = (Watch){.is_sharp = {0, 0, 1}, .watched = OF_POINT * points + system->bodies + 2 * axes,
-                     .averaged = COURSES * points};
+    *watch = (Watch){.is_sharp = {0, 0, 1}, .averaged = COURSES * points};
+    watch->watched = count_watched(system->bodies, system->mounts, axes, points);
     watch->accelerations = zeros(&workspace, 3 * points);
     watch->sway = zeros(&workspace, 3 * points);
     watch->start = zeros(&workspace, 3 * points);
@@ -290,6 +308,11 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
         memcpy(record->of_axes + MOTION_OF_AXIS * a, found, sizeof found);
         absorbed += energy;
     }
+    greatest += 2 * axes;
+    for (size_t m = 0; m < system->mounts; m++)
+        record->of_mounts[m] = sqrt(*greatest++);
+    record->of_base[0] = sqrt(greatest[0]);
+    memcpy(record->of_base + 1, greatest + 1, (MOTION_OF_BASE - 1) * sizeof *greatest);
     double *energies = record->energies;
     energies[1] = kinetic_energy(system, state);
     energies[2] = absorbed;
