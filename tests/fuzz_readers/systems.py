@@ -44,15 +44,18 @@ _OTHERS: tuple[Any, ...] = (
     RAW + "[" * 100 + "]" * 100, RAW + "{a." + "a." * 100 + "a = 1}",
 )  # fmt: skip
 _CASES: tuple[dict[str, Any], ...] = (
-    {"drop": {"velocity": 1.0}},
+    {"drop": {"velocity": "1 m/s"}},
     {"pulse": "velocity-step", "velocity": "2 m/s", "direction": "z"},
     {"pulse": "trapezoid", "peak": "5 g", "duration": "20 ms", "rise": "2 ms", "direction": [1, 0, 1]},
-    {"sine": {"frequency": 20, "displacement": "1 mm", "duration": 1, "soft_start": 0.1}, "directions": ["x", "z"]},
-    {"sweep": {"first": 5, "last": 50, "rate": "10 Hz/s", "table": [[5, "0.1 g"], [50, 1]]}, "direction": "z"},
-    {"random": {"file": "levels.csv", "unit": "g^2/Hz", "duration": 2, "seed": 1}, "direction": "x"},
+    {
+        "sine": {"frequency": 20, "displacement": "1 mm", "duration": "1 s", "soft_start": "0.1 s"},
+        "directions": ["x", "z"],
+    },
+    {"sweep": {"first": 5, "last": 50, "rate": "10 Hz/s", "table": [[5, "0.1 g"], [50, "1 m/s^2"]]}, "direction": "z"},
+    {"random": {"file": "levels.csv", "unit": "g^2/Hz", "duration": "2 s", "seed": 1}, "direction": "x"},
     {"record": {"file": "base.csv", "columns": {"x": "ax", "rz": 3}}},
     {"record": {"file": "base.csv", "time": 1, "columns": {"z": 2}, "units": {"z": "m/s^2"}, "scale": 2.0}},
-    {"force": {"file": "base.csv", "column": "F", "place": [0, 0, 0.1]}, "direction": "x"},
+    {"force": {"file": "base.csv", "column": "F", "place": [0, 0, "10 cm"]}, "direction": "x"},
 )
 _STEPS = 50
 

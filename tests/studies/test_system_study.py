@@ -44,6 +44,7 @@ from terminal import Terminal
 
 BOX = SYSTEMS / "electronics_box.toml"
 CONTENT = read_description(BOX)
+CONTENT["units"] |= {"mass": "kg", "damping": "N s/m"}
 FILES = FilesOfFolder(SYSTEMS)
 MASSES = {"body.box.mass": "15 kg:25 kg:3"}
 DROP = {"cases": "drop", "step": 5e-4}
@@ -107,7 +108,7 @@ def test_a_grid_point_is_the_file_with_other_values() -> None:
         ("limits.acceleration.circuit board", "10 m/s^2,20 m/s^2", lambda f: f.limits.acceleration["circuit board"],
          [10, 20]),
         ("run.rest_omega", "-1:1:3", lambda f: f.options.rest_omega, [-1.0, 0.0, 1.0]),
-        ("gravity.3", "-9.81,-1.62", lambda f: f.candidates[0][1].gravity[2], [-9.81, -1.62]),
+        ("gravity.3", "-9.81 m/s^2,-1.62 m/s^2", lambda f: f.candidates[0][1].gravity[2], [-9.81, -1.62]),
         ("case.shock.pulse", "half-sine,triangle", lambda f: type(f.cases[0].channels[0].signal).__name__,
          ["HalfSine", "Triangle"]),
     ],
@@ -127,11 +128,11 @@ def test_a_list_of_rotations_is_cut_with_its_places() -> None:
 
 
 def test_what_is_varied_beyond_the_first_places_is_left_out_with_them() -> None:
-    planned = study({"mount.corner.places": [3, 4], "mount.corner.places.*.3": "-0.1,-0.2"})
+    planned = study({"mount.corner.places": [3, 4], "mount.corner.places.*.3": "-100,-200"})
     for point in range(4):
         count, height = planned.values(point)
         mounts = planned.described(point).candidates[0][1].mounts
-        assert [mount.place[2] for mount in mounts] == [height] * int(count)
+        assert [mount.place[2] for mount in mounts] == [1e-3 * height] * int(count)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from hypothesis import given, settings
@@ -29,6 +30,7 @@ from strandspring.vibration.description.quantity_text import (
     QuantityKind,
     in_si,
     measured,
+    stated_units,
     unit_in_si,
 )
 
@@ -82,11 +84,27 @@ def test_is_what_people_mean(text: str, quantity: QuantityKind, expected: float)
     assert in_si(text, quantity) == pytest.approx(expected, rel=1e-14)
 
 
-def test_number_is_in_si_and_rate_says_of_which_kind_it_is() -> None:
-    assert in_si(3, TIME) == 3.0
+def test_rate_says_of_which_kind_it_is() -> None:
     assert measured("6 oct/min", OCTAVE_RATE, FREQUENCY_RATE) == (pytest.approx(0.1), OCTAVE_RATE)
     assert measured("6 Hz/s", OCTAVE_RATE, FREQUENCY_RATE) == (6.0, FREQUENCY_RATE)
     assert unit_in_si("g", ACCELERATION) == G
+
+
+def test_number_without_unit_is_refused_unless_its_unit_is_stated() -> None:
+    assert (in_si(3, FREQUENCY), in_si(0, LENGTH)) == (3.0, 0.0)
+    with pytest.raises(QuantityError, match=r"10 has no unit; write '10 g' or '10 m/s\^2', or state the unit once, as"):
+        in_si(10, ACCELERATION)
+    with stated_units({"acceleration": G}):
+        assert in_si(10, ACCELERATION) == 10 * G
+        assert in_si("10 m/s^2", ACCELERATION) == 10.0
+        with pytest.raises(QuantityError, match="10 has no unit; write '10 mm' or '10 m'"):
+            in_si(10, LENGTH)
+    for quantity in QUANTITIES:
+        if quantity.key:
+            with pytest.raises(QuantityError, match=r"write '3.5 (.*)' or '3.5 (.*)'") as caught:
+                in_si(3.5, quantity)
+            units = re.findall(r"'3.5 (.*?)'", str(caught.value))
+            assert len({unit_in_si(unit, quantity) for unit in units}) == 2
 
 
 @pytest.mark.parametrize("quantity", QUANTITIES[:-1], ids=lambda quantity: quantity.name)
@@ -100,7 +118,7 @@ def test_its_own_unit_is_one_and_its_example_is_read(quantity: QuantityKind) -> 
     [
         ("12 N", "must be a length such as '12 mm', got '12 N', which is a force"),
         ("20 kg", "which is a mass"),
-        ("12", "write the unit, or the number in m without quotation marks"),
+        ("12", "got '12'; write the unit"),
         ("12 mN m", "which is something else"),
         ("12 mn", "mN (millinewton) or MN (meganewton)"),
         ("1,5 mm", "the decimal mark is a point"),

@@ -33,6 +33,10 @@ from strandspring.vibration.verdicts.verdicts import FigureKind
 
 Content = dict[str, Any]
 SYSTEMS = Path(__file__).resolve().parents[2] / "fmu_src/strandspring/examples/systems"
+SI = {
+    "length": "m", "mass": "kg", "time": "s", "angle": "rad", "velocity": "m/s", "acceleration": "m/s^2",
+    "density": "(m/s^2)^2/Hz", "stiffness": "N/m", "inertia": "kg m^2", "force": "N",
+}  # fmt: skip
 HARDENING = EXAMPLES["hardening"]  # 0 N at 50 mm, within 30 and 70 mm
 SCHEMA = system_schema()
 VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
@@ -57,6 +61,7 @@ def box() -> Content:
         "format": "strandspring-system",
         "format_version": 1,
         "name": "box",
+        "units": SI,
         "body": [
             {
                 "name": "box",
@@ -320,7 +325,7 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change(*BODY, "name", to="base"), "body[1].name: 'base' is what mounts stand on"),
     (change(*BODY, "name", to="a\nb"), "body[1].name: must be a name of 1 to 80 printable characters"),
     (change(*BODY, "point", 1, to={"name": "board", "place": [0, 0, 0]}), "body.point: 'board' is the name of 2"),
-    (change(*BODY, "point", 0, "place", to=[0, 1]), "body[1].point[1].place: must be a list of three numbers x, y, z"),
+    (change(*BODY, "point", 0, "place", to=[0, 1]), "body[1].point[1].place: must be a list of x, y and z"),
     (change(*BODY, "center", to=[0, 0, "1 kN"]), "body[1].center: must be a length such as '12 mm', got '1 kN'"),
     (change(*BODY, "center", to=[0, 0, 1e9]), "The centre of gravity of box must be within"),
     (change("gravity", to=[0, 0, 1e9]), "`gravity` must be finite and within"),

@@ -161,8 +161,8 @@ def study_system(
     system : path
     vary : mapping           Values of each path, such as "body.box.mass"; `*` stands for all entries of a list. Text is
                              LOW:HIGH:COUNT or a list with commas, with one unit: "15 kg:25 kg:5", "4,6,8"; percent are
-                             of what the file says. Other numbers are in SI units. The value of "mount.NAME.places" is
-                             how many of the places have a mount, from the first on.
+                             of what the file says. Other numbers are in what its `units` state. The value of
+                             "mount.NAME.places" is how many of the places have a mount, from the first on.
     cases, candidates : str, sequence of str or None   Names of those to simulate; all if None.
     draws, seed : int or None   Of each run; what the file says if None.
     step : float or None     See `simulate`.

@@ -7,7 +7,7 @@ from typing import Any
 
 from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
 from ...vibration.description.system_file import system_of_content
-from ...vibration.description.system_tables import SystemTable
+from ...vibration.description.system_tables import DEFAULT_GRAVITY, SystemTable
 from ...vibration.verdicts.drawn_springs import Drawn
 from .system_study import SystemStudy
 from .varied import Given, varied, with_texts
@@ -40,6 +40,8 @@ def planned_study(
     ------
     MountedSystemError       If the description is wrong, or a path, a name or a value.
     """
+    # Of all values with a unit that a file may leave out, this alone is not 0.
+    content = {"gravity": [*DEFAULT_GRAVITY], **content}
     file = system_of_content(content, files)
     table = SystemTable.model_validate(content)
     axes = tuple(varied(path, given, content, table) for path, given in vary.items())

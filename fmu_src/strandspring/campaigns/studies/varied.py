@@ -1,7 +1,7 @@
 """Values that a study gives to a path of a SYSTEM.toml: LOW:HIGH:COUNT, a list with commas, or numbers and texts.
 
-Numbers without unit are in SI, and others in the one unit that stands with them. Percent are shares of what the file
-says, which keeps signs and what is different from place to place.
+Numbers without unit are in the one that the file states, and others in the one that stands with them. Percent are
+shares of what the file says, which keeps signs and what is different from place to place.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Varied:
     Parameters
     ----------
     path : str
-    unit : str                   Of the numbers; empty for SI, without unit and for texts.
+    unit : str                   Of the numbers; empty for that of the file, without unit and for texts.
     values : tuple               Numbers, or texts.
     locations : tuple            Where the path leads to.
     """

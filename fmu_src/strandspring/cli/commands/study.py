@@ -116,10 +116,11 @@ def study(
     """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
 
     Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
-    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with dots
-    between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a unit
-    or are in SI, and percent are of what the file says. "mount.NAME.places" is how many of the places have a mount,
-    from the first on. Every grid point is simulated with every candidate, load case and draw.
+    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
+    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a
+    unit or are in what the file's `units` state, and percent are of what the file says. "mount.NAME.places" is how
+    many of the places have a mount, from the first on. Every grid point is simulated with every candidate, load case
+    and draw.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
     identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;

@@ -22,7 +22,7 @@ from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
 
 BASE = -1  # in place of the number of a body
 MOST_BODIES, MOST_AXES, MOST_POINTS = 8, 600, 64
-LARGEST_PLACE = 1e4  # [m]
+LARGEST_PLACE = 100.0  # [m]; what is farther was given in another unit
 _ROUNDING = 1e-9  # of lengths of unit vectors and of moments of inertia
 
 Vector = tuple[float, float, float]
@@ -306,7 +306,10 @@ class MountedSystem:
 
 def _check_place(place: Vector, what: str) -> None:
     if not all(abs(coordinate) <= LARGEST_PLACE for coordinate in place):
-        raise MountedSystemError(f"{what[0].upper()}{what[1:]} must be within +-{LARGEST_PLACE:g} m, got {place!r}.")
+        raise MountedSystemError(
+            f"{what[0].upper()}{what[1:]} must be within +-{LARGEST_PLACE:g} m, got {place!r} m; check its unit, which "
+            "may be mm."
+        )
 
 
 def _check_direction(direction: Vector, what: str) -> None:

@@ -13,6 +13,7 @@ from .table_types import (
     FilePath,
     Force,
     Frequency,
+    Impulse,
     Name,
     NamedDirection,
     Place,
@@ -211,7 +212,7 @@ class ForceTableOfCase(StrictTable):
     duration: Duration | None = None
     rise: Time | None = None
     fall: Time | None = None
-    impulse: Annotated[float, Field(gt=0.0)] | None = Field(None, description="Of a velocity step [N s].")
+    impulse: Impulse | None = Field(None, description="Of a velocity step.")
     table: ForceTable | None = None
     file: FilePath | None = None
     time: ColumnName | None = Field(None, description="Found by its name if not given.")

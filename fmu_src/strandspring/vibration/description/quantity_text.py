@@ -3,6 +3,9 @@
 A unit is a product of unit names, each with an optional power, and at most one division; lengths, forces and times are
 spelled as in records. A name that has several meanings takes the one that fits: "20 g" is a mass where a mass is asked
 for and 20 times standard gravity where an acceleration is; likewise "lb", a mass or a force.
+
+A number without a unit could mean several things, 10 an acceleration of 10 g or of 10 m/s^2: it is refused unless
+`stated_units` says what it means. Frequencies are in Hz, and 0 is 0 in every unit.
 """
 
 from __future__ import annotations
@@ -10,9 +13,12 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from itertools import product
+from types import MappingProxyType
 
 from ...errors import RecordError, StrandspringError
 from ...ground.gravity import STANDARD_GRAVITY
@@ -41,40 +47,52 @@ class QuantityKind:
     unit : str         In SI, for messages.
     powers : Powers
     example : str      Such as "12 mm".
+    key : str          By which files state the unit of numbers without one; "" where they cannot.
     """
 
     name: str
     unit: str
     powers: Powers
     example: str
+    key: str = ""
 
 
-LENGTH = QuantityKind("a length", "m", (1, 0, 0, 0, 0), "12 mm")
-MASS = QuantityKind("a mass", "kg", (0, 1, 0, 0, 0), "20 kg")
-TIME = QuantityKind("a time", "s", (0, 0, 1, 0, 0), "11 ms")
-ANGLE = QuantityKind("an angle", "rad", (0, 0, 0, 1, 0), "40 deg")
-FORCE = QuantityKind("a force", "N", (1, 1, -2, 0, 0), "1.5 kN")
-VELOCITY = QuantityKind("a velocity", "m/s", (1, 0, -1, 0, 0), "3 m/s")
-ACCELERATION = QuantityKind("an acceleration", "m/s^2", (1, 0, -2, 0, 0), "15 g")
+LENGTH = QuantityKind("a length", "m", (1, 0, 0, 0, 0), "12 mm", "length")
+MASS = QuantityKind("a mass", "kg", (0, 1, 0, 0, 0), "20 kg", "mass")
+TIME = QuantityKind("a time", "s", (0, 0, 1, 0, 0), "11 ms", "time")
+ANGLE = QuantityKind("an angle", "rad", (0, 0, 0, 1, 0), "40 deg", "angle")
+FORCE = QuantityKind("a force", "N", (1, 1, -2, 0, 0), "1.5 kN", "force")
+VELOCITY = QuantityKind("a velocity", "m/s", (1, 0, -1, 0, 0), "3 m/s", "velocity")
+ACCELERATION = QuantityKind("an acceleration", "m/s^2", (1, 0, -2, 0, 0), "15 g", "acceleration")
 ANGULAR_VELOCITY = QuantityKind("an angular velocity", "rad/s", (0, 0, -1, 1, 0), "10 deg/s")
 FREQUENCY = QuantityKind("a frequency", "Hz", (0, 0, -1, 0, 0), "20 Hz")
-STIFFNESS = QuantityKind("a stiffness", "N/m", (0, 1, -2, 0, 0), "100 N/mm")
-DAMPING = QuantityKind("a damping coefficient", "N s/m", (0, 1, -1, 0, 0), "50 N s/m")
-INERTIA = QuantityKind("a moment of inertia", "kg m^2", (2, 1, 0, 0, 0), "5 kg m^2")
+STIFFNESS = QuantityKind("a stiffness", "N/m", (0, 1, -2, 0, 0), "100 N/mm", "stiffness")
+DAMPING = QuantityKind("a damping coefficient", "N s/m", (0, 1, -1, 0, 0), "50 N s/m", "damping")
+INERTIA = QuantityKind("a moment of inertia", "kg m^2", (2, 1, 0, 0, 0), "5 kg m^2", "inertia")
 ACCELERATION_DENSITY = QuantityKind(
-    "a spectral density of acceleration", "(m/s^2)^2/Hz", (2, 0, -3, 0, 0), "0.04 g^2/Hz"
+    "a spectral density of acceleration", "(m/s^2)^2/Hz", (2, 0, -3, 0, 0), "0.04 g^2/Hz", "density"
 )
+IMPULSE = QuantityKind("an impulse", "N s", (1, 1, -1, 0, 0), "50 N s", "impulse")
 OCTAVE_RATE = QuantityKind("a logarithmic sweep rate", "oct/s", (0, 0, -1, 0, 1), "3 oct/min")
 FREQUENCY_RATE = QuantityKind("a linear sweep rate", "Hz/s", (0, 0, -2, 0, 0), "10 Hz/s")
 _NUMBER_ALONE = QuantityKind("a number without unit", "1", (0, 0, 0, 0, 0), "1")
 
 QUANTITIES = (
     LENGTH, MASS, TIME, ANGLE, FORCE, VELOCITY, ACCELERATION, ANGULAR_VELOCITY, FREQUENCY, STIFFNESS, DAMPING, INERTIA,
-    ACCELERATION_DENSITY, OCTAVE_RATE, FREQUENCY_RATE, _NUMBER_ALONE,
+    ACCELERATION_DENSITY, IMPULSE, OCTAVE_RATE, FREQUENCY_RATE, _NUMBER_ALONE,
 )  # fmt: skip
 
+_STATED: ContextVar[Mapping[str, float]] = ContextVar("stated units", default=MappingProxyType({}))
 _OF_RECORDS = {"displacement": LENGTH.powers, "force": FORCE.powers, "time": TIME.powers}
 _ALONE = _NUMBER_ALONE.powers
+# What a number may be meant in where the example has the SI unit.
+_OTHER_READINGS = {
+    "mass": ("lb",),
+    "velocity": ("in/s",),
+    "damping": ("N s/mm",),
+    "inertia": ("kg mm^2",),
+    "impulse": ("lbf s",),
+}
 # Spellings whose case matters, then those in lower case that are accepted in any.
 _EXACT: Mapping[str, tuple[float, Powers]] = {
     "mg": (1e-6, MASS.powers),
@@ -115,8 +133,18 @@ class QuantityError(StrandspringError):
     """A text is not a number with a unit of the quantity that is asked for."""
 
 
+@contextmanager
+def stated_units(sizes: Mapping[str, float]) -> Iterator[None]:
+    """Numbers without a unit in the block are in the unit of this size [SI units], by `QuantityKind.key`."""
+    token = _STATED.set(sizes)
+    try:
+        yield
+    finally:
+        _STATED.reset(token)
+
+
 def in_si(value: object, *quantities: QuantityKind) -> float:
-    """A number, which is in SI units, or a text of a number and its unit, in SI units.
+    """A text of a number and its unit, or a number whose unit is stated, in SI units.
 
     Parameters
     ----------
@@ -125,11 +153,11 @@ def in_si(value: object, *quantities: QuantityKind) -> float:
 
     Raises
     ------
-    QuantityError            If it is something else, or not finite.
+    QuantityError            If it is something else, not finite, or a number whose unit nobody has stated.
 
     Examples
     --------
-    >>> in_si("20 g", MASS), round(in_si("20 g", ACCELERATION), 3), in_si("100 N/mm", STIFFNESS), in_si(3, TIME)
+    >>> in_si("20 g", MASS), round(in_si("20 g", ACCELERATION), 3), in_si("100 N/mm", STIFFNESS), in_si(3, FREQUENCY)
     (0.02, 196.133, 100000.0, 3.0)
     """
     return measured(value, *quantities)[0]
@@ -141,7 +169,7 @@ def measured(value: object, *quantities: QuantityKind) -> tuple[float, QuantityK
     if isinstance(value, int | float) and not isinstance(value, bool):
         if not is_finite(value):
             raise QuantityError(f"must be {wanted}, got a number that is not finite")
-        return float(value), quantities[0]
+        return float(value) * _stated_size(value, quantities[0]), quantities[0]
     if not isinstance(value, str):
         raise QuantityError(f"must be {wanted}, got {_named(value)}")
     text = unicodedata.normalize("NFKC", value[: 2 * _LONGEST]).replace("\u2212", "-")
@@ -151,10 +179,7 @@ def measured(value: object, *quantities: QuantityKind) -> tuple[float, QuantityK
         raise QuantityError(f"must be {wanted}, got {quoted(value)}{comma}")
     number, unit = float(match[1]), match[2].strip()
     if not unit:
-        raise QuantityError(
-            f"must be {wanted}, got {quoted(value)}; write the unit, or the number in {quantities[0].unit} without "
-            "quotation marks"
-        )
+        raise QuantityError(f"must be {wanted}, got {quoted(value)}; write the unit")
     meanings = _meanings(unit, f"must be {wanted}, got {quoted(value)}")
     for quantity in quantities:
         for factor, powers in meanings:
@@ -178,6 +203,19 @@ def unit_in_si(unit: str, quantity: QuantityKind) -> float:
     if not isinstance(unit, str) or len(unit) > _LONGEST:
         raise QuantityError(f"must be the unit of {quantity.name}, such as '{quantity.example.split(' ', 1)[1]}'")
     return measured(f"1 {unit}", quantity)[0]
+
+
+def _stated_size(number: float, quantity: QuantityKind) -> float:
+    """SI units per unit of a number without one."""
+    size = _STATED.get().get(quantity.key)
+    if size is not None:
+        return size
+    if number == 0.0 or quantity is FREQUENCY or quantity is _NUMBER_ALONE:
+        return 1.0
+    usual = dict.fromkeys((quantity.example.split(" ", 1)[1], quantity.unit, *_OTHER_READINGS.get(quantity.key, ())))
+    readings = " or ".join(f"'{number:.6g} {unit}'" for unit in list(usual)[:2])
+    once = f", or state the unit once, as in units = {{ {quantity.key} = '{next(iter(usual))}' }}"
+    raise QuantityError(f"{number:.6g} has no unit; write {readings}{once if quantity.key else ''}")
 
 
 def _wanted(quantities: tuple[QuantityKind, ...]) -> str:

@@ -3,6 +3,7 @@
     format = "strandspring-system"
     format_version = 1
     name = "Electronics box"
+    units = { length = "mm", inertia = "kg m^2" }   # of numbers without a unit
 
     [[body]]
     name = "box"
@@ -10,7 +11,7 @@
     inertia = { xx = 0.25, yy = 0.30, zz = 0.35 }   # about the centre of gravity; xy = -(integral of x*y dm)
     [[body.point]]
     name = "circuit board"
-    place = [0.1, 0, 0.05]                          # of the nominal pose, in the frame of the base
+    place = [100, 0, 50]                            # of the nominal pose, in the frame of the base
 
     [mount_type.corner]                             # axes in the mount's own frame
     axes = [
@@ -22,7 +23,7 @@
     [[mount]]
     name = "corner"
     type = "corner"
-    places = [[0.15, 0.1, -0.12], [-0.15, 0.1, -0.12], [0.15, -0.1, -0.12], [-0.15, -0.1, -0.12]]
+    places = [[150, 100, -120], [-150, 100, -120], [150, -100, -120], [-150, -100, -120]]
 
     [limits]
     acceleration = "15 g"
@@ -34,10 +35,11 @@
     duration = "11 ms"
     directions = ["+x", "+z", "-z"]                 # one case for each
 
-A number is in SI units; a text carries its unit. The direction of an axis is where the body moves as the displacement
-of the spring grows. In the nominal pose each spring is where its elastic force is `preload`, 0 N if not given, or at
-the displacement `nominal`; displacements are those of the model file. Files are found from the folder of the
-description. The schema `models/strandspring-system.schema.json` lists all keys; messages count tables from 1.
+A text carries its unit; a number has the one that `units` states, and is refused otherwise. The direction of an axis
+is where the body moves as the displacement of the spring grows. In the nominal pose each spring is where its elastic
+force is `preload`, 0 N if not given, or at the displacement `nominal`; displacements are those of the model file.
+Files are found from the folder of the description. The schema `models/strandspring-system.schema.json` lists all keys;
+messages count tables from 1.
 """
 
 from __future__ import annotations

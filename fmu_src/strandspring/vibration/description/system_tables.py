@@ -1,7 +1,7 @@
 """The tables of SYSTEM.toml that describe bodies, mounts, candidates, limits and runs, as pydantic models.
 
-A number without unit is in SI; a text carries its unit. Directions are "+x", "-z" and the like, or vectors of any
-length.
+A text carries its unit; a number has the one that `units` states and is refused otherwise. Directions are "+x", "-z"
+and the like, or vectors of any length.
 """
 
 from __future__ import annotations
@@ -9,12 +9,13 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Field, ModelWrapValidatorHandler, Tag, ValidationError, model_validator
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from ..verdicts.draws import DRAWS, LEAST_DRAWS
+from . import quantity_text as q
 from .case_tables import AnyCase
 from .table_types import (
     AccelerationVector,
@@ -37,11 +38,13 @@ from .table_types import (
     ReadBy,
     Stiffness,
     Text,
+    unit_of,
 )
 
 MOST_TYPES, MOST_PLACES, MOST_CANDIDATES, MOST_CASES = 600, 600, 1000, 200
 MOST_DRAWS = 10_000
 FORMAT, VERSION = "strandspring-system", 1
+DEFAULT_GRAVITY = (0, 0, f"{-STANDARD_GRAVITY} m/s^2")  # as a file would have it
 
 
 def _kind_of_value(value: Any) -> str:
@@ -240,6 +243,27 @@ class RunTable(StrictTable):
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
 
+class UnitsTable(StrictTable):
+    """Units of the numbers that stand without one anywhere in the file."""
+
+    length: Annotated[float, unit_of(q.LENGTH)] | None = None
+    mass: Annotated[float, unit_of(q.MASS)] | None = None
+    time: Annotated[float, unit_of(q.TIME)] | None = None
+    angle: Annotated[float, unit_of(q.ANGLE)] | None = None
+    force: Annotated[float, unit_of(q.FORCE)] | None = None
+    velocity: Annotated[float, unit_of(q.VELOCITY)] | None = None
+    acceleration: Annotated[float, unit_of(q.ACCELERATION)] | None = None
+    density: Annotated[float, unit_of(q.ACCELERATION_DENSITY)] | None = None
+    stiffness: Annotated[float, unit_of(q.STIFFNESS)] | None = None
+    damping: Annotated[float, unit_of(q.DAMPING)] | None = None
+    inertia: Annotated[float, unit_of(q.INERTIA)] | None = None
+    impulse: Annotated[float, unit_of(q.IMPULSE)] | None = None
+
+    def sizes(self) -> dict[str, float]:
+        """Of the stated units, in SI units."""
+        return self.model_dump(exclude_none=True)
+
+
 class SystemTable(StrictTable):
     """A system of rigid bodies on hysteretic mounts, its limits and load cases."""
 
@@ -247,6 +271,7 @@ class SystemTable(StrictTable):
     format_version: Version
     name: Name
     description: Text = ""
+    units: UnitsTable = Field(default_factory=lambda: UnitsTable.model_validate({}))
     gravity: AccelerationVector = (0.0, 0.0, -STANDARD_GRAVITY)
     body: list[BodyTable] = Field(min_length=1, max_length=MOST_BODIES)
     mount_type: dict[str, MountTypeTable] = Field(min_length=1, max_length=MOST_TYPES)
@@ -255,3 +280,14 @@ class SystemTable(StrictTable):
     limits: LimitsTable = Field(default_factory=lambda: LimitsTable.model_validate({}))
     run: RunTable = Field(default_factory=lambda: RunTable.model_validate({}))
     case: list[AnyCase] = Field(default=[], max_length=MOST_CASES)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _in_stated_units(cls, content: Any, handler: ModelWrapValidatorHandler[SystemTable]) -> SystemTable:
+        given = content.get("units", {}) if isinstance(content, dict) else {}
+        try:
+            sizes = UnitsTable.model_validate(given).sizes()
+        except ValidationError:  # the field is refused below
+            sizes = {}
+        with q.stated_units(sizes):
+            return handler(content)

@@ -83,11 +83,25 @@ def _read_quantity(least: float, *kinds: q.QuantityKind) -> Callable[[Any], floa
 def _measured(kind: q.QuantityKind, least: float = -math.inf) -> ReadBy:
     bound = {"minimum": 0} if least == 0.0 else {"exclusiveMinimum": 0} if least > 0.0 else {}
     text = {"type": "string", "maxLength": 60, "pattern": r"^\s*[+-]?[0-9.]", "examples": [kind.example]}
+    bare = f"a number in the unit that `units` states for {kind.key}" if kind.key else f"a number in {kind.unit}"
     schema = {
         "anyOf": [{"type": "number", **bound}, text],
-        "description": f"{kind.name[:1].upper()}{kind.name[1:]}: a number in {kind.unit}, or text with its unit.",
+        "description": f"{kind.name[:1].upper()}{kind.name[1:]}: text with its unit, or {bare}.",
     }
     return ReadBy(_read_quantity(least, kind), schema)
+
+
+def unit_of(kind: q.QuantityKind) -> ReadBy:
+    """The unit of numbers without one, which is read as its size in SI units."""
+    example = kind.example.split(" ", 1)[1]
+
+    def read(value: Any) -> float:
+        try:
+            return q.unit_in_si(value, kind)
+        except q.QuantityError:
+            raise ValueError(f"must be the unit of {kind.name}, such as '{example}', got {shown(value)}") from None
+
+    return ReadBy(read, {"type": "string", "minLength": 1, "maxLength": 60, "examples": [example]})
 
 
 _POSITIVE = 5e-324  # the least number above 0
@@ -108,6 +122,7 @@ Frequency = Annotated[float, _measured(q.FREQUENCY, _POSITIVE)]
 Stiffness = Annotated[float, _measured(q.STIFFNESS, _POSITIVE)]
 Damping = Annotated[float, _measured(q.DAMPING, 0.0)]
 Inertia = Annotated[float, _measured(q.INERTIA)]
+Impulse = Annotated[float, _measured(q.IMPULSE, _POSITIVE)]
 PositiveInertia = Annotated[float, _measured(q.INERTIA, _POSITIVE)]
 
 
@@ -129,7 +144,7 @@ SweepRate = Annotated[
 
 def _read_vector(value: Any, kind: q.QuantityKind) -> Vector:
     if not (isinstance(value, list) and len(value) == 3):
-        raise ValueError(f"must be a list of three numbers x, y, z in {kind.unit}, got {shown(value)}")
+        raise ValueError(f"must be a list of x, y and z, such as ['{kind.example}', 0, 0], got {shown(value)}")
     x, y, z = (q.in_si(component, kind) for component in value)
     return x, y, z
 
@@ -143,7 +158,7 @@ def _vector(kind: q.QuantityKind) -> ReadBy:
             "items": coordinate,
             "minItems": 3,
             "maxItems": 3,
-            "description": f"x, y, z in {kind.unit}, or texts with units.",
+            "description": f"x, y, z: texts with units, or numbers in the unit that `units` states for {kind.key}.",
         },
     )
 

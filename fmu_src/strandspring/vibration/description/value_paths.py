@@ -21,7 +21,7 @@ Location = tuple[str | int, ...]
 ALL = "*"
 PLACES = "places"
 # Names, what the options of a study give, and what would change which cases there are.
-_FIXED = frozenset(("format", "format_version", "name", "description", "source", "draws", "directions"))
+_FIXED = frozenset(("format", "format_version", "units", "name", "description", "source", "draws", "directions"))
 _MOST_SUGGESTED = 3000
 
 

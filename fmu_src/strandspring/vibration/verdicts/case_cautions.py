@@ -15,6 +15,8 @@ from ..bodies.axis_names import axes_by_mount, axis_names
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun
+from .implausible_loads import implausible_loads
+from .implausible_sizes import implausible_sizes
 from .range_use import RangeUse
 from .verdicts import Figure, FigureKind
 
@@ -50,6 +52,7 @@ class CautionKind(Enum):
     SPECTRUM = "spectrum"
     SETTLING = "settling"
     FALL = "fall"
+    UNITS = "units"
 
 
 @dataclass(frozen=True)
@@ -81,7 +84,7 @@ def widened(figure: Figure, cautions: Sequence[Caution]) -> Figure:
 
 def system_cautions(system: MountedSystem, models: Mapping[str, ModelFile]) -> tuple[str, ...]:
     """What the description of a system leaves out."""
-    return (*_across(system), *_shared(system), *_about_files(system, models))
+    return (*implausible_sizes(system), *_across(system), *_shared(system), *_about_files(system, models))
 
 
 def _across(system: MountedSystem) -> Iterator[str]:
@@ -127,6 +130,7 @@ def case_cautions(
 ) -> tuple[Caution, ...]:
     """What the figures of a load case do not hold."""
     return (
+        *(Caution(CautionKind.UNITS, 0.0, text) for text in implausible_loads(system, case)),
         *_outside(system, uses),
         *_stopped(system, uses),
         *_coupled(system, runs),
