@@ -15,6 +15,7 @@ from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from .case_tables import AnyCase
+from .catalogue_table import CatalogueTable, StatedForce, ToleranceTable
 from .table_types import (
     AccelerationVector,
     Angle,
@@ -138,7 +139,9 @@ class AxisTable(StrictTable):
     direction: NamedDirection = Field(
         description="In the mount's frame: where the body moves as the spring's displacement grows."
     )
-    model: FilePath = Field(description="Model file of one spring, from the folder of this file.")
+    model: FilePath | None = Field(None, description="Model file of one spring, from the folder of this file.")
+    catalogue: CatalogueTable | None = None
+    rated_load: StatedForce | None = Field(None, description="Largest static force of one spring, as its maker states.")
     parallel: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     series: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     preload: Force | None = Field(
@@ -155,6 +158,7 @@ class MountTypeTable(StrictTable):
     """One to three axes, perpendicular to each other."""
 
     axes: list[AxisTable] = Field(min_length=1, max_length=3)
+    tolerance: ToleranceTable | None = None
 
 
 class RotationTable(StrictTable):

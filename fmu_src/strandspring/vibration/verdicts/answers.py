@@ -22,6 +22,7 @@ from ..bodies.rest import SHARES
 from ..bodies.run_figures import Limits, RunFigures
 from ..bodies.simulation import CaseResult, CaseRun, simulate_case
 from .case_cautions import Caution, case_cautions, system_cautions
+from .catalogue_cautions import catalogue_cautions, overloads, swings_apart
 from .courses import Courses, courses
 from .range_use import RangeUse
 from .static_answer import StaticAnswer, static_answer
@@ -97,12 +98,12 @@ def answer_candidate(
     name: str, system: MountedSystem, models: Mapping[str, ModelFile], shares: tuple[float, ...] = SHARES
 ) -> CandidateAnswer:
     """Static pose and modes of a candidate."""
-    cautions = system_cautions(system, models)
+    cautions = (*system_cautions(system, models), *catalogue_cautions(system))
     try:
         static = static_answer(system, shares)
     except MountedSystemError as problem:
         return CandidateAnswer(name, system, None, cautions, str(problem))
-    return CandidateAnswer(name, system, static, (*cautions, *static.refusals))
+    return CandidateAnswer(name, system, static, (*cautions, *overloads(system, static), *static.refusals))
 
 
 def answer_case(
@@ -142,7 +143,11 @@ def answer_case(
         runs=result.runs,
         uses=uses,
         courses=drawn,
-        cautions=(*case_cautions(system, case, result.runs, uses, limits.tilt), *(drawn.cautions if drawn else ())),
+        cautions=(
+            *case_cautions(system, case, result.runs, uses, limits.tilt),
+            *swings_apart(system, uses),
+            *(drawn.cautions if drawn else ()),
+        ),
     )
 
 

@@ -33,6 +33,7 @@ class CautionKind(Enum):
     SPECTRUM = "spectrum"
     SETTLING = "settling"
     FALL = "fall"
+    CATALOGUE = "catalogue"
 
 
 @dataclass(frozen=True)
