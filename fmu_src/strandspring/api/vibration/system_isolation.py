@@ -26,6 +26,7 @@ from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemR
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
+from ...vibration.verdicts.catalogue_cautions import catalogue_cautions
 from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
@@ -75,6 +76,7 @@ class IsolatedSystem:
         poses = zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True)
         return {
             "name": self.label,
+            "cautions": list(catalogue_cautions(self.system)),
             "static_equilibrium": [
                 {"body": body.name, "mass": body.mass, "displacement": moved.tolist(), "rotation": rotation.tolist()}
                 for body, moved, rotation in poses
@@ -164,6 +166,11 @@ class SystemIsolation(AnyIsolation):
         )
         lines += self._table(columns, width, _largest)
         cautions = [
+            f"  Caution: {candidate.label}: {sentence}"
+            for candidate in self.candidates
+            for sentence in catalogue_cautions(candidate.system)
+        ]
+        cautions += [
             f"  Caution: {candidate.label}, {response.shaking.name}, {response.level_text}: {sentence}"
             for candidate, response in self.every
             for sentence in response.cautions

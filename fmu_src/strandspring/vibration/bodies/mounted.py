@@ -161,6 +161,9 @@ class MountAxis:
     damping : float             Of the viscous damper [N s/m].
     stops : Stops or None
     model : str                 Where the spring comes from, for people.
+    rated_load : float          Static force that one spring may carry [N]; infinite where none is stated.
+    stated_amplitude : float or None   Of the one loop of which a catalogue states stiffness and damping [m]; None where
+                                the spring was identified from records.
 
     Raises
     ------
@@ -175,6 +178,8 @@ class MountAxis:
     damping: float = 0.0
     stops: Stops | None = None
     model: str = ""
+    rated_load: float = math.inf
+    stated_amplitude: float | None = None
 
     def __post_init__(self) -> None:
         _check_direction(self.direction, "the direction of an axis")
@@ -194,6 +199,41 @@ class MountAxis:
 
 
 @dataclass(frozen=True)
+class Tolerance:
+    """Scatter of mounts of one type about the mount described, each uniform between 1 - share and 1 + share.
+
+    Parameters
+    ----------
+    stiffness : float     Share of the elastic force FE.
+    friction : float      Share of the hysteretic force kappa_omega.
+    batch : bool          Whether all mounts of the type are alike; else each is another.
+
+    Raises
+    ------
+    MountedSystemError    If a share is not within [0, 1).
+    """
+
+    stiffness: float
+    friction: float
+    batch: bool = False
+
+    def __post_init__(self) -> None:
+        for name, share in (("stiffness", self.stiffness), ("friction", self.friction)):
+            if not 0.0 <= share < 1.0:
+                raise MountedSystemError(f"The tolerance of `{name}` must be a share within [0, 1), got {share!r}.")
+
+
+def scaled(spring: SpringParameters, stiffness: float, friction: float) -> SpringParameters:
+    """A spring with its elastic force times one factor, and its hysteretic force times another, both > 0."""
+    return replace(
+        spring,
+        kE=tuple(stiffness * coefficient for coefficient in spring.kE),
+        FE_forces=tuple(stiffness * force for force in spring.FE_forces),
+        kappa_omega=friction * spring.kappa_omega,
+    )
+
+
+@dataclass(frozen=True)
 class Mount:
     """A mount: one to three axes between a body and the base or another body.
 
@@ -204,6 +244,8 @@ class Mount:
     place : Vector                 Where it acts, in the nominal pose [m].
     axes : tuple of MountAxis
     support : int                  Number of the body it stands on, or BASE.
+    type_name : str                Of its mount type; "" if it has none.
+    tolerance : Tolerance or None  Scatter from mount to mount; None if none is stated.
 
     Raises
     ------
@@ -215,6 +257,8 @@ class Mount:
     place: Vector
     axes: tuple[MountAxis, ...]
     support: int = BASE
+    type_name: str = ""
+    tolerance: Tolerance | None = None
 
     def __post_init__(self) -> None:
         _check_place(self.place, f"the place of mount {self.name}")

@@ -14,9 +14,11 @@ from scipy.spatial.transform import Rotation
 from ...core.parameters import SpringParameters
 from ...core.spline import Elastic
 from ...errors import MountedSystemError
+from ...ground.quoting import printable
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
 from ..bodies.mounted import MountAxis, Stops, Vector
+from .catalogue_table import catalogue_spring
 from .system_tables import AxisTable, MountTypeTable, StopsTable, SystemTable
 from .table_types import located
 
@@ -51,7 +53,7 @@ def _unrotated(name: str, table: MountTypeTable, models: Models) -> tuple[MountA
     axes = []
     for k, axis in enumerate(table.axes):
         with located("mount_type", name, "axes", k):
-            axes.append(_axis(axis, models[axis.model]))
+            axes.append(_axis(axis, name, models))
     directions = np.array([axis.direction for axis in axes])
     if np.abs(directions @ directions.T - np.eye(len(axes))).max() > 1e-6:
         raise MountedSystemError(
@@ -61,8 +63,8 @@ def _unrotated(name: str, table: MountTypeTable, models: Models) -> tuple[MountA
     return tuple(axes)
 
 
-def _axis(table: AxisTable, model: ModelFile) -> MountAxis:
-    spring = model.parameters
+def _axis(table: AxisTable, type_name: str, models: Models) -> MountAxis:
+    spring, source = _spring(table, type_name, models)
     if table.nominal is not None and table.preload is not None:
         raise MountedSystemError("must have either `preload` or `nominal`, got both; leave one out.")
     if table.nominal is not None:
@@ -77,8 +79,23 @@ def _axis(table: AxisTable, model: ModelFile) -> MountAxis:
         table.series,
         table.damping,
         None if table.stops is None else _stops(table.stops, nominal),
-        table.model,
+        source,
+        math.inf if table.rated_load is None else table.rated_load,
+        None if table.catalogue is None else table.catalogue.amplitude,
     )
+
+
+def _spring(table: AxisTable, type_name: str, models: Models) -> tuple[SpringParameters, str]:
+    """The spring of an axis, and where it comes from."""
+    if (table.model is None) == (table.catalogue is None):
+        raise MountedSystemError(
+            "must have either `model`, a model file, or `catalogue`, what a vendor states; give one of them."
+        )
+    if table.catalogue is None:
+        return models[table.model or ""].parameters, table.model or ""
+    with located("catalogue"):
+        spring = catalogue_spring(table.catalogue)
+    return spring, f"catalogue values of {printable(table.catalogue.source) or type_name}, {table.direction.text}"
 
 
 def _stops(table: StopsTable, nominal: float) -> Stops:

@@ -9,7 +9,18 @@ from functools import partial
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ...ground.tables import suggestion
-from ..bodies.mounted import BASE, MOST_AXES, Matrix, MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody
+from ..bodies.mounted import (
+    BASE,
+    MOST_AXES,
+    Matrix,
+    MotionKind,
+    Mount,
+    MountAxis,
+    MountedSystem,
+    Point,
+    RigidBody,
+    Tolerance,
+)
 from ..verdicts.verdicts import FigureKind, Limits
 from .described_mounts import Models, rotated_axes
 from .system_tables import (
@@ -48,7 +59,8 @@ def model_paths(table: SystemTable) -> dict[str, tuple[str | int, ...]]:
     places: dict[str, tuple[str | int, ...]] = {}
     for name, mount_type in table.mount_type.items():
         for k, axis in enumerate(mount_type.axes if name in used else ()):
-            places.setdefault(axis.model, ("mount_type", name, "axes", k, "model"))
+            if axis.model is not None:
+                places.setdefault(axis.model, ("mount_type", name, "axes", k, "model"))
     return places
 
 
@@ -232,10 +244,12 @@ def _mounts(
                 f"`rotate` must be one rotation or one for each of the {len(places)} places, got {len(rotations)}."
             )
     name = replaced.get(table.type, table.type)
+    scatter = whole.mount_type[name].tolerance
+    tolerance = Tolerance(scatter.stiffness, scatter.friction, scatter.batch) if scatter else None
     mounts = []
     for mount_name, place, rotation in zip(_names_of_mounts(table), places, rotations, strict=True):
         turn = () if rotation is None else tuple(rotation.angle * component for component in rotation.about.vector)
         axes = axes_of(name, turn)
         with located("mount", k):
-            mounts.append(Mount(mount_name, body, place or (0.0, 0.0, 0.0), axes, support))
+            mounts.append(Mount(mount_name, body, place or (0.0, 0.0, 0.0), axes, support, name, tolerance))
     return mounts

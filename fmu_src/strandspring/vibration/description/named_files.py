@@ -113,7 +113,8 @@ def _given(held: Held | str) -> Held:
 
 def named_models(content: Mapping[str, Any]) -> Iterator[str]:
     """Model files that a valid description names, also of mount types that nothing uses."""
-    return (axis["model"] for mount_type in content["mount_type"].values() for axis in mount_type["axes"])
+    axes = (axis for mount_type in content["mount_type"].values() for axis in mount_type["axes"])
+    return (axis["model"] for axis in axes if "model" in axis)
 
 
 def named_records(content: Mapping[str, Any]) -> Iterator[str]:

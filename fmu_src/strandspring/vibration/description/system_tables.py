@@ -17,6 +17,7 @@ from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from ..verdicts.draws import DRAWS, LEAST_DRAWS
 from . import quantity_text as q
 from .case_tables import AnyCase
+from .catalogue_table import CatalogueTable, StatedForce, ToleranceTable
 from .table_types import (
     AccelerationVector,
     Angle,
@@ -143,7 +144,9 @@ class AxisTable(StrictTable):
     direction: NamedDirection = Field(
         description="In the mount's frame: where the body moves as the spring's displacement grows."
     )
-    model: FilePath = Field(description="Model file of one spring, from the folder of this file.")
+    model: FilePath | None = Field(None, description="Model file of one spring, from the folder of this file.")
+    catalogue: CatalogueTable | None = None
+    rated_load: StatedForce | None = Field(None, description="Largest static force of one spring, as its maker states.")
     parallel: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     series: Annotated[int, Field(ge=1, le=1_000_000)] = 1
     preload: Force | None = Field(
@@ -160,6 +163,7 @@ class MountTypeTable(StrictTable):
     """One to three axes, perpendicular to each other."""
 
     axes: list[AxisTable] = Field(min_length=1, max_length=3)
+    tolerance: ToleranceTable | None = None
 
 
 class RotationTable(StrictTable):

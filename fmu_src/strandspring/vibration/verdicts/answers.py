@@ -19,6 +19,7 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, simulate_case
 from .case_cautions import Caution, case_cautions, system_cautions, widened
+from .catalogue_cautions import catalogue_cautions, overloads, swings_apart
 from .courses import Courses, courses
 from .draws import DrawnRun, Draws, Unknowns, drawn_case, ranges, shares_beyond
 from .figures import CaseFigures
@@ -102,12 +103,12 @@ def answer_candidate(
     name: str, system: MountedSystem, models: Mapping[str, ModelFile], unknowns: Unknowns
 ) -> CandidateAnswer:
     """Static pose and modes of a candidate."""
-    cautions = (*system_cautions(system, models), *unknowns.springs.missing)
+    cautions = (*system_cautions(system, models), *catalogue_cautions(system), *unknowns.springs.missing)
     try:
         static = static_answer(system, unknowns)
     except MountedSystemError as problem:
         return CandidateAnswer(name, system, None, cautions, str(problem))
-    return CandidateAnswer(name, system, static, (*cautions, *static.refusals))
+    return CandidateAnswer(name, system, static, (*cautions, *overloads(system, static), *static.refusals))
 
 
 def answer_case(
@@ -149,6 +150,7 @@ def answer_case(
     uses = tuple(RangeUse.from_run(known.laws, run) for run in runs)
     cautions = (
         *case_cautions(system, case, runs, uses, limits.of_all.get(FigureKind.TILT)),
+        *swings_apart(system, uses),
         *(drawn.cautions if drawn else ()),
     )
     exhaustive = unknowns.is_exhaustive(system, case)

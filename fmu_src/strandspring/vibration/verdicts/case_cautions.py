@@ -53,6 +53,7 @@ class CautionKind(Enum):
     SETTLING = "settling"
     FALL = "fall"
     UNITS = "units"
+    CATALOGUE = "catalogue"
 
 
 @dataclass(frozen=True)

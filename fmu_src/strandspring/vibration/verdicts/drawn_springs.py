@@ -1,7 +1,8 @@
-"""Systems with springs drawn from the uncertainty of their model files.
+"""Systems with springs drawn from the uncertainty of their model files, and from the scatter of their mounts.
 
-Springs of one model file are drawn as one, which is the uncertainty of the identification and not the scatter from
-mount to mount; those of different files independently. A draw depends on the spring, the seed and its number alone, so
+Springs of one model file are drawn as one, which is the uncertainty of the identification; those of different files
+independently. The scatter from mount to mount is a `Tolerance`: factors on all springs of a mount, drawn for each mount
+or for all of one type. A draw depends on the spring, the seed and its number alone, so
 that it is the same in every candidate and at every grid point. A drawn spring begins at the nominal displacement of the
 identified one.
 """
@@ -11,13 +12,15 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
-from ..bodies.mounted import MountedSystem
+from ..bodies.mounted import Mount, MountedSystem, scaled
 
 _APART = 2**32  # from the draws of one spring to those of the next
 _STREAM_BYTES = 8
@@ -41,7 +44,8 @@ class Drawn:
         """Of a system."""
         names: dict[SpringParameters, str] = {}
         for _, axis in system.axes():
-            names.setdefault(axis.spring, axis.model)
+            if axis.stated_amplitude is None:  # of a catalogue, of which other cautions tell
+                names.setdefault(axis.spring, axis.model)
         spreads, missing = {}, []
         for spring, name in names.items():
             model = models.get(name)
@@ -53,6 +57,10 @@ class Drawn:
             except ModelError as problem:
                 missing.append(f"{name or 'A spring'} is taken as known in all draws: {problem}")
         return cls(spreads, tuple(missing))
+
+    def has_any(self, system: MountedSystem) -> bool:
+        """Whether any spring or mount of a system is drawn."""
+        return bool(self.spreads) or any(mount.tolerance is not None for mount in system.mounts)
 
     def system(self, system: MountedSystem, seed: int, number: int) -> MountedSystem:
         """A system with the springs of one draw.
@@ -68,10 +76,28 @@ class Drawn:
             spread, stream = self.spreads[spring]
             return spread.draw(spring, seed, number + stream * _APART)
 
-        return system.with_springs(change)
+        drawn = system.with_springs(change)
+        mounts = tuple(_scattered(mount, seed, number) for mount in drawn.mounts)
+        return drawn if mounts == drawn.mounts else replace(drawn, mounts=mounts)
+
+
+def _scattered(mount: Mount, seed: int, number: int) -> Mount:
+    """A mount with the factors of one draw on its springs."""
+    tolerance = mount.tolerance
+    if tolerance is None:
+        return mount
+    key = f"type {mount.type_name}" if tolerance.batch else f"mount {mount.name}"
+    generator = np.random.default_rng((seed, number, _number_of(key)))
+    stiffness, friction = 1.0 + np.array([tolerance.stiffness, tolerance.friction]) * generator.uniform(-1.0, 1.0, 2)
+    axes = (replace(axis, spring=scaled(axis.spring, float(stiffness), float(friction))) for axis in mount.axes)
+    return replace(mount, axes=tuple(axes))
 
 
 def _stream(spring: SpringParameters) -> int:
     """A number of its own for each spring."""
-    digest = hashlib.sha256(json.dumps(spring.as_dict()).encode("utf-8")).digest()
+    return _number_of(json.dumps(spring.as_dict()))
+
+
+def _number_of(text: str) -> int:
+    digest = hashlib.sha256(text.encode("utf-8")).digest()
     return int.from_bytes(digest[:_STREAM_BYTES], "big")

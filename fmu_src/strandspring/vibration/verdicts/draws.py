@@ -69,13 +69,13 @@ class Unknowns:
 
     def is_exhaustive(self, system: MountedSystem, case: LoadCase) -> bool:
         """Whether all that can be is run, and not a sample of it."""
-        return self._combinations(system) <= self.draws and not (self.springs.spreads or case.is_random)
+        return self._combinations(system) <= self.draws and not (self.springs.has_any(system) or case.is_random)
 
     def count(self, system: MountedSystem, case: LoadCase | None = None) -> int:
         """How many draws there are of a load case, or of static equilibria alone."""
         if case is not None and case.is_random:
             return max(LEAST_DRAWS, self.draws // _RANDOM_SHARE)
-        if self.springs.spreads:
+        if self.springs.has_any(system):
             return self.draws
         return 0 if self.rest_omega is not None else min(self.draws, self._combinations(system))
 

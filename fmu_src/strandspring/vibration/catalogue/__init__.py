@@ -1,0 +1,1 @@
+"""Springs of which a catalogue states stiffness and damping, where no loops were recorded."""
