@@ -9,7 +9,8 @@
 enum {
     NEWTON_STEPS = 40,
     HALVINGS = 8,    /* of a step of Newton's method */
-    SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
+    SWEEP_PARTS = 32, /* of the way to the next wanted frequency, at the finest */
+    STROKES = 2       /* that are added to the Jacobian together */
 };
 
 static const double STILL = 1e-9;           /* of the largest motion: what moves less has its tangent stiffness */
@@ -39,7 +40,7 @@ typedef struct {
     double *stiffness, *damping;           /* dr/dq and dr/dq' of the forces r, D*D rows of K [N/m] */
     double *is_coupled;                    /* D*D: whether they are anything but 0 */
     double *damped;                        /* forces of the dampers over Omega, D rows of K [N s] */
-    double *column, *row, *turned;         /* D*N each */
+    double *columns, *lines;               /* STROKES rows of D*N each */
     int is_bent;                           /* whether any second derivative is not 0 */
     double *product;                       /* N rows of N */
     SpringPeriod period;
@@ -65,7 +66,7 @@ size_t balance_workspace(const BalancedSystem *system)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
     size_t degrees = system->degrees, balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS;
-    return 2 * (balance + degrees * samples) + 8 * size + size * size + system->axes * (count + 1) +
+    return 2 * (balance + degrees * samples) + (5 + 2 * STROKES) * size + size * size + system->axes * (count + 1) +
            degrees * (5 * samples + count * count) + degrees * degrees * (2 * samples + 1) + count * count +
            samples * (7 + count) + spans_room(&system->basis) + fourier_room(&system->basis) +
            spring_periodic_workspace(system->basis.harmonics, samples);
@@ -118,9 +119,8 @@ static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
         .damping = linear_taken(&workspace, degrees * signals),
         .is_coupled = linear_taken(&workspace, degrees * degrees),
         .damped = linear_taken(&workspace, signals),
-        .column = linear_taken(&workspace, size),
-        .row = linear_taken(&workspace, size),
-        .turned = linear_taken(&workspace, size),
+        .columns = linear_taken(&workspace, STROKES * size),
+        .lines = linear_taken(&workspace, STROKES * size),
         .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
         .product = linear_taken(&workspace, count * count),
         .period = {.displacement = linear_taken(&workspace, samples),
@@ -324,50 +324,75 @@ static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, 
     }
 }
 
-/* Adds to the Jacobian what an axis remembers from the beginning of a stroke. */
-static void add_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room, double *jacobian)
+/* Fills column and row of a stroke, whose product is what the forces owe to its beginning. */
+static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room, double *column,
+                        double *row)
 {
     const FourierBasis *basis = &system->basis;
-    size_t count = fourier_size(basis), samples = basis->samples, size = motion_size(system), degrees = system->degrees;
+    size_t count = fourier_size(basis), degrees = system->degrees;
     const double *inherited = room->period.inherited + stroke * count;
-    const Span *spans = room->period.spans + 2 * stroke;
-    double scale = 2.0 / (double)samples, *turned = room->turned;
-    memset(turned, 0, size * sizeof *turned);
-    for (size_t k = 0; room->is_bent && k < degrees; k++)
-        for (size_t i = 0; i < count; i++)
-            add_signal(count, inherited[i], room->products + (k * count + i) * count, turned + k * count);
-    memset(room->column, 0, size * sizeof *room->column);
-    memset(room->row, 0, size * sizeof *room->row);
+    double *projected = room->fourier, *turned = projected + count, *turned_row = turned + count;
+    memset(projected, 0, count * sizeof *projected);
+    for (size_t i = 2 * stroke; i < 2 * stroke + 2; i++)
+        fourier_add_sums(basis, room->period.memory, room->period.spans[i], basis->harmonics, projected,
+                         projected + basis->harmonics);
+    for (size_t i = 0; i < count; i++)
+        projected[i] *= (i ? 2.0 : 1.0) / (double)basis->samples;
     for (size_t d = 0; d < degrees; d++) {
-        if (is_apart(system, m, d))
-            continue;
-        double *column = room->column + d * count, *row = room->row + d * count;
-        for (int i = 0; i < 2; i++) {
-            for (size_t j = spans[i].from; j < spans[i].to; j++)
-                room->fourier[j] = room->period.memory[j] * room->gradient[d * samples + j];
-            fourier_add_sums(basis, room->fourier, spans[i], basis->harmonics, column, column + basis->harmonics);
-        }
-        for (size_t i = 0; i < count; i++)
-            column[i] *= i ? scale : 0.5 * scale;
-        add_signal(count, system->along[m * degrees + d], inherited, row);
-        bend(system, bend_of(system, m, d), count, turned, row);
+        double along = system->along[m * degrees + d];
+        add_signal(count, along, projected, column + d * count);
+        add_signal(count, along, inherited, row + d * count);
     }
-    for (size_t i = 0; i < size; i++)
-        if (room->column[i] != 0.0)
-            add_signal(size, room->column[i], room->row, jacobian + i * size);
+    for (size_t k = 0; k < degrees; k++) {
+        const double *bent = bend_of(system, m, k), *product = room->products + k * count * count;
+        if (is_zero(degrees, bent))
+            continue;
+        memset(turned_row, 0, count * sizeof *turned_row);
+        for (size_t i = 0; i < count; i++) {
+            turned[i] = fourier_dot(count, product + i * count, projected);
+            add_signal(count, inherited[i], product + i * count, turned_row);
+        }
+        for (size_t d = 0; d < degrees; d++)
+            if (bent[d] != 0.0) {
+                add_signal(count, bent[d], turned, column + d * count);
+                add_signal(count, bent[d], turned_row, row + d * count);
+            }
+    }
+}
+
+/* Adds to the Jacobian what the forces owe to the beginnings of the strokes of an axis. */
+static void add_strokes(const BalancedSystem *system, size_t m, size_t strokes, BalanceRoom *room, double *jacobian)
+{
+    size_t count = fourier_size(&system->basis), size = motion_size(system), degrees = system->degrees;
+    for (size_t first = 0; first < strokes; first += STROKES) {
+        memset(room->columns, 0, STROKES * size * sizeof *room->columns);
+        memset(room->lines, 0, STROKES * size * sizeof *room->lines);
+        for (size_t k = 0; k < STROKES && first + k < strokes; k++)
+            take_stroke(system, m, first + k, room, room->columns + k * size, room->lines + k * size);
+        for (size_t d = 0; d < degrees; d++)
+            for (size_t e = 0; e < degrees; e++) {
+                if (is_apart(system, m, d) || is_apart(system, m, e))
+                    continue;
+                const double *first_line = room->lines + e * count, *second_line = first_line + size;
+                for (size_t i = d * count; i < (d + 1) * count; i++) {
+                    double a = room->columns[i], b = room->columns[size + i];
+                    double *row = jacobian + i * size + e * count;
+                    for (size_t j = 0; j < count; j++)
+                        row[j] += a * first_line[j] + b * second_line[j];
+                }
+            }
+    }
 }
 
 /* ---- one balance ---- */
 
-/* Adds a product with a signal to the block of a coordinate's force by another coordinate, or by its derivative. */
-static void add_block(const BalancedSystem *system, const double *signal, int by_rate, size_t d, size_t e,
-                      BalanceRoom *room, double *jacobian)
+/* Adds a product, by another coordinate or by its derivative, to the block of a coordinate's force. */
+static void add_block(const BalancedSystem *system, const double *product, int by_rate, size_t d, size_t e,
+                      double *jacobian)
 {
     size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = motion_size(system);
-    fourier_product(&system->basis, signal, room->product, room->fourier);
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count; i++, product += count) {
         double *row = jacobian + (d * count + i) * size + e * count;
-        const double *product = room->product + i * count;
         if (!by_rate)
             add_signal(count, 1.0, product, row);
         for (size_t k = 1; by_rate && k <= harmonics; k++) {
@@ -375,6 +400,26 @@ static void add_block(const BalancedSystem *system, const double *signal, int by
             row[k] -= (double)k * product[harmonics + k];
         }
     }
+}
+
+/* Adds the derivatives of the forces by the coordinates, which are symmetric without dampers, and by their rates. */
+static void add_couplings(const BalancedSystem *system, int has_dampers, BalanceRoom *room, double *jacobian)
+{
+    size_t degrees = system->degrees, samples = system->basis.samples;
+    for (size_t d = 0; d < degrees; d++)
+        for (size_t e = has_dampers ? 0 : d; e < degrees; e++) {
+            size_t pair = d * degrees + e;
+            if (room->is_coupled[pair] == 0.0)
+                continue;
+            fourier_product(&system->basis, room->stiffness + pair * samples, room->product, room->fourier);
+            add_block(system, room->product, 0, d, e, jacobian);
+            if (!has_dampers && d != e)
+                add_block(system, room->product, 0, e, d, jacobian);
+            if (!has_dampers)
+                continue;
+            fourier_product(&system->basis, room->damping + pair * samples, room->product, room->fourier);
+            add_block(system, room->product, 1, d, e, jacobian);
+        }
 }
 
 /* Adds inertia to the forces on a coordinate, those of the axes being there; returns the largest term that moves. */
@@ -415,8 +460,7 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
         size_t strokes = axis_force(&system->axis[m], basis, room->moved + m * count,
                                     room->sizes[m] <= STILL * largest, room, figures);
         take_gradient(system, m, room);
-        for (size_t k = 0; k < strokes; k++)
-            add_stroke(system, m, k, room, balance->jacobian);
+        add_strokes(system, m, strokes, room, balance->jacobian);
         if (system->axis[m].damping != 0.0) {
             has_dampers = 1;
             add_damper(system, m, frequency, room);
@@ -426,6 +470,7 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
         figures[3] = 2.0 / (double)samples * cosines[1];
         figures[4] = 2.0 / (double)samples * sines[1];
     }
+    add_couplings(system, has_dampers, room, balance->jacobian);
     balance->scale = 0.0;
     for (size_t d = 0; d < degrees; d++) {
         const double *forcing = system->forcing + d;
@@ -433,14 +478,6 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
         double amplitude = forcing[0] + by_square + by_inverse;
         fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
         fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
-        for (size_t e = 0; e < degrees; e++) {
-            size_t pair = d * degrees + e;
-            if (room->is_coupled[pair] == 0.0)
-                continue;
-            add_block(system, room->stiffness + pair * samples, 0, d, e, room, balance->jacobian);
-            if (has_dampers)
-                add_block(system, room->damping + pair * samples, 1, d, e, room, balance->jacobian);
-        }
         balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;

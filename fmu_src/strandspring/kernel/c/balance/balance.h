@@ -7,8 +7,8 @@
  *     -m*(k*Omega)^2*q_k + sum of [g*(P*r + c*d' + stop)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
  * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. Forces are taken in time, where a whole period of a spring follows at once,
- * and brought back by their projection. Newton's method solves the balance with its Jacobian, which is exact but for
- * harmonics of d above H where H is not 0: they are left out of d alone.
+ * and brought back by their projection. Newton's method solves the balance with its Jacobian, which is exact where
+ * the second derivatives H are 0, and elsewhere but for products of them with harmonics above H.
  *
  * Coefficients of motions and forces are D rows of N. */
 #ifndef BALANCE_H
