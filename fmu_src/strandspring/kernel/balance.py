@@ -19,7 +19,7 @@ from .periodic import FourierBasis
 from .structures import constants, structures
 
 _ANY_OMEGA = 0.5  # where the first search for the hysteresis of a period begins
-_OF_SYSTEM = ("along", "damping", "stiffness", "load", "forcing")
+_OF_SYSTEM = ("along", "bend", "load", "forcing")
 
 
 class BalancedMotion(NamedTuple):
@@ -30,7 +30,7 @@ class BalancedMotion(NamedTuple):
     z : ndarray, shape (D*N,)       Fourier coefficients of the coordinates, one coordinate after the other [m].
     figures : ndarray, shape (M, 5)   Of each axis: lowest and highest displacement of one spring [m], its omega at
                                     phase 0 [-], first harmonic of the axis' force, cosine and sine [N].
-    force : ndarray, shape (D, K)   What the axes' forces, without dampers, are on the coordinates [N].
+    force : ndarray, shape (D, K)   What the axes' forces are on the coordinates [N].
     """
 
     z: FloatArray
@@ -79,7 +79,7 @@ class BalancedSystem:
     basis : FourierBasis
     mass : float                             Of each coordinate [kg].
     along : ndarray, shape (M, D)            Displacement of each axis by the coordinates.
-    damping, stiffness : ndarray, shape (D, D)   Of dampers [N s/m], and besides that of the axes [N/m].
+    bend : ndarray, shape (M, D, D)          Second derivatives of that [1/m].
     load : ndarray, shape (D,)               Static forces [N].
     forcing : ndarray, shape (3, D)          F_0 [N], F_1 [N s^2] and F_2 [N/s^2] of the forces
                                              (F_0 + F_1*Omega^2 + F_2/Omega^2)*cos(Omega*t) in the coordinates.
@@ -91,8 +91,7 @@ class BalancedSystem:
     basis: FourierBasis
     mass: float
     along: FloatArray
-    damping: FloatArray
-    stiffness: FloatArray
+    bend: FloatArray
     load: FloatArray
     forcing: FloatArray
     level_text: str

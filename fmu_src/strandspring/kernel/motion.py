@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from ctypes import Structure, addressof, byref
 from dataclasses import dataclass
 
@@ -146,7 +146,8 @@ class MotionSolver:
         omega : ndarray, shape (A,)         Of each axis' springs at the beginning.
         settled : int                       The step from which means are taken.
         """
-        return self._run(channels, values, step, (gravity, pose, omega, velocity), settled)
+        system, state = self._begun(channels, (gravity, pose, omega, velocity))
+        return self._run(system, state, values, step, settled)
 
     def run_with_histories(
         self,
@@ -161,28 +162,64 @@ class MotionSolver:
         stride: int = 1,
     ) -> tuple[MotionFigures, Histories]:
         """The same motion as `run` with its histories, of which a row is kept every `stride` steps."""
-        rows = values.shape[1] // stride + 1
-        shapes = ((rows, self.points, 3), (rows, self.points, 3), (rows, self.axes), (rows, self.axes))
-        histories = [np.zeros(shape) for shape in shapes]
-        figures = self._run(channels, values, step, (gravity, pose, omega, velocity), settled, stride, histories)
-        time = floats(step * stride * np.arange(figures.steps // stride + 1))
-        return figures, Histories(time, *(history[: time.size] for history in histories))
+        system, state = self._begun(channels, (gravity, pose, omega, velocity))
+        return self._with_histories(system, state, values, step, settled, stride)
 
-    def _run(
+    def repeated(
         self,
         channels: NDArray[np.void],
         values: FloatArray,
         step: float,
-        beginning: Sequence[FloatArray],
+        gravity: FloatArray,
+        pose: FloatArray,
+        omega: FloatArray,
+        momenta: FloatArray,
+        stride: int = 1,
+    ) -> Iterator[Histories]:
+        """Histories of one period after the other under the same channel values, until the motion diverges.
+
+        Parameters
+        ----------
+        momenta : ndarray, shape (B, 6)   At the beginning: V and L of motion.h [m/s], [kg m^2/s]; the others as of
+                                          `run_with_histories`.
+        """
+        system, state = self._begun(channels, (gravity, pose, omega, np.zeros(3)))
+        state.set_momenta(momenta)
+        done = values.shape[1]
+        while done == values.shape[1]:
+            figures, histories = self._with_histories(system, state, values, step, 0, stride)
+            done = figures.steps
+            yield histories
+
+    def _with_histories(
+        self, system: Structure, state: _State, values: FloatArray, step: float, settled: int, stride: int
+    ) -> tuple[MotionFigures, Histories]:
+        rows = values.shape[1] // stride + 1
+        shapes = ((rows, self.points, 3), (rows, self.points, 3), (rows, self.axes), (rows, self.axes))
+        histories = [np.zeros(shape) for shape in shapes]
+        figures = self._run(system, state, values, step, settled, stride, histories)
+        time = floats(step * stride * np.arange(figures.steps // stride + 1))
+        return figures, Histories(time, *(history[: time.size] for history in histories))
+
+    def _begun(self, channels: NDArray[np.void], beginning: Sequence[FloatArray]) -> tuple[Structure, _State]:
+        """The system under its channels, and its state at the beginning: gravity, pose, omega and velocity."""
+        arrays = [floats(array) for array in beginning]
+        system, state = self._system(channels), _State(self)
+        library().motion_begin(byref(system), state.address, *map(address, arrays))
+        return system, state
+
+    def _run(
+        self,
+        system: Structure,
+        state: _State,
+        values: FloatArray,
+        step: float,
         settled: int,
         stride: int = 1,
         histories: Sequence[FloatArray] = (),
     ) -> MotionFigures:
-        """A run from gravity, pose, omega and velocity, which fills the histories."""
+        """A run from a state, which goes on, and fills the histories."""
         values = floats(values)
-        arrays = [floats(array) for array in beginning]
-        system, state = self._system(channels), _State(self)
-        library().motion_begin(byref(system), state.address, *map(address, arrays))
         of_points = np.zeros((self.points, constants()["MOTION_OF_POINT"]))
         of_axes = np.zeros((self.axes, constants()["MOTION_OF_AXIS"]))
         of_bodies = np.zeros((self.bodies, constants()["MOTION_OF_BODY"]))
@@ -221,3 +258,7 @@ class _State:
     def address(self) -> int:
         """Where the kernel finds it; valid while it lives."""
         return addressof(self._memory)
+
+    def set_momenta(self, momenta: FloatArray) -> None:
+        """Let the bodies move with V and L, shape (B, 6)."""
+        self._parts["body"]["V"], self._parts["body"]["L"] = momenta[:, :3], momenta[:, 3:]

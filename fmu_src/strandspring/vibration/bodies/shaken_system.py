@@ -1,8 +1,8 @@
-"""Harmonic balance of rigid bodies on mounts, for small rotations about static equilibrium.
+"""Harmonic balance of rigid bodies on mounts, to second order in their rotations from static equilibrium.
 
 The coordinates are the D free ones of the bodies (`small_motion`), on which the axes of the mounts act (see
-`kernel/c/balance.h`). Beside them stand the weight and the geometric stiffness of the forces at rest: what is left out
-is of second order in the rotations and in the turning of what vibrates.
+`kernel/c/balance/balance.h`). What is left out is of third order in the rotations, and of second where the base turns
+or a force turns with its body.
 """
 
 from __future__ import annotations
@@ -53,6 +53,7 @@ class ShakenSystem:
             parallel=laws.parallel,
             series=laws.series,
             position=motion.springs,
+            damping=[axis.damping for _, axis in system.axes()],
             stop_low=laws.stop_low,
             stop_high=laws.stop_high,
             stop_stiffness=laws.stop_stiffness,
@@ -65,13 +66,13 @@ class ShakenSystem:
             basis=fourier_basis(HARMONICS, SAMPLES),
             mass=motion.mass,
             along=motion.along,
-            damping=motion.damping,
-            stiffness=motion.geometric(laws.forces(motion.springs, np.zeros(len(springs)))),
+            bend=motion.bend,
             load=motion.weight,
             forcing=forcing(shaking.kind, level, *shaking.forcing(motion)),
             level_text=shaking.level_text(level),
         )
-        self.linear_motion = partial(linear_motion, self.balance, laws.tangents(motion.springs))
+        forces = laws.forces(motion.springs, np.zeros(len(springs)))
+        self.linear_motion = partial(linear_motion, self.balance, laws.tangents(motion.springs), forces)
 
     @property
     def moves(self) -> bool:

@@ -26,6 +26,7 @@ from ..one_mass.harmonic_balance import (
     displacements,
     first_beyond,
     first_harmonics,
+    rates,
     stacked,
 )  # fmt: skip
 from ..one_mass.response import checked_band, isolation_frequency
@@ -38,7 +39,6 @@ from .small_motion import Pose
 BoolArray = NDArray[np.bool_]
 
 DIRECTIONS = ("x", "y", "z")
-_REFINED = 2e-3  # of ln(frequency): another peak so near is the same
 _LARGE_TILT = math.radians(5.0)  # sines of half of it and more are no longer small
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
 
@@ -214,22 +214,24 @@ def system_response(
         )
     motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band, advance))
     _check_ranges(shaken, motions)
-    motions = _with_peaks(shaken, motions)
+    moved = _MovedPoints(shaken)
+    gains = _Gains(shaken, moved)
+    motions = _with_peaks(shaken, gains, motions)
     _check_ranges(shaken, motions)
-    return _response(shaken, motions)
+    return _response(shaken, moved, gains, motions)
 
 
-def _with_peaks(shaken: ShakenSystem, motions: list[SteadyMotion]) -> list[SteadyMotion]:
+def _with_peaks(shaken: ShakenSystem, gains: _Gains, motions: list[SteadyMotion]) -> list[SteadyMotion]:
     """The motions with more of them about the largest gain of each point in each direction."""
-    peaks = np.abs(_gains(shaken, motions)).max(axis=0)
-    refined: list[float] = []
+    peaks = np.abs(gains(motions)).max(axis=0)
     for p, k in np.argwhere(peaks >= _OF_LARGEST * peaks.max(axis=1, keepdims=True)).tolist():
-        measure = partial(_gain, shaken, p, k)
-        peak = motions[int(np.argmax(measure(motions)))].log
-        if all(abs(peak - other) > _REFINED for other in refined):
-            motions = refine_peak(shaken.balance, motions, measure)
-            refined.append(motions[int(np.argmax(measure(motions)))].log)
+        motions = refine_peak(shaken.balance, motions, partial(_gain, gains, p, k))
     return motions
+
+
+def _gain(gains: _Gains, point: int, direction: int, motions: list[SteadyMotion]) -> FloatArray:
+    """The absolute gain of one point in one direction, shape (F,)."""
+    return np.abs(gains(motions)[:, point, direction])
 
 
 def _check_ranges(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> None:
@@ -247,57 +249,95 @@ def _check_ranges(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> None
     )
 
 
-def _gains(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> ComplexArray:
-    """`SystemResponse.gain`."""
-    moved, carried = _moved(shaken)
-    omega, z = stacked(shaken.balance, motions)
-    relative = np.einsum("pkd,fd->fpk", moved, first_harmonics(z))
-    if shaken.shaking.kind is Excitation.FORCE:
-        return np.asarray(relative / shaken.level)
-    base = shaken.shaking.kind.base_amplitude(shaken.level, omega)
-    return np.asarray(relative / base[:, None, None] + carried)
+class _Gains:
+    """`SystemResponse.gain` of motions, each computed once.
+
+    Parameters
+    ----------
+    shaken : ShakenSystem
+    moved : _MovedPoints
+    """
+
+    def __init__(self, shaken: ShakenSystem, moved: _MovedPoints) -> None:
+        self._shaken, self._moved = shaken, moved
+        self._known: dict[SteadyMotion, ComplexArray] = {}
+
+    def __call__(self, motions: Sequence[SteadyMotion]) -> ComplexArray:
+        """Shape (F, P, 3)."""
+        unknown = [motion for motion in motions if motion not in self._known]
+        if unknown:
+            self._known.update(zip(unknown, self._computed(unknown), strict=True))
+        return np.array([self._known[motion] for motion in motions])
+
+    def _computed(self, motions: Sequence[SteadyMotion]) -> ComplexArray:
+        shaken, moved = self._shaken, self._moved
+        omega, z = stacked(shaken.balance, motions)
+        q = displacements(shaken.balance, motions)
+        wave = shaken.balance.basis.functions[1] - 1j * shaken.balance.basis.functions[1 + z.shape[2] // 2]
+        squares = (q * (wave * 2.0 / wave.size)) @ q.swapaxes(1, 2)
+        relative = np.einsum("pkd,fd->fpk", moved.along, first_harmonics(z))
+        relative = relative + 0.5 * np.tensordot(squares, moved.bend, ([1, 2], [2, 3]))
+        if shaken.shaking.kind is Excitation.FORCE:
+            return np.asarray(relative / shaken.level)
+        base = shaken.shaking.kind.base_amplitude(shaken.level, omega)
+        return np.asarray(relative / base[:, None, None] + moved.carried)
 
 
-def _moved(shaken: ShakenSystem) -> tuple[FloatArray, FloatArray]:
-    """Displacement of each point by the coordinates, shape (P, 3, D), and by a unit of the base's motion, (P, 3)."""
-    motion, points = shaken.motion, all_points(shaken.system)
-    moved = np.array([motion.point(point.body, point.place) for point in points])
-    return moved, np.array([shaken.shaking.base_motion(motion, point.body, point.place) for point in points])
+class _MovedPoints:
+    """Motion of the points by the coordinates, to second order.
+
+    Parameters
+    ----------
+    shaken : ShakenSystem
+
+    Attributes
+    ----------
+    points : tuple of Point
+    along : ndarray, shape (P, 3, D)     First derivatives of the displacement.
+    bend : ndarray, shape (P, 3, D, D)   Second derivatives [1/m].
+    carried : ndarray, shape (P, 3)      Displacement by a unit of the base's motion.
+    """
+
+    def __init__(self, shaken: ShakenSystem) -> None:
+        motion, self.points = shaken.motion, all_points(shaken.system)
+        self.along = np.array([motion.point(point.body, point.place) for point in self.points])
+        self.bend = np.array([motion.point_bend(point.body, point.place) for point in self.points])
+        self.carried = np.array([shaken.shaking.base_motion(motion, point.body, point.place) for point in self.points])
+
+    def course(self, q: FloatArray, rates: FloatArray, accelerations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Displacement and acceleration relative to the base, shape (P, 3, K), of courses of the coordinates (D, K)."""
+        bent, bent_rates = (np.tensordot(self.bend, values, 1) for values in (q, rates))
+        along = self.along[..., None]
+        displacement = ((along + 0.5 * bent) * q).sum(axis=2)
+        return displacement, ((along + bent) * accelerations + bent_rates * rates).sum(axis=2)
 
 
-def _gain(shaken: ShakenSystem, point: int, direction: int, motions: list[SteadyMotion]) -> FloatArray:
-    """The absolute gain of one point in one direction, shape (F,)."""
-    return np.abs(_gains(shaken, motions)[:, point, direction])
-
-
-def _response(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> SystemResponse:
+def _response(
+    shaken: ShakenSystem, moved: _MovedPoints, gains: _Gains, motions: Sequence[SteadyMotion]
+) -> SystemResponse:
     balance, laws, axes = shaken.balance, shaken.laws, list(shaken.system.axes())
-    omega, z = stacked(balance, motions)
+    omega, _ = stacked(balance, motions)
     figures = np.array([motion.motion.figures for motion in motions])
     low, high = figures[:, :, 0], figures[:, :, 1]
     within_low, within_high = displacement_limits(laws.low, laws.high, extrapolate=False)
-    # Of springs, stops and dampers on the base.
-    rates = 1j * omega[:, None] * first_harmonics(z) @ shaken.motion.along.T
-    forces = figures[:, :, 3] - 1j * figures[:, :, 4] + np.array([axis.damping for _, axis in axes]) * rates
     directions = np.array([axis.direction if mount.support == BASE else (0.0, 0.0, 0.0) for mount, axis in axes])
     base = -(omega**2) * shaken.shaking.kind.base_amplitude(shaken.level, omega)
-    moved, carried = _moved(shaken)
-    turned = shaken.motion.free.reshape(-1, 6, balance.degrees)[:, 3:]
     acceleration, sway, tilt = [], [], []
-    courses = zip(base, accelerations(balance, motions), displacements(balance, motions), strict=True)
-    for amplitude, of_acceleration, of_displacement in courses:
-        of_base = carried[:, :, None] * amplitude * balance.basis.functions[1]
-        acceleration.append(np.abs(np.einsum("pkd,dt->pkt", moved, of_acceleration) + of_base).max(axis=2))
-        sway.append(np.linalg.norm(np.einsum("pkd,dt->pkt", moved, of_displacement), axis=1).max(axis=1))
-        tilt.append(np.linalg.norm(np.einsum("bkd,dt->bkt", turned, of_displacement), axis=1).max(axis=1))
+    courses = (base, displacements(balance, motions), rates(balance, motions), accelerations(balance, motions))
+    for amplitude, q, *derivatives in zip(*courses, strict=True):
+        of_displacement, of_acceleration = moved.course(q, *derivatives)
+        of_base = moved.carried[:, :, None] * amplitude * balance.basis.functions[1]
+        acceleration.append(np.abs(of_acceleration + of_base).max(axis=2))
+        sway.append(np.linalg.norm(of_displacement, axis=1).max(axis=1))
+        tilt.append(np.linalg.norm(shaken.motion.rotations(q), axis=1).max(axis=1))
     return SystemResponse(
         shaking=shaken.shaking,
         level=shaken.level,
-        points=all_points(shaken.system),
+        points=moved.points,
         axes=tuple(laws.names),
         frequency=omega / (2.0 * np.pi),
-        gain=_gains(shaken, motions),
-        base_force=np.asarray(forces @ directions),
+        gain=gains(motions),
+        base_force=np.asarray((figures[:, :, 3] - 1j * figures[:, :, 4]) @ directions),
         acceleration=np.array(acceleration),
         sway=np.array(sway),
         tilt=np.array(tilt),

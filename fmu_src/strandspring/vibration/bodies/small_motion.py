@@ -11,20 +11,29 @@ and to second order by half of
     theta_B.H(n, r).theta_B + theta_A.H(n, s).theta_A + 2*(theta_A x n).(u_B - u_A + theta_B x r),
 
 with H(n, r) = (n r' + r n')/2 - (n.r)*1. A support that is the base does not move.
+
+Rotations are counted by the coordinates e of a free rotation, along which a body without moments turns steadily:
+theta = e - J^-1 (e x J e)/2 with the inertia J in the pose. To second order they leave inertia linear,
+
+    J e'' = moments,        half of e.[(w x) J - J (w x)].e/2 with w = J^-1 (r x n)
+
+being added to the second order of d. A body that turns in a plane only needs neither.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
 
 from ...kernel.arrays import FloatArray
-from .mounted import MountedSystem
+from .mounted import MotionKind, MountedSystem
 
 # Displacements of the centres of gravity, shape (B, 3) [m], and rotation matrices, shape (B, 3, 3).
 Pose: TypeAlias = tuple[FloatArray, FloatArray]
@@ -90,6 +99,11 @@ class SmallMotion:
             weight=np.ravel(gravity) @ free,
         )
 
+    @cached_property
+    def bend(self) -> FloatArray:
+        """Second derivatives of the axes' displacements by the coordinates, shape (M, D, D) [1/m]."""
+        return self._bend(_Axes.from_pose(self.system, self.pose))
+
     def geometric(self, forces: FloatArray) -> FloatArray:
         """Stiffness that the forces of the axes give by turning with the bodies and by their arms, shape (D, D) [N/m].
 
@@ -99,7 +113,8 @@ class SmallMotion:
         ----------
         forces : ndarray, shape (M,)   Of the axes in the pose [N].
         """
-        return np.asarray(self.free.T @ _Axes.from_pose(self.system, self.pose).curvature(forces) @ self.free)
+        curvatures = _Axes.from_pose(self.system, self.pose).curvatures()
+        return np.asarray(self.free.T @ np.tensordot(forces, curvatures, 1) @ self.free)
 
     def stiffness(self, of_axes: FloatArray, forces: FloatArray) -> FloatArray:
         """Stiffness matrix from the stiffness of each axis [N/m] and its force in the pose [N], shape (D, D) [N/m]."""
@@ -112,6 +127,57 @@ class SmallMotion:
     def point(self, body: int, place: Sequence[float]) -> FloatArray:
         """Displacement of a body's point, given in the nominal pose [m], by the coordinates, shape (3, D)."""
         return np.hstack([np.eye(3), -_cross(self._arm(body, place))]) @ self.free[6 * body : 6 * body + 6]
+
+    def point_bend(self, body: int, place: Sequence[float]) -> FloatArray:
+        """Second derivatives of `point` by the coordinates, shape (3, D, D) [1/m]."""
+        count, arm = len(self.system.bodies), np.tile(self._arm(body, place), (3, 1))
+        # As of three axes on the base.
+        bodies, supports = np.full(3, body), np.full(3, count)
+        return self._bend(_Axes(count, bodies, supports, np.eye(3), arm, np.zeros((3, 3)), np.zeros(3)))
+
+    def rotations(self, coordinates: FloatArray) -> FloatArray:
+        """Rotation vectors of the bodies from the pose, shape (B, 3, ...), of coordinates of shape (D, ...) [rad]."""
+        turned = np.tensordot(self.free.reshape(-1, 6, len(self.weight))[:, 3:], coordinates, 1)
+        for k, inertia in enumerate(self._inertias):
+            if inertia is not None:
+                momentum = np.tensordot(inertia, turned[k], 1)
+                bent = np.cross(turned[k], momentum, axis=0)
+                turned[k] -= 0.5 * np.tensordot(np.linalg.inv(inertia), bent, 1)
+        return np.asarray(turned)
+
+    def state(self, coordinates: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Pose and momenta of the bodies as the compiled kernel takes them, shapes (B, 7) and (B, 6); see motion.h.
+
+        Parameters
+        ----------
+        coordinates, rates : ndarray, shape (D,)   [m], [m/s].
+        """
+        moved, moving = ((self.free @ values).reshape(-1, 6) for values in (coordinates, rates))
+        poses, momenta = [], []
+        for k, (body, vector) in enumerate(zip(self.system.bodies, self.rotations(coordinates), strict=True)):
+            orientation = Rotation.from_rotvec(vector) * Rotation.from_matrix(self.pose[1][k])
+            matrix = orientation.as_matrix()
+            poses.append([*(self.pose[0][k] + moved[k, :3]), *orientation.as_quat(scalar_first=True)])
+            momenta.append([*moving[k, :3], *(matrix @ np.array(body.inertia) @ matrix.T @ moving[k, 3:])])
+        return np.array(poses), np.array(momenta)
+
+    def _bend(self, axes: _Axes) -> FloatArray:
+        """Second derivatives of the displacements of axes by the coordinates."""
+        curvatures, gradients = axes.curvatures(), axes.gradients()
+        for k, inertia in enumerate(self._inertias):
+            turned = slice(6 * k + 3, 6 * k + 6)
+            if inertia is not None:
+                bent = _cross(gradients[:, turned] @ np.linalg.inv(inertia)) @ inertia
+                curvatures[:, turned, turned] += 0.5 * (bent + bent.swapaxes(1, 2))
+        return np.asarray(self.free.T @ curvatures @ self.free)
+
+    @cached_property
+    def _inertias(self) -> list[FloatArray | None]:
+        """Of each body in the pose; None where its rotation needs no correction."""
+        return [
+            rotation @ np.array(body.inertia) @ rotation.T if body.motion is MotionKind.SIX else None
+            for body, rotation in zip(self.system.bodies, self.pose[1], strict=True)
+        ]
 
     def _arm(self, body: int, place: Sequence[float]) -> FloatArray:
         return np.asarray(self.pose[1][body] @ (np.array(place) - self.system.bodies[body].center))
@@ -157,24 +223,24 @@ class _Axes:
         )
         return gradients[:, :-1].reshape(count, -1)
 
-    def curvature(self, forces: FloatArray) -> FloatArray:
-        """Sum of the second derivatives times the forces, shape (6B, 6B)."""
-        of_axis = forces[:, None, None]
+    def curvatures(self) -> FloatArray:
+        """Second derivatives by displacement and rotation of each body, shape (M, 6B, 6B)."""
+        count, each = self.body.size, np.arange(self.body.size)
         n_r = np.einsum("mi,mi->m", self.direction, self.arm)[:, None, None] * np.eye(3)
         n, r = self.direction[:, :, None], self.arm[:, None, :]
         translation, rotation = 2 * self.body, 2 * self.body + 1
         carried, turned = 2 * self.support, 2 * self.support + 1
-        total = np.zeros((2 * self.bodies + 2, 2 * self.bodies + 2, 3, 3))
+        total = np.zeros((count, 2 * self.bodies + 2, 2 * self.bodies + 2, 3, 3))
         for row, column, block in (
             (turned, translation, _cross(self.direction)),
             (turned, carried, -_cross(self.direction)),
             (turned, rotation, n_r - (n * r).swapaxes(1, 2)),
         ):
-            np.add.at(total, (row, column), of_axis * block)
-            np.add.at(total, (column, row), (of_axis * block).swapaxes(1, 2))
-        np.add.at(total, (rotation, rotation), of_axis * _bending(self.direction, self.arm))
-        np.add.at(total, (turned, turned), of_axis * _bending(self.direction, self.support_arm))
-        return total[:-2, :-2].transpose(0, 2, 1, 3).reshape(6 * self.bodies, 6 * self.bodies)
+            total[each, row, column] += block
+            total[each, column, row] += block.swapaxes(1, 2)
+        total[each, rotation, rotation] += _bending(self.direction, self.arm)
+        total[each, turned, turned] += _bending(self.direction, self.support_arm)
+        return total[:, :-2, :-2].swapaxes(2, 3).reshape(count, 6 * self.bodies, 6 * self.bodies)
 
 
 def _free_coordinates(system: MountedSystem, rotations: FloatArray) -> tuple[FloatArray, float]:

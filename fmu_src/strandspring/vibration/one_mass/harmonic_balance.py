@@ -83,6 +83,7 @@ def mass_balance(
             parallel=system.parallel,
             series=system.series,
             position=equilibrium.displacement,
+            damping=system.damping,
             stop_low=-np.inf,
             stop_high=np.inf,
             low=low,
@@ -91,27 +92,29 @@ def mass_balance(
         basis=fourier_basis(harmonics, samples),
         mass=system.mass,
         along=np.ones((1, 1)),
-        damping=np.array([[system.damping]]),
-        stiffness=np.zeros((1, 1)),
+        bend=np.zeros((1, 1, 1)),
         load=np.array([system.static_load]),
         forcing=forcing(excitation, level, np.array([float(is_force)]), np.array([(not is_force) * system.mass])),
         level_text=excitation.level_text(level),
     )
 
 
-def linear_motion(balance: BalancedSystem, tangents: FloatArray, frequency: float) -> FloatArray:
+def linear_motion(
+    balance: BalancedSystem, tangents: FloatArray, forces: FloatArray, frequency: float
+) -> FloatArray:
     """Coefficients of the motion with the axes' tangent stiffness and a loss factor of a tenth, shape (D*N,) [m].
 
     Parameters
     ----------
     balance : BalancedSystem
-    tangents : ndarray, shape (M,)   Stiffness of each axis for small motion [N/m].
-    frequency : float                Omega [rad/s].
+    tangents, forces : ndarray, shape (M,)   Stiffness of each axis for small motion [N/m], and its force at rest [N].
+    frequency : float                        Omega [rad/s].
     """
-    of_axes = balance.along.T @ (tangents[:, None] * balance.along)
-    stiffness = of_axes * (1.0 + 1j * _LOSS_FACTOR) + balance.stiffness
+    along = balance.along
+    stiffness, damping = (along.T @ (of[:, None] * along) for of in (tangents, balance.axes["damping"]))
     inertia = balance.mass * frequency**2 * np.eye(balance.degrees)
-    dynamic = stiffness - inertia + 1j * frequency * balance.damping
+    geometric = np.tensordot(forces, balance.bend, 1)
+    dynamic = stiffness * (1.0 + 1j * _LOSS_FACTOR) + geometric - inertia + 1j * frequency * damping
     first = np.linalg.solve(dynamic, balance.forcing_at(frequency))
     z = np.zeros((balance.degrees, balance.basis.order.size))
     z[:, 1], z[:, 1 + balance.basis.harmonics] = first.real, -first.imag
@@ -142,21 +145,24 @@ def displacements(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> F
     return _sampled(balance, stacked(balance, motions)[1])
 
 
+def rates(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
+    """Velocity of the coordinates over a period, shape (F, D, K) [m/s]."""
+    omega, z = stacked(balance, motions)
+    half, by_time = balance.basis.harmonics, np.zeros_like(z)
+    order = omega[:, None, None] * balance.basis.order[1 : half + 1]
+    by_time[..., 1 : half + 1], by_time[..., half + 1 :] = order * z[..., half + 1 :], -order * z[..., 1 : half + 1]
+    return _sampled(balance, by_time)
+
+
 def accelerations(balance: BalancedSystem, motions: Sequence[SteadyMotion]) -> FloatArray:
     """Acceleration of the coordinates over a period, shape (F, D, K) [m/s^2].
 
     It is not that of the series, whose few harmonics would smear the kinks of the springs' force.
     """
-    omega, z = stacked(balance, motions)
-    half, order = balance.basis.harmonics, balance.basis.order
-    rates = np.zeros_like(z)
-    rates[..., 1 : half + 1] = order[1 : half + 1] * z[..., half + 1 :]
-    rates[..., half + 1 :] = -order[1 : half + 1] * z[..., 1 : half + 1]
-    push = -balance.stiffness @ z - balance.damping @ (omega[:, None, None] * rates)
-    push[..., 0] += balance.load
-    push[..., 1] += balance.forcing_at(omega)
-    springs = np.array([motion.motion.force for motion in motions])
-    return np.asarray((_sampled(balance, push) - springs) / balance.mass)
+    forces = np.array([motion.motion.force for motion in motions])
+    omega, _ = stacked(balance, motions)
+    acting = balance.load[:, None] + balance.forcing_at(omega)[..., None] * balance.basis.functions[1]
+    return np.asarray((acting - forces) / balance.mass)
 
 
 def _sampled(balance: BalancedSystem, series: FloatArray) -> FloatArray:

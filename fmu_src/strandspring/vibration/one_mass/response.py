@@ -140,7 +140,7 @@ def frequency_response(
     equilibrium = static_equilibrium(system)
     balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
     shaken = ExcitedMass(system, equilibrium, excitation, level, balance)
-    linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]))
+    linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]), np.zeros(1))
     motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
     _check_range(shaken, motions)
     motions = refine_peak(balance, motions, shaken.transmissibility)

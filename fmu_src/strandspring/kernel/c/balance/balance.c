@@ -9,7 +9,8 @@
 enum {
     NEWTON_STEPS = 40,
     HALVINGS = 8,    /* of a step of Newton's method */
-    SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
+    SWEEP_PARTS = 32, /* of the way to the next wanted frequency, at the finest */
+    STROKES = 2       /* that are added to the Jacobian together */
 };
 
 static const double STILL = 1e-9;           /* of the largest motion: what moves less has its tangent stiffness */
@@ -33,8 +34,15 @@ typedef struct {
     double way;                            /* of ln(Omega) between these; 0 if there is none before */
     double *matrix;                        /* D*N rows of D*N, lost in the elimination */
     double *moved, *sizes;                 /* displacement of each axis, M rows of N [m]; how far it moves, M [m] */
+    double *values, *rates;                /* the coordinates and their derivatives by the phase, D rows of K [m] */
+    double *products;                      /* N rows of N for each coordinate, of products with it [m] */
+    double *gradient, *turning;            /* g of an axis and its derivative by the phase, D rows of K */
+    double *stiffness, *damping;           /* dr/dq and dr/dq' of the forces r, D*D rows of K [N/m] */
+    double *is_coupled;                    /* D*D: whether they are anything but 0 */
+    double *damped;                        /* forces of the dampers over Omega, D rows of K [N s] */
+    double *columns, *lines;               /* STROKES rows of D*N each */
+    int is_bent;                           /* whether any second derivative is not 0 */
     double *product;                       /* N rows of N */
-    double *stop, *stop_stiffness;         /* K each */
     SpringPeriod period;
     double *fourier, *periodic;
 } BalanceRoom;
@@ -49,12 +57,27 @@ static size_t fourier_room(const FourierBasis *basis)
     return 2 * basis->samples + 2 * (3 * basis->harmonics + 1);
 }
 
+static size_t spans_room(const FourierBasis *basis)
+{
+    return 2 * basis->samples * (sizeof(Span) / sizeof(double));
+}
+
 size_t balance_workspace(const BalancedSystem *system)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    size_t balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS + system->degrees * samples;
-    return 2 * balance + 5 * size + size * size + system->axes * (count + 1) + count * (2 * count + 1) + 7 * samples +
-           fourier_room(&system->basis) + spring_periodic_workspace(system->basis.harmonics, samples);
+    size_t degrees = system->degrees, balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS;
+    return 2 * (balance + degrees * samples) + (5 + 2 * STROKES) * size + size * size + system->axes * (count + 1) +
+           degrees * (5 * samples + count * count) + degrees * degrees * (2 * samples + 1) + count * count +
+           samples * (7 + count) + spans_room(&system->basis) + fourier_room(&system->basis) +
+           spring_periodic_workspace(system->basis.harmonics, samples);
+}
+
+static int is_zero(size_t count, const double *values)
+{
+    for (size_t i = 0; i < count; i++)
+        if (values[i] != 0.0)
+            return 0;
+    return 1;
 }
 
 static Balance lay_balance(const BalancedSystem *system, double **workspace)
@@ -74,6 +97,7 @@ static Balance lay_balance(const BalancedSystem *system, double **workspace)
 static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
+    size_t degrees = system->degrees, signals = degrees * samples;
     double *workspace = system->workspace;
     BalanceRoom room = {
         .here = lay_balance(system, &workspace),
@@ -86,16 +110,28 @@ static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
         .matrix = linear_taken(&workspace, size * size),
         .moved = linear_taken(&workspace, system->axes * count),
         .sizes = linear_taken(&workspace, system->axes),
+        .values = linear_taken(&workspace, signals),
+        .rates = linear_taken(&workspace, signals),
+        .products = linear_taken(&workspace, degrees * count * count),
+        .gradient = linear_taken(&workspace, signals),
+        .turning = linear_taken(&workspace, signals),
+        .stiffness = linear_taken(&workspace, degrees * signals),
+        .damping = linear_taken(&workspace, degrees * signals),
+        .is_coupled = linear_taken(&workspace, degrees * degrees),
+        .damped = linear_taken(&workspace, signals),
+        .columns = linear_taken(&workspace, STROKES * size),
+        .lines = linear_taken(&workspace, STROKES * size),
+        .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
         .product = linear_taken(&workspace, count * count),
-        .stop = linear_taken(&workspace, samples),
-        .stop_stiffness = linear_taken(&workspace, samples),
         .period = {.displacement = linear_taken(&workspace, samples),
                    .rate = linear_taken(&workspace, samples),
                    .omega = linear_taken(&workspace, samples),
                    .force = linear_taken(&workspace, samples),
+                   .stiffness = linear_taken(&workspace, samples),
+                   .memory = linear_taken(&workspace, samples),
                    .turns = linear_taken(&workspace, samples),
-                   .coefficients = linear_taken(&workspace, count),
-                   .jacobian = linear_taken(&workspace, count * count)},
+                   .inherited = linear_taken(&workspace, samples * count),
+                   .spans = (Span *)linear_taken(&workspace, spans_room(&system->basis))},
         .fourier = linear_taken(&workspace, fourier_room(&system->basis))};
     room.periodic = workspace;
     memcpy(room.here.z, z, size * sizeof *z);
@@ -104,153 +140,301 @@ static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
 
 /* ---- axes ---- */
 
-/* Fills the displacements of the axes; returns the size of the largest motion. */
+/* a += factor*b */
+static void add_signal(size_t count, double factor, const double *b, double *a)
+{
+    for (size_t j = 0; j < count; j++)
+        a[j] += factor * b[j];
+}
+
+/* a += b*c */
+static void add_product(size_t count, const double *b, const double *c, double *a)
+{
+    for (size_t j = 0; j < count; j++)
+        a[j] += b[j] * c[j];
+}
+
+/* Sum of b*c_k over the coordinates k, where b is a row of an axis' second derivatives and c has rows of `count`. */
+static void bend(const BalancedSystem *system, const double *b, size_t count, const double *c, double *sum)
+{
+    for (size_t k = 0; k < system->degrees; k++)
+        if (b[k] != 0.0)
+            add_signal(count, b[k], c + k * count, sum);
+}
+
+/* Row d of the second derivatives of an axis. */
+static const double *bend_of(const BalancedSystem *system, size_t axis, size_t d)
+{
+    return system->bend + (axis * system->degrees + d) * system->degrees;
+}
+
+/* Whether an axis has nothing to do with a coordinate. */
+static int is_apart(const BalancedSystem *system, size_t axis, size_t d)
+{
+    return system->along[axis * system->degrees + d] == 0.0 && is_zero(system->degrees, bend_of(system, axis, d));
+}
+
+/* Fills the gradient of an axis over the period. */
+static void take_gradient(const BalancedSystem *system, size_t axis, BalanceRoom *room)
+{
+    size_t samples = system->basis.samples;
+    for (size_t d = 0; d < system->degrees; d++) {
+        double along = system->along[axis * system->degrees + d], *gradient = room->gradient + d * samples;
+        for (size_t j = 0; j < samples; j++)
+            gradient[j] = along;
+        bend(system, bend_of(system, axis, d), samples, room->values, gradient);
+    }
+}
+
+/* Fills the coordinates over the period and the displacements of the axes; returns the size of the largest motion. */
 static double move_axes(const BalancedSystem *system, const double *z, BalanceRoom *room)
 {
-    size_t count = fourier_size(&system->basis);
-    double largest = 0.0;
-    memset(room->moved, 0, system->axes * count * sizeof *room->moved);
+    const FourierBasis *basis = &system->basis;
+    size_t count = fourier_size(basis), samples = basis->samples;
+    double largest = 0.0, *displacement = room->period.displacement;
+    for (size_t d = 0; d < system->degrees; d++) {
+        double *values = room->values + d * samples;
+        fourier_samples(basis, z + d * count, values, room->rates + d * samples);
+        if (room->is_bent)
+            fourier_product(basis, values, room->products + d * count * count, room->fourier);
+    }
     for (size_t m = 0; m < system->axes; m++) {
         const double *along = system->along + m * system->degrees;
         double *moved = room->moved + m * count;
+        /* q.Hq/2, and a.q without the rounding of samples. */
+        memset(displacement, 0, samples * sizeof *displacement);
+        memset(room->turning, 0, system->degrees * samples * sizeof *room->turning);
+        for (size_t d = 0; room->is_bent && d < system->degrees; d++) {
+            bend(system, bend_of(system, m, d), samples, room->values, room->turning + d * samples);
+            for (size_t j = 0; j < samples; j++)
+                displacement[j] += 0.5 * room->turning[d * samples + j] * room->values[d * samples + j];
+        }
+        fourier_coefficients(basis, displacement, moved, room->fourier);
         for (size_t d = 0; d < system->degrees; d++)
-            for (size_t i = 0; i < count; i++)
-                moved[i] += along[d] * z[d * count + i];
+            add_signal(count, along[d], z + d * count, moved);
         room->sizes[m] = linear_norm(count - 1, moved + 1);
         largest = fmax(largest, room->sizes[m]);
     }
     return largest;
 }
 
-/* One spring that stands still: its tangent stiffness midway in its hysteresis. */
+/* One spring that stands still: its tangent stiffness midway in its hysteresis, about its mean that of its force. */
 static void stand_still(const BalancedAxis *axis, const FourierBasis *basis, const double *c, SpringPeriod *period)
 {
-    size_t count = fourier_size(basis);
     double force, by_displacement, by_omega;
     spring_force_at(axis->law, 1, c, &(double){0.0}, &force, &by_displacement, &by_omega);
     double stiffness = by_displacement + axis->law->parameters.rho * by_omega;
-    memset(period->jacobian, 0, count * count * sizeof *period->jacobian);
-    for (size_t i = 0; i < count; i++) {
-        period->coefficients[i] = i ? stiffness * c[i] : force;
-        period->jacobian[i * count + i] = i ? stiffness : by_displacement;
-    }
     fourier_samples(basis, c, period->displacement, period->rate);
     for (size_t j = 0; j < basis->samples; j++) {
         period->omega[j] = 0.0;
         period->force[j] = force + stiffness * (period->displacement[j] - c[0]);
+        period->stiffness[j] = stiffness;
+        period->memory[j] = by_displacement - stiffness;
     }
     period->turns[0] = c[0];
+    period->spans[0] = (Span){0, basis->samples};
+    period->spans[1] = (Span){0, 0};
+    memset(period->inherited, 0, fourier_size(basis) * sizeof *period->inherited);
+    period->inherited[0] = 1.0;
 }
 
-/* Adds the stops of an axis to its force and the derivatives of that. */
-static void add_stops(const BalancedAxis *axis, const FourierBasis *basis, BalanceRoom *room)
+/* The force of an axis over a period in room->period, its derivatives by the displacement of the axis, and figures;
+ * without the damper. Returns the number of strokes. */
+static size_t axis_force(BalancedAxis *axis, const FourierBasis *basis, double *c, int is_still, BalanceRoom *room,
+                         double *figures)
 {
     SpringPeriod *period = &room->period;
-    size_t count = fourier_size(basis);
-    for (size_t j = 0; j < basis->samples; j++) {
-        double x = period->displacement[j], beyond = fmax(x - axis->stop_high, 0.0) + fmin(x - axis->stop_low, 0.0);
-        room->stop[j] = axis->stop_stiffness * axis->series * beyond;
-        room->stop_stiffness[j] = beyond != 0.0 ? axis->stop_stiffness : 0.0;
-        period->force[j] += room->stop[j];
-    }
-    /* The turns are no longer needed. */
-    fourier_coefficients(basis, room->stop, period->turns, room->fourier);
-    for (size_t i = 0; i < count; i++)
-        period->coefficients[i] += period->turns[i];
-    fourier_product(basis, room->stop_stiffness, room->product, room->fourier);
-    for (size_t i = 0; i < count * count; i++)
-        period->jacobian[i] += room->product[i];
-}
-
-/* The force of an axis over a period in room->period, its derivatives by the displacement of the axis, and figures. */
-static void axis_force(BalancedAxis *axis, const FourierBasis *basis, double *c, int is_still, BalanceRoom *room,
-                       double *figures)
-{
-    SpringPeriod *period = &room->period;
-    size_t count = fourier_size(basis), strokes = 1;
+    size_t count = fourier_size(basis), strokes = 0;
     for (size_t i = 0; i < count; i++)
         c[i] /= axis->series;
     c[0] += axis->position;
     if (!is_still)
         strokes = spring_periodic(axis->law, basis, c, &axis->start, room->periodic, period);
-    if (is_still || strokes == 0)
+    if (strokes == 0) {
         stand_still(axis, basis, c, period);
+        strokes = 1;
+    }
     figures[0] = figures[1] = period->turns[0];
     for (size_t k = 1; k < strokes; k++) {
         figures[0] = fmin(figures[0], period->turns[k]);
         figures[1] = fmax(figures[1], period->turns[k]);
     }
     figures[2] = period->omega[0];
-    for (size_t j = 0; j < basis->samples; j++)
-        period->force[j] *= axis->parallel;
-    for (size_t i = 0; i < count; i++)
-        period->coefficients[i] *= axis->parallel;
-    for (size_t i = 0; i < count * count; i++)
-        period->jacobian[i] *= axis->parallel / axis->series;
-    if (figures[0] < axis->stop_low || figures[1] > axis->stop_high)
-        add_stops(axis, basis, room);
-    figures[3] = period->coefficients[1];
-    figures[4] = period->coefficients[1 + basis->harmonics];
+    for (size_t j = 0; j < basis->samples; j++) {
+        double x = period->displacement[j], beyond = fmax(x - axis->stop_high, 0.0) + fmin(x - axis->stop_low, 0.0);
+        period->force[j] = axis->parallel * period->force[j] + axis->stop_stiffness * axis->series * beyond;
+        period->stiffness[j] = axis->parallel / axis->series * period->stiffness[j];
+        period->stiffness[j] += beyond != 0.0 ? axis->stop_stiffness : 0.0;
+        period->memory[j] *= axis->parallel / axis->series;
+    }
+    return strokes;
 }
 
-/* Adds the force of an axis to that on the coordinates. */
-static void add_axis(const BalancedSystem *system, const double *along, const SpringPeriod *period, Balance *balance)
+/* Adds the damper of an axis to its force, and to the derivatives of the forces on the coordinates. */
+static void add_damper(const BalancedSystem *system, size_t m, double frequency, BalanceRoom *room)
 {
-    size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    for (size_t d = 0; d < system->degrees; d++) {
-        if (along[d] == 0.0)
-            continue;
-        for (size_t j = 0; j < samples; j++)
-            balance->motion.force[d * samples + j] += along[d] * period->force[j];
-        for (size_t i = 0; i < count; i++)
-            balance->residual[d * count + i] += along[d] * period->coefficients[i];
-        for (size_t e = 0; e < system->degrees; e++) {
-            double share = along[d] * along[e];
-            for (size_t i = 0; share != 0.0 && i < count; i++) {
-                double *row = balance->jacobian + (d * count + i) * size + e * count;
-                for (size_t j = 0; j < count; j++)
-                    row[j] += share * period->jacobian[i * count + j];
+    const BalancedAxis *axis = system->axis + m;
+    size_t samples = system->basis.samples, degrees = system->degrees;
+    double *rate = room->period.rate;
+    for (size_t j = 0; j < samples; j++) {
+        rate[j] *= axis->damping * axis->series;
+        room->period.force[j] += frequency * rate[j];
+    }
+    memset(room->turning, 0, degrees * samples * sizeof *room->turning);
+    for (size_t d = 0; d < degrees; d++) {
+        bend(system, bend_of(system, m, d), samples, room->rates, room->turning + d * samples);
+        add_product(samples, room->gradient + d * samples, rate, room->damped + d * samples);
+    }
+    for (size_t d = 0; d < degrees; d++)
+        for (size_t e = 0; e < degrees && !is_apart(system, m, d); e++) {
+            if (is_apart(system, m, e))
+                continue;
+            const double *here = room->gradient + d * samples, *gradient = room->gradient + e * samples;
+            const double *turning = room->turning + e * samples;
+            double *stiffness = room->stiffness + (d * degrees + e) * samples;
+            double *damping = room->damping + (d * degrees + e) * samples, factor = axis->damping * frequency;
+            for (size_t j = 0; j < samples; j++) {
+                damping[j] += factor * here[j] * gradient[j];
+                stiffness[j] += factor * here[j] * turning[j];
             }
         }
+}
+
+/* Adds the force of an axis to that on the coordinates, and its derivatives but those of the strokes. */
+static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, Balance *balance)
+{
+    size_t samples = system->basis.samples, degrees = system->degrees;
+    const SpringPeriod *period = &room->period;
+    for (size_t d = 0; d < degrees; d++) {
+        if (is_apart(system, m, d))
+            continue;
+        const double *here = room->gradient + d * samples, *bent = bend_of(system, m, d);
+        add_product(samples, here, period->force, balance->motion.force + d * samples);
+        for (size_t j = 0; j < samples; j++)
+            room->fourier[j] = here[j] * period->stiffness[j];
+        for (size_t e = 0; e < degrees; e++) {
+            if (is_apart(system, m, e))
+                continue;
+            double *stiffness = room->stiffness + (d * degrees + e) * samples;
+            add_product(samples, room->fourier, room->gradient + e * samples, stiffness);
+            if (bent[e] != 0.0)
+                add_signal(samples, bent[e], period->force, stiffness);
+            room->is_coupled[d * degrees + e] = 1.0;
+        }
+    }
+}
+
+/* Fills column and row of a stroke, whose product is what the forces owe to its beginning. */
+static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room, double *column,
+                        double *row)
+{
+    const FourierBasis *basis = &system->basis;
+    size_t count = fourier_size(basis), degrees = system->degrees;
+    const double *inherited = room->period.inherited + stroke * count;
+    double *projected = room->fourier, *turned = projected + count, *turned_row = turned + count;
+    memset(projected, 0, count * sizeof *projected);
+    for (size_t i = 2 * stroke; i < 2 * stroke + 2; i++)
+        fourier_add_sums(basis, room->period.memory, room->period.spans[i], basis->harmonics, projected,
+                         projected + basis->harmonics);
+    for (size_t i = 0; i < count; i++)
+        projected[i] *= (i ? 2.0 : 1.0) / (double)basis->samples;
+    for (size_t d = 0; d < degrees; d++) {
+        double along = system->along[m * degrees + d];
+        add_signal(count, along, projected, column + d * count);
+        add_signal(count, along, inherited, row + d * count);
+    }
+    for (size_t k = 0; k < degrees; k++) {
+        const double *bent = bend_of(system, m, k), *product = room->products + k * count * count;
+        if (is_zero(degrees, bent))
+            continue;
+        memset(turned_row, 0, count * sizeof *turned_row);
+        for (size_t i = 0; i < count; i++) {
+            turned[i] = fourier_dot(count, product + i * count, projected);
+            add_signal(count, inherited[i], product + i * count, turned_row);
+        }
+        for (size_t d = 0; d < degrees; d++)
+            if (bent[d] != 0.0) {
+                add_signal(count, bent[d], turned, column + d * count);
+                add_signal(count, bent[d], turned_row, row + d * count);
+            }
+    }
+}
+
+/* Adds to the Jacobian what the forces owe to the beginnings of the strokes of an axis. */
+static void add_strokes(const BalancedSystem *system, size_t m, size_t strokes, BalanceRoom *room, double *jacobian)
+{
+    size_t count = fourier_size(&system->basis), size = motion_size(system), degrees = system->degrees;
+    for (size_t first = 0; first < strokes; first += STROKES) {
+        memset(room->columns, 0, STROKES * size * sizeof *room->columns);
+        memset(room->lines, 0, STROKES * size * sizeof *room->lines);
+        for (size_t k = 0; k < STROKES && first + k < strokes; k++)
+            take_stroke(system, m, first + k, room, room->columns + k * size, room->lines + k * size);
+        for (size_t d = 0; d < degrees; d++)
+            for (size_t e = 0; e < degrees; e++) {
+                if (is_apart(system, m, d) || is_apart(system, m, e))
+                    continue;
+                const double *first_line = room->lines + e * count, *second_line = first_line + size;
+                for (size_t i = d * count; i < (d + 1) * count; i++) {
+                    double a = room->columns[i], b = room->columns[size + i];
+                    double *row = jacobian + i * size + e * count;
+                    for (size_t j = 0; j < count; j++)
+                        row[j] += a * first_line[j] + b * second_line[j];
+                }
+            }
     }
 }
 
 /* ---- one balance ---- */
 
-/* The coefficient of a series' derivative by the phase: that of a cosine is of a sine, and the other way round. */
-static double speed_of(size_t harmonics, const double *c, size_t i)
-{
-    return i == 0 ? 0.0 : i > harmonics ? -(double)(i - harmonics) * c[i - harmonics] : (double)i * c[i + harmonics];
-}
-
-/* Adds the linear forces on a coordinate, those of the axes being there; returns the largest term that moves. */
-static double add_linear(const BalancedSystem *system, double frequency, size_t coordinate, Balance *balance)
+/* Adds a product, by another coordinate or by its derivative, to the block of a coordinate's force. */
+static void add_block(const BalancedSystem *system, const double *product, int by_rate, size_t d, size_t e,
+                      double *jacobian)
 {
     size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = motion_size(system);
-    const double *damping = system->damping + coordinate * system->degrees;
-    const double *stiffness = system->stiffness + coordinate * system->degrees;
-    double most = 0.0;
-    for (size_t i = 0, row = coordinate * count; i < count; i++, row++) {
-        double order = (double)(i > harmonics ? i - harmonics : i);
-        double spring = balance->residual[row], per_frequency = 0.0;
-        double *jacobian = balance->jacobian + row * size;
-        for (size_t d = 0; d < system->degrees; d++) {
-            const double *z = balance->z + d * count;
-            spring += stiffness[d] * z[i];
-            per_frequency += damping[d] * speed_of(harmonics, z, i);
-            jacobian[d * count + i] += stiffness[d];
-            if (i > harmonics)
-                jacobian[d * count + i - harmonics] -= damping[d] * frequency * order;
-            else if (i > 0)
-                jacobian[d * count + i + harmonics] += damping[d] * frequency * order;
+    for (size_t i = 0; i < count; i++, product += count) {
+        double *row = jacobian + (d * count + i) * size + e * count;
+        if (!by_rate)
+            add_signal(count, 1.0, product, row);
+        for (size_t k = 1; by_rate && k <= harmonics; k++) {
+            row[harmonics + k] += (double)k * product[k];
+            row[k] -= (double)k * product[harmonics + k];
         }
-        double inertia_per_length = -system->mass * (order * frequency) * (order * frequency);
-        double inertia = inertia_per_length * balance->z[row], damped = per_frequency * frequency;
-        jacobian[row] += inertia_per_length;
-        balance->residual[row] = spring + inertia + damped;
-        balance->by_frequency[row] = 2.0 * inertia / frequency + per_frequency;
-        if (i > 0)
-            most = fmax(most, fmax(fabs(spring), fmax(fabs(inertia), fabs(damped))));
+    }
+}
+
+/* Adds the derivatives of the forces by the coordinates, which are symmetric without dampers, and by their rates. */
+static void add_couplings(const BalancedSystem *system, int has_dampers, BalanceRoom *room, double *jacobian)
+{
+    size_t degrees = system->degrees, samples = system->basis.samples;
+    for (size_t d = 0; d < degrees; d++)
+        for (size_t e = has_dampers ? 0 : d; e < degrees; e++) {
+            size_t pair = d * degrees + e;
+            if (room->is_coupled[pair] == 0.0)
+                continue;
+            fourier_product(&system->basis, room->stiffness + pair * samples, room->product, room->fourier);
+            add_block(system, room->product, 0, d, e, jacobian);
+            if (!has_dampers && d != e)
+                add_block(system, room->product, 0, e, d, jacobian);
+            if (!has_dampers)
+                continue;
+            fourier_product(&system->basis, room->damping + pair * samples, room->product, room->fourier);
+            add_block(system, room->product, 1, d, e, jacobian);
+        }
+}
+
+/* Adds inertia to the forces on a coordinate, those of the axes being there; returns the largest term that moves. */
+static double add_inertia(const BalancedSystem *system, double frequency, size_t coordinate, Balance *balance)
+{
+    size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = motion_size(system);
+    double most = 0.0;
+    for (size_t i = 1, row = coordinate * count + 1; i < count; i++, row++) {
+        double order = (double)(i > harmonics ? i - harmonics : i);
+        double per_length = -system->mass * (order * frequency) * (order * frequency);
+        double inertia = per_length * balance->z[row];
+        most = fmax(most, fmax(fabs(balance->residual[row]), fabs(inertia)));
+        balance->jacobian[row * size + row] += per_length;
+        balance->residual[row] += inertia;
+        balance->by_frequency[row] += 2.0 * inertia / frequency;
     }
     return most;
 }
@@ -258,24 +442,43 @@ static double add_linear(const BalancedSystem *system, double frequency, size_t 
 /* Fills the balance of the motion balance->z; returns 0 if it does not move. */
 static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom *room, Balance *balance)
 {
-    size_t count = fourier_size(&system->basis), size = motion_size(system), degrees = system->degrees;
+    const FourierBasis *basis = &system->basis;
+    size_t count = fourier_size(basis), size = motion_size(system), degrees = system->degrees;
+    size_t samples = basis->samples, signals = degrees * samples;
     double largest = move_axes(system, balance->z, room), squared = frequency * frequency;
     if (!(largest > 0.0))
         return 0;
-    memset(balance->residual, 0, size * sizeof *balance->residual);
+    int has_dampers = 0;
     memset(balance->jacobian, 0, size * size * sizeof *balance->jacobian);
-    memset(balance->motion.force, 0, degrees * system->basis.samples * sizeof *balance->motion.force);
+    memset(balance->motion.force, 0, signals * sizeof *balance->motion.force);
+    memset(room->stiffness, 0, degrees * signals * sizeof *room->stiffness);
+    memset(room->damping, 0, degrees * signals * sizeof *room->damping);
+    memset(room->damped, 0, signals * sizeof *room->damped);
+    memset(room->is_coupled, 0, degrees * degrees * sizeof *room->is_coupled);
     for (size_t m = 0; m < system->axes; m++) {
-        axis_force(&system->axis[m], &system->basis, room->moved + m * count, room->sizes[m] <= STILL * largest, room,
-                   balance->motion.of_axes + m * BALANCED_OF_AXIS);
-        add_axis(system, system->along + m * degrees, &room->period, balance);
+        double *figures = balance->motion.of_axes + m * BALANCED_OF_AXIS, cosines[2] = {0.0}, sines[2] = {0.0};
+        size_t strokes = axis_force(&system->axis[m], basis, room->moved + m * count,
+                                    room->sizes[m] <= STILL * largest, room, figures);
+        take_gradient(system, m, room);
+        add_strokes(system, m, strokes, room, balance->jacobian);
+        if (system->axis[m].damping != 0.0) {
+            has_dampers = 1;
+            add_damper(system, m, frequency, room);
+        }
+        add_axis(system, m, room, balance);
+        fourier_add_sums(basis, room->period.force, (Span){0, samples}, 1, cosines, sines);
+        figures[3] = 2.0 / (double)samples * cosines[1];
+        figures[4] = 2.0 / (double)samples * sines[1];
     }
+    add_couplings(system, has_dampers, room, balance->jacobian);
     balance->scale = 0.0;
     for (size_t d = 0; d < degrees; d++) {
         const double *forcing = system->forcing + d;
         double by_square = forcing[degrees] * squared, by_inverse = forcing[2 * degrees] / squared;
         double amplitude = forcing[0] + by_square + by_inverse;
-        balance->scale = fmax(balance->scale, add_linear(system, frequency, d, balance));
+        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
+        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
+        balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;
         balance->by_frequency[d * count + 1] -= 2.0 * (by_square - by_inverse) / frequency;

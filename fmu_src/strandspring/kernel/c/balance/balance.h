@@ -1,13 +1,14 @@
 /* Steady vibration of a system on springs by harmonic balance, with alternating frequency and time.
  *
- * The system has D coordinates q of the same mass m and M axes. An axis moves by g.q and has P rows of S springs, each
- * of them at x + g.q/S, and stops. Every coordinate is a series of N = 2H + 1 Fourier coefficients (see fourier.h),
- * which balance order by order,
+ * The system has D coordinates q of the same mass m and M axes. An axis moves by d = a.q + q.Hq/2 and has P rows of S
+ * springs, each of them at x + d/S, a damper and stops. Its force acts along its gradient g = a + Hq. Every coordinate
+ * is a series of N = 2H + 1 Fourier coefficients (see fourier.h), which balance order by order,
  *
- *     -m*(k*Omega)^2*q_k + k*Omega*C*q'_k + K*q_k + sum of g*[P*r + stop]_k = L*[k = 0] + F*[k = 1, cosine],
+ *     -m*(k*Omega)^2*q_k + sum of [g*(P*r + c*d' + stop)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
- * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. The springs' force is taken in time, where a whole period follows at once,
- * and brought back by its projection. Newton's method solves the balance with its exact Jacobian.
+ * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. Forces are taken in time, where a whole period of a spring follows at once,
+ * and brought back by their projection. Newton's method solves the balance with its Jacobian, which is exact where
+ * the second derivatives H are 0, and elsewhere but for products of them with harmonics above H.
  *
  * Coefficients of motions and forces are D rows of N. */
 #ifndef BALANCE_H
@@ -28,6 +29,7 @@ typedef struct {
     double start;                                  /* as in spring_periodic; 0.5 to begin with */
     double parallel, series;                       /* P, S */
     double position;                               /* x [m] */
+    double damping;                                /* c [N s/m] */
     double stop_low, stop_high, stop_stiffness;    /* displacements of a spring [m]; [N/m] of the axis */
     double low, high;                              /* displacements of a spring beyond which a sweep ends [m] */
 } BalancedAxis;
@@ -38,9 +40,8 @@ typedef struct {
     FourierBasis basis;
     BalancedAxis *axis;
     double mass;            /* m [kg] */
-    const double *along;    /* g, M rows of D */
-    const double *damping;  /* C, D rows of D [N s/m] */
-    const double *stiffness; /* K, D rows of D [N/m] */
+    const double *along;    /* a, M rows of D */
+    const double *bend;     /* H, M times D rows of D [1/m] */
     const double *load;     /* L, D [N] */
     const double *forcing;  /* BALANCED_FORCINGS rows of D */
     double *workspace;      /* of balance_workspace doubles */
@@ -50,7 +51,9 @@ typedef struct {
  *
  * of_axes   BALANCED_OF_AXIS each: lowest and highest displacement of a spring [m], its omega at phase 0 [-], and the
  *           first harmonic of the axis' force, cosine and sine [N]
- * force     D rows of K: what the axes' forces are on the coordinates over a period [N] */
+ * force     D rows of K: what the axes' forces are on the coordinates over a period [N]
+ *
+ * Both with those of dampers and stops. */
 typedef struct {
     double *of_axes, *force;
 } BalancedMotion;

@@ -11,8 +11,7 @@
  *
  *     dr = g*dz + h*(d omega_k/W'(xi0) - rho*dz_k),     g = dr/dz + rho*h,     h = dr/domega*W'(xi),
  *
- * and the bracket is the same for all samples of a stroke. So the part of g in the Jacobian is that of a product of two
- * series (Toeplitz plus Hankel), and that of h is the product of a column and a row for each stroke. */
+ * and the bracket is the same for all samples of a stroke; g is the `stiffness`, and h times rho the `memory`. */
 #include "periodic.h"
 
 #include "../path.h"
@@ -33,15 +32,14 @@ typedef struct {
 /* The parts of the workspace. */
 typedef struct {
     Chain chain;
-    double *g, *h, *slope;                 /* K each */
-    double *begin, *inherited, *projected; /* N each */
-    double *fourier;                       /* 2K + 2*(3H + 1) */
+    double *slope; /* K */
+    double *begin; /* N */
 } PeriodRoom;
 
 size_t spring_periodic_workspace(size_t harmonics, size_t samples)
 {
     size_t size = 2 * harmonics + 1;
-    return samples * (sizeof(Turn) / sizeof(double) + 9 + size) + 3 * size + 2 * (3 * harmonics + 1);
+    return samples * (sizeof(Turn) / sizeof(double) + 5 + size) + size;
 }
 
 static PeriodRoom divide_room(const FourierBasis *basis, double *workspace)
@@ -49,14 +47,11 @@ static PeriodRoom divide_room(const FourierBasis *basis, double *workspace)
     PeriodRoom room = {.chain = {.turns = (Turn *)workspace}};
     workspace += basis->samples * (sizeof(Turn) / sizeof(double));
     double **of_samples[] = {&room.chain.way, &room.chain.xi, &room.chain.start_slope, &room.chain.end_slope,
-                             &room.g, &room.h, &room.slope};
+                             &room.slope};
     for (size_t i = 0; i < sizeof of_samples / sizeof *of_samples; i++, workspace += basis->samples)
         *of_samples[i] = workspace;
-    double **of_coefficients[] = {&room.begin, &room.inherited, &room.projected};
-    for (size_t i = 0; i < sizeof of_coefficients / sizeof *of_coefficients; i++, workspace += fourier_size(basis))
-        *of_coefficients[i] = workspace;
-    room.fourier = workspace;
-    room.chain.columns = workspace + 2 * basis->samples + 2 * (3 * basis->harmonics + 1);
+    room.begin = workspace;
+    room.chain.columns = workspace + fourier_size(basis);
     return room;
 }
 
@@ -143,25 +138,6 @@ static void begin_derivatives(const SpringLaw *law, const Chain *chain, size_t s
         by[i] /= divisor;
 }
 
-/* Adds what comes from the beginning of a stroke. */
-static void add_inherited(const SpringLaw *law, const FourierBasis *basis, const PeriodRoom *room, size_t stroke,
-                          const Span *spans, double *jacobian)
-{
-    size_t size = fourier_size(basis);
-    const double *column = room->chain.columns + turn_of(&room->chain, stroke) * size;
-    double *inherited = room->inherited, *projected = room->projected, scale = 2.0 / (double)basis->samples;
-    for (size_t i = 0; i < size; i++)
-        inherited[i] = room->begin[i] / room->chain.start_slope[stroke] - law->parameters.rho * column[i];
-    memset(projected, 0, size * sizeof *projected);
-    for (int i = 0; i < 2; i++)
-        fourier_add_sums(basis, room->h, spans[i], basis->harmonics, projected, projected + basis->harmonics);
-    for (size_t i = 0; i < size; i++) {
-        double factor = (i ? scale : 0.5 * scale) * projected[i];
-        for (size_t j = 0; j < size; j++)
-            jacobian[i * size + j] += factor * inherited[j];
-    }
-}
-
 size_t spring_periodic(
     const SpringLaw *law, const FourierBasis *basis, const double *coefficients, double *start, double *workspace,
     SpringPeriod *period)
@@ -175,25 +151,23 @@ size_t spring_periodic(
         return 0;
     chain_strokes(law, chain, start, period->turns);
     for (size_t k = 0; k < chain->strokes; k++) {
-        Span spans[2];
-        spans_of(basis, chain, k, spans);
+        spans_of(basis, chain, k, period->spans + 2 * k);
         for (int i = 0; i < 2; i++)
-            follow_stroke(law, chain->xi[k], period->turns[k], k % 2 ? 1.0 : -1.0, spans[i], period->displacement,
-                          period->omega, room.slope);
+            follow_stroke(law, chain->xi[k], period->turns[k], k % 2 ? 1.0 : -1.0, period->spans[2 * k + (size_t)i],
+                          period->displacement, period->omega, room.slope);
     }
-    /* At first g and h hold the partial derivatives by displacement and by omega. */
-    spring_force_at(law, samples, period->displacement, period->omega, period->force, room.g, room.h);
+    /* At first they hold the partial derivatives by displacement and by omega. */
+    spring_force_at(law, samples, period->displacement, period->omega, period->force, period->stiffness, period->memory);
     for (size_t j = 0; j < samples; j++) {
-        room.h[j] *= room.slope[j];
-        room.g[j] += law->parameters.rho * room.h[j];
+        period->memory[j] *= law->parameters.rho * room.slope[j];
+        period->stiffness[j] += period->memory[j];
     }
-    fourier_coefficients(basis, period->force, period->coefficients, room.fourier);
-    fourier_product(basis, room.g, period->jacobian, room.fourier);
     begin_derivatives(law, chain, size, room.begin);
     for (size_t k = 0; k < chain->strokes; k++) {
-        Span spans[2];
-        spans_of(basis, chain, k, spans);
-        add_inherited(law, basis, &room, k, spans, period->jacobian);
+        const double *column = chain->columns + turn_of(chain, k) * size;
+        double *inherited = period->inherited + k * size, factor = 1.0 / (law->parameters.rho * chain->start_slope[k]);
+        for (size_t i = 0; i < size; i++)
+            inherited[i] = factor * room.begin[i] - column[i];
         carry(law, chain, size, k, room.begin);
     }
     return chain->strokes;

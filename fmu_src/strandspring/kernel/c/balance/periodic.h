@@ -1,5 +1,11 @@
-/* The steady force of a spring over one period of a displacement given by its Fourier coefficients (fourier.h), and the
- * derivatives of the force's coefficients by those of the displacement. A series may turn as often as it is sampled. */
+/* The steady force of a spring over one period of a displacement given by its Fourier coefficients (fourier.h), and its
+ * derivatives. A series may turn as often as it is sampled.
+ *
+ * With the displacement's coefficients c the force at a sample of a stroke changes by
+ *
+ *     dr = stiffness*dz + memory*(inherited.dc),
+ *
+ * where dz is the change of the displacement there and `inherited` is one row for each stroke. */
 #ifndef PERIODIC_H
 #define PERIODIC_H
 
@@ -14,8 +20,10 @@ typedef struct {
     double *rate;         /* K, derivative of the displacement by the phase [m] */
     double *omega;        /* K [-] */
     double *force;        /* K [N] */
-    double *coefficients; /* N, of the force [N] */
-    double *jacobian;     /* N rows of N: row i by coefficient j of the displacement [N/m] */
+    double *stiffness;    /* K [N/m] */
+    double *memory;       /* K [N/m] */
+    double *inherited;    /* room for K rows of N [-] */
+    Span *spans;          /* room for 2K: the samples of each stroke, in two spans */
     double *turns;        /* room for K: displacement at the turning points, the highest first [m] */
 } SpringPeriod;
 
