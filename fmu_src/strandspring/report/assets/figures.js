@@ -1,7 +1,20 @@
 // Draws the figures of a page by plotly.js, in the colours of the page; lets records and cycles be chosen.
-(() => {
+(async () => {
   "use strict";
-  const page = JSON.parse(document.getElementById("figure-data").textContent);
+  if (!("DecompressionStream" in window)) {
+    for (const plot of document.querySelectorAll(".plot")) plot.textContent = "This figure needs a browser of 2023 or later.";
+    return;
+  }
+
+  async function unpacked(id) {
+    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  }
+
+  const script = document.createElement("script");
+  script.textContent = await unpacked("plotly");
+  document.head.append(script);
+  const page = JSON.parse(await unpacked("figure-data"));
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const touch = matchMedia("(pointer: coarse)").matches;
   const chosen = { record: null, cycle: null };  // null: all

@@ -161,6 +161,7 @@ class MountAxis:
     damping : float             Of the viscous damper [N s/m].
     stops : Stops or None
     model : str                 Where the spring comes from, for people.
+    name : str                  What the vendor calls the axis, such as "compression"; empty if nothing is given.
 
     Raises
     ------
@@ -175,6 +176,7 @@ class MountAxis:
     damping: float = 0.0
     stops: Stops | None = None
     model: str = ""
+    name: str = ""
 
     def __post_init__(self) -> None:
         _check_direction(self.direction, "the direction of an axis")
@@ -204,6 +206,7 @@ class Mount:
     place : Vector                 Where it acts, in the nominal pose [m].
     axes : tuple of MountAxis
     support : int                  Number of the body it stands on, or BASE.
+    type_name : str                Of its mount type, for people.
 
     Raises
     ------
@@ -215,6 +218,7 @@ class Mount:
     place: Vector
     axes: tuple[MountAxis, ...]
     support: int = BASE
+    type_name: str = ""
 
     def __post_init__(self) -> None:
         _check_place(self.place, f"the place of mount {self.name}")

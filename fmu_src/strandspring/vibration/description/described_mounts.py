@@ -78,6 +78,7 @@ def _axis(table: AxisTable, model: ModelFile) -> MountAxis:
         table.damping,
         None if table.stops is None else _stops(table.stops, nominal),
         table.model,
+        table.name or "",
     )
 
 

@@ -236,5 +236,5 @@ def _mounts(
         turn = () if rotation is None else tuple(rotation.angle * component for component in rotation.about.vector)
         axes = axes_of(name, turn)
         with located("mount", k):
-            mounts.append(Mount(mount_name, body, place or (0.0, 0.0, 0.0), axes, support))
+            mounts.append(Mount(mount_name, body, place or (0.0, 0.0, 0.0), axes, support, name))
     return mounts
