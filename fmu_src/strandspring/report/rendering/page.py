@@ -89,6 +89,7 @@ def write_page(
     figures = {
         "noun": content.noun,
         "records": content.records,
+        "first": content.first,
         "figures": [figure_json(figure) for figure in content.figures],
     }
     page = environment.get_template(template).render(
@@ -99,7 +100,9 @@ def write_page(
         style=Markup(_asset("page.css")),  # noqa: S704
         choice=Markup(script_json(choice)),  # noqa: S704
         notice=plotly.partition("*/")[0].strip("/* \n").splitlines(),
-        packed={"plotly": packed(plotly), "figure-data": packed(json.dumps(figures, allow_nan=False))} if plotly else {},
+        packed={"plotly": packed(plotly), "figure-data": packed(json.dumps(figures, allow_nan=False))}
+        if plotly
+        else {},
         scripts=[Markup(script) for script in scripts],  # noqa: S704
         # figures.js runs plotly.js as it unpacks it.
         script_hashes=Markup(" ".join(map(_hash, [*([plotly] if plotly else []), *scripts])) or "'none'"),  # noqa: S704
