@@ -309,7 +309,7 @@ def test_nothing_calculated_is_read_before_initialization_mode() -> None:
         assert one.GetBoolean(one.references("extrapolating"), c_size_t(1), byref(flag), c_size_t(1)) == ERROR
         assert one.said == sentence
         one.enter_initialization()
-        assert sum(one.get(*(f"force_corner_{k}_1" for k in (1, 2, 3, 4)))) == pytest.approx(20.0 * 9.80665, rel=1e-9)
+        assert sum(one.get(*(f"force_corner_{k}_z" for k in (1, 2, 3, 4)))) == pytest.approx(20.0 * 9.80665, rel=1e-9)
         assert not one.extrapolating
 
 

@@ -18,7 +18,7 @@ from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem
 # Exact in binary and a whole number of nanoseconds, so that no tool's clock drifts.
 STEP, COUNT = 2.0**-9, 60
 INPUT = "base_acceleration_x"
-OUTPUTS = ["sway_circuit_board_x", "acceleration_circuit_board_z", "force_corner_1_1", "absorbed_energy"]
+OUTPUTS = ["sway_circuit_board_x", "acceleration_circuit_board_z", "force_corner_1_z", "absorbed_energy"]
 VALUES = 60.0 * np.sin(np.linspace(0.0, 6.0, COUNT))
 
 

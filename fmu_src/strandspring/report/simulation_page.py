@@ -7,22 +7,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from .._version import __version__
-from ..kernel.arrays import FloatArray
+from ..vibration.bodies.loads import LoadCase
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
-from ..vibration.verdicts.static_answer import SECANT_SHARE
+from ..vibration.verdicts.nearest_limit import nearest_limit, of_limit
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
-from .charts import motion_charts as charts
-from .content.blocks import Block, Facts, Gallery, Level, Notice, PageContent, PageTable, Section, Text, Tile, Tiles
+from .charts import motion_charts, verdict_charts
+from .charts.system_drawing import system_drawing
+from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text, Tile, Tiles
 from .content.chart import Figure as Drawing
 from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
+from .simulation_tables import MOST_ROWS, at_rest, inputs, natural_modes, tiny
 
 _JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
-_MOST_TILES, _MOST_ROWS, _MOST_MODES = 8, 400, 12
+_MOST_TILES, _MOST_PANELS = 8, 64
+_LEVELS = {CaseVerdict.PASSES: Level.GOOD, CaseVerdict.UNDECIDED: Level.CARE}  # else poor
 _NOTHING = 1e-9  # of rounding, in display units
 
 
@@ -66,22 +67,24 @@ def simulation_content(simulation: SimulationContent) -> PageContent:
     drawn = {place: answer for place, answer in enumerate(simulation.answers) if answer.courses is not None}
     several = len(simulation.candidates) > 1
     names = {
-        place: f"{answer.candidate}, {answer.case.name}" if several else answer.case.name
+        place: f"{f'{answer.candidate}, ' if several else ''}{answer.case.name}: {answer.verdict.value}"
         for place, answer in drawn.items()
     }
+    cases = list({answer.case.name: answer.case for answer in simulation.answers}.values())
     sections = [
         Section("verdict", "Verdict", tuple(_verdict(simulation))),
-        Section("rest", "At rest", tuple(_rest(simulation))),
-        Section("modes", "Natural modes", tuple(_modes(simulation))),
         Section("cautions", "Cautions", tuple(_cautions(simulation))),
+        Section("system", "System", tuple(_system(simulation, cases))),
+        Section("rest", "At rest", tuple(at_rest(simulation.candidates))),
     ]
     if drawn:
         sections.append(Section("histories", "Histories", tuple(_histories(simulation, drawn))))
-        spectra = [chart for chart in (charts.shock_spectra(drawn), charts.power_spectra(drawn)) if chart is not None]
+        charts = (motion_charts.shock_spectra(drawn), motion_charts.power_spectra(drawn))
+        spectra = tuple(chart for chart in charts if chart is not None)
         if spectra:
-            sections.append(Section("spectra", "Spectra in and out", (Gallery(tuple(spectra)), *_settled(simulation))))
+            sections.append(Section("spectra", "Spectra in and out", (Gallery(spectra), *_settled(simulation))))
+    sections.append(Section("modes", "Natural modes", tuple(natural_modes(simulation.candidates))))
     sections.append(Section("errors", "Unknowns, errors and energy", tuple(_errors(simulation))))
-    sections.append(Section("description", "Load cases", tuple(_description(simulation))))
     return PageContent(
         title=f"Simulation: {simulation.name}",
         subtitle=simulation.description,
@@ -89,7 +92,21 @@ def simulation_content(simulation: SimulationContent) -> PageContent:
         records=names,
         footer=f"strandspring {__version__}",
         noun="Case",
+        first=max(drawn, key=lambda place: _severity(drawn[place]), default=None),
+        panels=_MOST_PANELS,
     )
+
+
+def _severity(answer: CaseAnswer) -> float:
+    """How near an answer is to a limit."""
+    nearest = nearest_limit(answer)
+    return 0.0 if nearest is None else of_limit(nearest)
+
+
+def _system(simulation: SimulationContent, cases: Sequence[LoadCase]) -> Iterator[Block]:
+    candidate = simulation.candidates[0]
+    yield Gallery((system_drawing(candidate.system, cases),))
+    yield from inputs(simulation.candidates, simulation.answers, cases, simulation.source)
 
 
 def _verdict(simulation: SimulationContent) -> Iterator[Block]:
@@ -107,28 +124,25 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
         yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
     yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
     yield _verdict_table(simulation)
-    if len(simulation.answers) > _MOST_ROWS:
-        yield Text(f"{len(simulation.answers) - _MOST_ROWS} more rows are left out here; a CSV file has them all.")
+    if len(simulation.answers) > MOST_ROWS:
+        yield Text(f"{len(simulation.answers) - MOST_ROWS} more rows are left out here; a CSV file has them all.")
     yield Text(
         "Acceleration is the largest absolute one of the worst point, sway the largest displacement from rest "
         "relative to the base, stroke the largest share of a spring's way from rest to the end of its identified "
-        "range. Each is a range over all that is unknown (omega at rest, springs, realisations, numerical error), "
-        "with its upper end in percent of its limit where it has one."
+        "range. Each is given with the range that is unknown, and in percent of its limit where it has one."
     )
     if any(answer.figures for answer in simulation.answers):
-        yield Gallery((charts.acceleration_against_stroke(simulation.answers),))
+        yield Gallery((verdict_charts.acceleration_against_stroke(simulation.answers),))
 
 
 def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
     passed = sum(answer.verdict is CaseVerdict.PASSES for answer in answers)
-    limited = [
-        (figure.high / figure.limit, figure, answer) for answer in answers for figure in answer.figures if figure.limit
-    ]
-    note = "no figures"
-    if limited:
-        share, figure, answer = max(limited, key=lambda entry: entry[0])
-        note = f"nearest limit: {figure.quantity.value} of {figure.subject} in {answer.case.name}, {percent(share, 3)}"
-    return Tile(name, f"{passed} of {len(answers)}", "cases", note)
+    answer = max(answers, key=_severity)
+    figure, note = nearest_limit(answer), "no figures"
+    if figure is not None:
+        share = percent(of_limit(figure), 3)
+        note = f"nearest limit: {figure.quantity.value} of {figure.subject} in {answer.case.name}, {share}"
+    return Tile(name, f"{passed} of {len(answers)}", "cases pass", note)
 
 
 def _verdict_table(simulation: SimulationContent) -> PageTable:
@@ -136,83 +150,41 @@ def _verdict_table(simulation: SimulationContent) -> PageTable:
     header += [f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]" for quantity in _JUDGED]
     header.append("draws beyond a limit")
     rows = []
-    for answer in simulation.answers[:_MOST_ROWS]:
+    for answer in simulation.answers[:MOST_ROWS]:
         row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
         row += [_cell(answer.worst(quantity)) for quantity in _JUDGED]
         row.append(percent(answer.beyond, 3) if answer.draws else "–")
         rows.append(tuple(row))
     begins = tuple(
         k
-        for k, answer in enumerate(simulation.answers[:_MOST_ROWS])
+        for k, answer in enumerate(simulation.answers[:MOST_ROWS])
         if not k or answer.candidate != simulation.answers[k - 1].candidate
     )
-    return PageTable("Verdict on each candidate in each load case", tuple(header), tuple(rows), strong=begins)
+    levels = tuple(_LEVELS.get(answer.verdict, Level.POOR) for answer in simulation.answers[:MOST_ROWS])
+    title = "Verdict on each candidate in each load case"
+    return PageTable(title, tuple(header), tuple(rows), strong=begins, levels=levels)
 
 
 def _cell(figure: Figure | None) -> str:
+    """The range of a figure, the share of its limit and what it is of."""
     if figure is None:
         return "–"
-    limit = "" if figure.limit is None else f" ({_share(figure)})"
+    ends = [_number(figure.quantity, end) for end in (figure.low, figure.high)]
+    words = ends[1] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
+    share = of_limit(figure)
+    limit = "" if math.isnan(share) else f" ({'0 %' if share < _NOTHING else percent(share, 3)})"
     subject = "" if figure.quantity is FigureKind.TILT else f" {figure.subject}"
-    return f"{_range(figure)}{limit}{subject}"
-
-
-def _share(figure: Figure) -> str:
-    """Of the limit."""
-    share = figure.high / (figure.limit or math.inf)
-    return "0 %" if share < _NOTHING else percent(share, 3)
+    return f"{words}{limit}{subject}"
 
 
 def _number(quantity: FigureKind, value: float) -> str:
     shown = quantity.column.factor * value
-    return "0" if abs(shown) < _NOTHING else number(shown, 4)
+    return "0" if abs(shown) < _NOTHING else number(shown, 3)
 
 
 def _range(figure: Figure) -> str:
     low, high = (_number(figure.quantity, end) for end in (figure.low, figure.high))
     return high if figure.high - figure.low < 1e-3 * figure.high else f"{low} to {high}"
-
-
-def _rest(simulation: SimulationContent) -> Iterator[Block]:
-    rows = []
-    for candidate in simulation.candidates:
-        if candidate.static is None:
-            yield Notice(Level.POOR, f"{candidate.name}: {prose(candidate.refusal)}")
-            continue
-        for k, body in enumerate(candidate.system.bodies):
-            moved = 1e3 * np.array([pose.displacements[k] for pose in candidate.static.poses])
-            tilt = np.degrees(candidate.static.tilt[:, k])
-            places = 100.0 * candidate.static.places
-            rows.append(
-                (f"{candidate.name}, {body.name}", *(_ends(of_axis) for of_axis in moved.T), _ends(tilt), _ends(places))
-            )
-    if rows:
-        header = ("candidate and body", "x [mm]", "y [mm]", "z [mm]", "tilt [°]", "springs in their range [%]")
-        yield PageTable("Static pose from the nominal one, over all draws", header, tuple(rows[:_MOST_ROWS]))
-        yield Text("0 % is the lower end of a spring's identified range, 100 % its upper end.")
-
-
-def _ends(values: FloatArray) -> str:
-    low, high = _tiny(float(values.min())), _tiny(float(values.max()))
-    return low if low == high else f"{low} to {high}"
-
-
-def _modes(simulation: SimulationContent) -> Iterator[Block]:
-    share = percent(SECANT_SHARE)
-    header = ("mode", "tangent [Hz]", "motion", f"secant at {share} [Hz]", "damping [%]")
-    for candidate in simulation.candidates:
-        if candidate.static is None or not candidate.static.tangent:
-            continue
-        rows = []
-        for k, mode in enumerate(candidate.static.tangent[:_MOST_MODES]):
-            secant = candidate.static.secant[k] if candidate.static.secant else None
-            of_loops = ("–", "–") if secant is None else (number(secant.frequency), number(100.0 * secant.damping, 2))
-            rows.append((str(k + 1), number(mode.frequency), mode.words, *of_loops))
-        yield PageTable(f"Natural modes of {candidate.name}", header, tuple(rows))
-    yield Text(
-        "Tangent: of vanishing motion about the static pose with omega 0. Secant: with the stiffness and the losses "
-        f"of steady loops in which each spring moves by {share} of its way to the nearer end of its identified range."
-    )
 
 
 def _cautions(simulation: SimulationContent) -> Iterator[Block]:
@@ -248,9 +220,12 @@ def _histories(simulation: SimulationContent, drawn: Mapping[int, CaseAnswer]) -
     if left:
         yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(simulation.answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip
-    figures: list[Drawing] = [*charts.histories(places), charts.loops(places)]
-    yield Gallery(tuple(figures))
-    paths = tuple(charts.sway_paths(places))
+    histories = list(motion_charts.histories(places))
+    judged: list[Drawing] = [chart for chart in histories if chart.key.startswith("history")]
+    yield Gallery((*judged, verdict_charts.strokes(places)))
+    components: list[Drawing] = [chart for chart in histories if chart not in judged]
+    yield Gallery((*components, motion_charts.loops(places)))
+    paths = tuple(motion_charts.sway_paths(places))
     if paths:
         yield Gallery(paths)
     yield from _envelopes(simulation)
@@ -268,7 +243,7 @@ def _settled(simulation: SimulationContent) -> Iterator[Block]:
             continue
         power = answer.courses.power if answer.courses is not None else ()
         for k, point in enumerate(answer.system.points):
-            cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
+            cells = [tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
             error = max((spectrum.root_mean_square_error for spectrum in power[k]), default=0.0) if power else math.nan
             where = f"{answer.candidate}, {answer.case.name}, {point.name}"
             rows.append((where, *cells, percent(error) if math.isfinite(error) else "–"))
@@ -277,7 +252,7 @@ def _settled(simulation: SimulationContent) -> Iterator[Block]:
             "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
         )  # fmt: skip
         yield PageTable(
-            "Root mean squares of acceleration, and of sway about its mean", header, tuple(rows[:_MOST_ROWS])
+            "Root mean squares of acceleration, and of sway about its mean", header, tuple(rows[:MOST_ROWS])
         )
 
 
@@ -290,10 +265,10 @@ def _envelopes(simulation: SimulationContent) -> Iterator[Block]:
             sways = [run.figures.sway_components[k] for answer in answered for run in answer.runs]
             if sways:
                 largest = [max(float(sway[axis]) for sway in sways) for axis in range(3)]
-                rows.append((f"{candidate.name}, {point.name}", *(_tiny(1e3 * component) for component in largest)))
+                rows.append((f"{candidate.name}, {point.name}", *(tiny(1e3 * component) for component in largest)))
     if rows:
         header = ("candidate and point", "± x [mm]", "± y [mm]", "± z [mm]")
-        yield PageTable("Sway envelope from rest over all load cases", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable("Sway envelope from rest over all load cases", header, tuple(rows[:MOST_ROWS]))
 
 
 def _errors(simulation: SimulationContent) -> Iterator[Block]:
@@ -313,17 +288,10 @@ def _errors(simulation: SimulationContent) -> Iterator[Block]:
         "candidate and case", "acceleration", "sway", "stroke", "step [µs]", "energy exchanged [J]", "residual",
     )  # fmt: skip
     if rows:
-        yield PageTable("Numerical errors and energy balance", header, tuple(rows[:_MOST_ROWS]))
+        yield PageTable(
+            "Range over omega at rest, numerical errors and energy balance", header, tuple(rows[:MOST_ROWS])
+        )
         yield Text(
             "The error is a bound: the change from the run with twice the step. The residual of the energy balance is "
             "over the energy exchanged."
         )
-
-
-def _description(simulation: SimulationContent) -> Iterator[Block]:
-    cases = {answer.case.name: answer.case for answer in simulation.answers}
-    yield Facts((("File", simulation.source), *((name, case.text or case.kind) for name, case in cases.items())))
-
-
-def _tiny(value: float) -> str:
-    return "0" if abs(value) < _NOTHING else number(value, 4)

@@ -23,9 +23,9 @@ from ..common.history_table import history_table, unique_names
 from ..common.plotting import save_plot, some_axes
 from ..common.progress import Progress, unseen
 from ..common.result import Result
-from ..common.text_table import table_lines
+from .simulation_details import detail_lines
 from .simulation_json import candidate_json, case_json
-from .simulation_words import detail_lines, headline, verdict_table
+from .simulation_words import MORE, caution_lines, headline, verdict_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -122,7 +122,7 @@ class Simulation(Result):
 
     def plot(self, axes: Axes | None = None) -> Axes:
         """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
-        from ...report.charts.motion_charts import acceleration_against_stroke
+        from ...report.charts.verdict_charts import acceleration_against_stroke
         from ...report.rendering.drawing import draw
 
         (axis,) = some_axes(axes, 1, 1, _SIZE)
@@ -153,13 +153,19 @@ class Simulation(Result):
     def _figures(self) -> list[tuple[CaseAnswer, Figure | None]]:
         return [(answer, figure) for answer in self.answers for figure in (answer.figures or (None,))]
 
-    def lines(self, width: int | None = None) -> list[str]:
-        """Verdicts, static poses, modes, figures and cautions in words, in tables of at most a width."""
-        headings, rows, left = verdict_table(self.answers)
+    def lines(self, width: int | None = None, details: bool = False) -> list[str]:
+        """Verdicts, the range of the worst figures and each caution once; static poses, modes and more as details.
+
+        Parameters
+        ----------
+        width : int or None   Of the tables and sentences at most; 100 columns if None.
+        details : bool        Whether all is wanted.
+        """
         return [
             headline(self.file.name, self.answers),
-            *table_lines(headings, rows, left, width),
-            *detail_lines(self.candidates, self.answers, width),
+            *verdict_lines(self.answers, width),
+            *caution_lines(self.candidates, self.answers, width),
+            *(detail_lines(self.candidates, self.answers, width) if details else [MORE]),
         ]
 
     def _repr_html_(self) -> str:

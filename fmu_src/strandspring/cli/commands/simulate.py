@@ -12,7 +12,7 @@ from ...ground.files import refuse_unwritable
 from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ..shared.options import FiniteRange
-from ..shared.output import reporting, result, result_json, result_lines, working
+from ..shared.output import reporting, result, result_json, terminal_width, working
 from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 
 
@@ -57,6 +57,9 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
     "tens of megabytes.",
 )
 @click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
+@click.option(
+    "--details", is_flag=True, help="Print static poses, modes, errors, root mean squares and energy balances, too."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
 def simulate(
     system: str,
@@ -66,6 +69,7 @@ def simulate(
     plot: str | None,
     histories: str | None,
     output: str | None,
+    details: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -112,7 +116,7 @@ def simulate(
         written = {option[2:]: path for option, path in outputs.items()}
         result_json({"file": system, **simulation.as_json(), **written, "histories": [str(path) for path in courses]})
         return
-    result_lines(simulation)
+    result("\n".join(simulation.lines(terminal_width(), details)))
     for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
         if path is not None:
             result(f"{title}: {path}")

@@ -13,6 +13,7 @@ from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import printable
 from ...kernel.arrays import FloatArray
+from ...vibration.bodies.axis_names import axis_labels, axis_names, direction_name
 from ...vibration.bodies.mounted import MountedSystem, RigidBody, Vector
 
 LEAST_STEP = 1e-12  # [s]
@@ -172,11 +173,11 @@ def system_start_values(system: MountedSystem, options: SystemFmuOptions) -> dic
     return {**dict.fromkeys(inputs, 0.0), "step": options.step, "omega_start": options.omega_start, **gravity}
 
 
-def unique_names(texts: Iterable[str]) -> list[str]:
-    """Names of letters, digits and underscores for texts, all different."""
+def unique_names(texts: Iterable[str], longest: int = _LONGEST) -> list[str]:
+    """Names of letters, digits and underscores for texts, all different, of about so many characters at most."""
     names: list[str] = []
     for text in texts:
-        name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:_LONGEST].rstrip("_") or "unnamed"
+        name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:longest].rstrip("_") or "unnamed"
         number, chosen = 1, name
         while chosen in names:
             number += 1
@@ -198,11 +199,18 @@ def _held_inputs(system: MountedSystem, body: int, direction: str) -> tuple[str,
 
 def _axes(system: MountedSystem) -> Iterator[tuple[str, str]]:
     """Name and text of each axis of a mount."""
-    names = unique_names(mount.name for mount in system.mounts)
-    for name, mount in zip(names, system.mounts, strict=True):
-        for number, axis in enumerate(mount.axes, start=1):
-            along = ", ".join(f"{component:.6g}" for component in axis.direction)
-            yield f"{name}_{number}", f"axis {number} of mount {printable(mount.name)}, along ({along})"
+    mounts = unique_names(mount.name for mount in system.mounts)
+    names = unique_names(
+        (
+            f"{name} {label if axis.name or direction_name(axis.direction) else number}"
+            for name, mount in zip(mounts, system.mounts, strict=True)
+            for number, (axis, label) in enumerate(zip(mount.axes, axis_labels(mount), strict=True), start=1)
+        ),
+        2 * _LONGEST,
+    )
+    for name, text, (_, axis) in zip(names, axis_names(system), system.axes(), strict=True):
+        along = ", ".join(f"{component:.6g}" for component in axis.direction)
+        yield name, f"{printable(text)}, along ({along})"
 
 
 def _parameters(largest_step: float) -> Iterator[Variable]:

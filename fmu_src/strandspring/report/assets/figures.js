@@ -1,10 +1,23 @@
 // Draws the figures of a page by plotly.js, in the colours of the page; lets records and cycles be chosen.
-(() => {
+(async () => {
   "use strict";
-  const page = JSON.parse(document.getElementById("figure-data").textContent);
+  if (!("DecompressionStream" in window)) {
+    for (const plot of document.querySelectorAll(".plot")) plot.textContent = "This figure needs a browser of 2023 or later.";
+    return;
+  }
+
+  async function unpacked(id) {
+    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (c) => c.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  }
+
+  const script = document.createElement("script");
+  script.textContent = await unpacked("plotly");
+  document.head.append(script);
+  const page = JSON.parse(await unpacked("figure-data"));
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const touch = matchMedia("(pointer: coarse)").matches;
-  const chosen = { record: null, cycle: null };  // null: all
+  const chosen = { record: page.first, cycle: null };  // null: all
 
   const isNumbers = (value) => value && typeof value === "object" && "bdata" in value;
 
@@ -72,6 +85,14 @@
         shown.x = trace.x.subarray(0, trace.meta.whole);
         shown.y = trace.y.subarray(0, trace.meta.whole);
       }
+      if (trace.meta.labels) {
+        const places = trace.meta.labels[figure.plot.clientWidth < 900 ? "narrow" : "wide"];
+        shown.text = trace.hovertext.map((text, k) => (places[k] ? text : ""));
+        shown.textposition = places.map((place) => place || "middle right");
+        shown.mode = trace.mode.includes("text") ? trace.mode : `${trace.mode}+text`;
+        shown.textfont = { ...shown.textfont, size: 11 };
+        shown.cliponaxis = false;
+      }
       return shown;
     });
   }
@@ -83,6 +104,7 @@
     };
     const title = (own) => ({ ...own.title, standoff: 10 });
     const { xaxis, yaxis } = figure.layout;
+    const isDrawing = xaxis.visible === false;
     const narrow = figure.plot.clientWidth < 420;
     return coloured({
       ...figure.layout,
@@ -93,7 +115,8 @@
       paper_bgcolor: "--paper", plot_bgcolor: "--paper",
       hoverlabel: { bgcolor: "--page", bordercolor: "--line", font: { color: "--text" } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: "--muted", activecolor: "--text" },
-      margin: { l: 56, r: 14, t: 26, b: 44 },
+      margin: isDrawing ? { l: 4, r: 4, t: 26, b: 4 } : { l: 56, r: 14, t: 26, b: 44 },
+      barmode: "overlay",
       showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: "kept",
     }, style);
   }

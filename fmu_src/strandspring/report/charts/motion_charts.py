@@ -1,11 +1,10 @@
-"""Charts of load cases: acceleration against stroke, histories, loops of mounts, spectra and sway.
+"""Charts of load cases over time and frequency: histories, loops of mounts, spectra and sway.
 
 Charts with histories show one answer at a time; its place is the `record` of their traces.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -23,8 +22,8 @@ from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
 from ..content.quantities import DisplayUnit, number, percent
 from ..content.thinning import visible
 
-G, MM, PERCENT, N, HZ, S = (
-    DisplayUnit("g", 1.0 / STANDARD_GRAVITY), DisplayUnit("mm", 1e3), DisplayUnit("%", 100.0), DisplayUnit("N"),
+G, MM, N, HZ, S = (
+    DisplayUnit("g", 1.0 / STANDARD_GRAVITY), DisplayUnit("mm", 1e3), DisplayUnit("N"),
     DisplayUnit("Hz"), DisplayUnit("s")
 )  # fmt: skip
 _DENSITY = DisplayUnit("g²/Hz", STANDARD_GRAVITY**-2)
@@ -33,113 +32,92 @@ _STYLES = tuple(
     for form in (ChartForm.LINE, ChartForm.DASHED)
     for role in (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD)
 )
-_COLOURS = (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD, Role.MEASURED)
 _NO_MOTION = 1e-9  # of the largest in any direction
-_POINTS = 2400  # of a line
+_POINTS, _LEAST_POINTS, _ALL_POINTS = 2400, 100, 250_000  # of a line, and of all lines of a page
 _MOST_LINES = 5  # points or axes of an answer, those that move most
 _NO_DENSITY = 1e-7  # of the largest
 _LETTERS = "xyz"
 Places = dict[int, CaseAnswer]
 
 
-def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
-    """One mark for each case, one colour for each candidate."""
-    traces = []
-    marks: list[tuple[float, float, CaseAnswer]] = []
-    for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
-        of_candidate = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
-        if of_candidate:
-            texts = [mark[2].case.name for mark in of_candidate]
-            x, y = (
-                np.array([mark[0] for mark in of_candidate]),
-                np.array([mark[1] for mark in of_candidate]),
-            )
-            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], ChartForm.MARKS, texts=tuple(texts)))
-        marks += of_candidate
-    strokes = {
-        figure.limit
-        for answer in answers
-        for figure in answer.figures_of(FigureKind.STROKE)
-        if figure.limit is not None
-    }
-    limits = {
-        figure.limit for answer in answers for figure in answer.figures_of(FigureKind.ACCELERATION) if figure.limit
-    }
-    if marks:
-        right, top = 1.05 * max(mark[0] for mark in marks), 1.05 * max(mark[1] for mark in marks)
-        top = max([top, *(G.factor * limit for limit in limits)])
-        for limit in sorted(strokes):
-            ends = np.array([0.0, top])
-            traces.append(
-                Trace("limit of stroke", np.full(2, PERCENT.factor * limit), ends, Role.REFERENCE, ChartForm.DASHED)
-            )
-        for limit in sorted(limits):
-            ends = np.array([0.0, max(right, PERCENT.factor)])
-            traces.append(
-                Trace("limit of a point", ends, np.full(2, G.factor * limit), Role.REFERENCE, ChartForm.DOTTED)
-            )
-    sentence = (
-        "Each mark is a load case: largest acceleration of the worst point, and largest share of a spring's way "
-        "from rest to the end of its identified range."
-    )
-    if marks:
-        stroke, acceleration, answer = max(marks, key=lambda mark: mark[0])
-        sentence += (
-            f" The largest stroke, {number(stroke, 3)} %, is that of {answer.candidate} in {answer.case.name}, with "
-            f"{number(acceleration, 3)} g."
-        )
-    return Chart(
-        "sheet", "Acceleration against stroke",
-        Axis("stroke", PERCENT, limits=(0.0, None)), Axis("acceleration", G, limits=(0.0, None)),
-        tuple(traces), sentence, wide=True,
-    )  # fmt: skip
-
-
-def _marks(answer: CaseAnswer) -> Iterator[tuple[float, float, CaseAnswer]]:
-    """Stroke [%] and acceleration [g] of an answer, if it has both."""
-    stroke, acceleration = answer.worst(FigureKind.STROKE), answer.worst(FigureKind.ACCELERATION)
-    if stroke is not None and acceleration is not None and math.isfinite(stroke.value):
-        yield PERCENT.factor * stroke.value, G.factor * acceleration.value, answer
-
-
 def histories(answers: Places) -> Iterator[Chart]:
-    """Acceleration of the base and of the points, and sway of the points, over time."""
-    acceleration: list[Trace] = []
-    sway: list[Trace] = []
+    """Magnitude of acceleration and sway of the points over time with their limits, then their components."""
+    magnitudes: dict[FigureKind, list[Trace]] = {FigureKind.ACCELERATION: [], FigureKind.SWAY: []}
+    components: dict[FigureKind, list[Trace]] = {FigureKind.ACCELERATION: [], FigureKind.SWAY: []}
+    most = _points_of_line(answers)
     for place, answer in answers.items():
         courses = _courses(answer)
         time, base = courses.histories.time, G.factor * courses.base
         if base.any():
-            acceleration.append(
-                _line(f"base {_letter(base)}", time, _largest(base), (Role.REFERENCE, ChartForm.LINE), place)
-            )
-        for k, name, style in _points(answer):
-            a = G.factor * courses.histories.acceleration[:, k]
-            s = MM.factor * (courses.histories.sway[:, k] - courses.histories.sway[0, k])
-            acceleration.append(_line(f"{name} {_letter(a)}", time, _largest(a), style, place))
-            sway.append(_line(f"{name} {_letter(s)}", time, _largest(s), style, place))
-    for key, title, unit, traces in (
-        ("acceleration", "Acceleration over time", G, acceleration),
-        ("sway", "Sway from rest over time", MM, sway),
+            style = (Role.REFERENCE, ChartForm.LINE)
+            magnitudes[FigureKind.ACCELERATION].append(_line("base", time, _length(base), style, place, most))
+            name = f"base {_letter(base)}"
+            components[FigureKind.ACCELERATION].append(_line(name, time, _largest(base), style, place, most))
+        sway = MM.factor * (courses.histories.sway - courses.histories.sway[0])
+        for quantity, of_points in (
+            (FigureKind.ACCELERATION, G.factor * courses.histories.acceleration),
+            (FigureKind.SWAY, sway),
+        ):
+            for k, name, style in _points(answer):
+                moved = of_points[:, k]
+                magnitudes[quantity].append(_line(name, time, _length(moved), style, place, most))
+                line = _line(f"{name} {_letter(moved)}", time, _largest(moved), style, place, most)
+                components[quantity].append(line)
+                magnitudes[quantity] += _limit_and_range(answer, quantity, name, time, _length(moved), style[0], place)
+    for quantity, title, unit in (
+        (FigureKind.ACCELERATION, "Acceleration beside its limit", G),
+        (FigureKind.SWAY, "Sway from rest beside its limit", MM),
     ):
-        if traces:
+        if magnitudes[quantity]:
             yield Chart(
-                f"history-{key}", title, Axis("time", S), Axis(key, unit), tuple(traces),
-                "Of each point the component along x, y or z that moves most, from the static equilibrium with the "
-                "largest acceleration.", wide=True, single=True,
+                f"history-{quantity.value}", title, Axis("time", S), Axis(quantity.value, unit, limits=(0.0, None)),
+                tuple(magnitudes[quantity]),
+                "Magnitude of the vector, of which the verdict is. The lines are of one run; the bar at each peak is "
+                "the range that the verdict takes from all runs.", wide=True, single=True,
             )  # fmt: skip
+    for quantity, title, unit in (
+        (FigureKind.ACCELERATION, "Components of acceleration", G),
+        (FigureKind.SWAY, "Components of sway", MM),
+    ):
+        if components[quantity]:
+            yield Chart(
+                f"components-{quantity.value}", title, Axis("time", S), Axis(quantity.value, unit),
+                tuple(components[quantity]),
+                "Of each point the component along x, y or z that moves most, in the same run.", wide=True, single=True,
+            )  # fmt: skip
+
+
+def _limit_and_range(
+    answer: CaseAnswer, quantity: FigureKind, point: str, time: FloatArray, values: FloatArray, role: Role, place: int
+) -> Iterator[Trace]:
+    """The limit of a point as a line, and the range of its figure as a bar at the peak of its line."""
+    figure = next((figure for figure in answer.figures_of(quantity) if figure.subject == point), None)
+    if figure is None:
+        return
+    low, high = (quantity.column.factor * end for end in (figure.low, figure.high))
+    yield Trace(
+        "range of the peak", time[[int(np.argmax(values))]], np.array([high]), role, ChartForm.RANGES,
+        low=np.array([low]), record=place,
+    )  # fmt: skip
+    if figure.limit is not None:
+        limit, ends = quantity.column.factor * figure.limit, time[[0, -1]]
+        yield Trace(
+            f"limit {number(limit)} {quantity.column.shown}", ends, np.full(2, limit), Role.LIMIT, ChartForm.DASHED,
+            record=place,
+        )  # fmt: skip
 
 
 def loops(answers: Places) -> Chart:
     """Force of axes of mounts over the displacement of their springs, with the identified ranges."""
     traces: list[Trace] = []
+    most = _points_of_line(answers)
     for place, answer in answers.items():
         courses, names = _courses(answer), axis_names(answer.system)
         displacement, force = MM.factor * courses.histories.displacement, courses.histories.force
         use = max(answer.uses, key=lambda spectrum: float(spectrum.share.max()))
         worst = np.argsort(-np.nan_to_num(use.share, posinf=1e9), kind="stable")[:_MOST_LINES]
         for k, axis in enumerate(worst.tolist()):
-            at = _both(displacement[:, axis], force[:, axis])
+            at = _both(displacement[:, axis], force[:, axis], most)
             style = _STYLES[k % len(_STYLES)]
             traces.append(Trace(names[axis], displacement[at, axis], force[at, axis], *style, record=place))
         low, high = MM.factor * use.low[worst].min(), MM.factor * use.high[worst].max()
@@ -148,7 +126,7 @@ def loops(answers: Places) -> Chart:
         traces.append(Trace("ends of the identified range", x, y, Role.REFERENCE, ChartForm.DOTTED, record=place))
     return Chart(
         "loops", "Loops of the mounts", Axis("displacement of a spring", MM), Axis("force of the axis", N),
-        tuple(traces), f"The {_MOST_LINES} axes that use most of their identified range, stops and dampers included.",
+        tuple(traces), f"The {_MOST_LINES} axes that use most of their ranges, in one run; stops and dampers included.",
         wide=True, single=True,
     )  # fmt: skip
 
@@ -202,6 +180,7 @@ def power_spectra(answers: Places) -> Chart | None:
 
 def sway_paths(answers: Places) -> Iterator[Chart]:
     """Paths of the points from rest, in three projections."""
+    most = _points_of_line(answers)
     for across, up in ((0, 1), (0, 2), (1, 2)):
         traces = []
         for place, answer in answers.items():
@@ -209,8 +188,8 @@ def sway_paths(answers: Places) -> Iterator[Chart]:
             for k, name, style in _points(answer):
                 moved = MM.factor * (sway[:, k] - sway[0, k])
                 moved[:, np.abs(moved).max(axis=0) < _NO_MOTION * np.abs(moved).max()] = 0.0
-                at = _both(moved[:, across], moved[:, up])
-                if moved[:, [across, up]].any():
+                at = _both(moved[:, across], moved[:, up], most)
+                if moved[:, [across, up]].any(axis=0).all():
                     traces.append(Trace(name, moved[at, across], moved[at, up], *style, record=place))
         a, b = _LETTERS[across], _LETTERS[up]
         if traces:
@@ -255,11 +234,24 @@ def _largest(components: FloatArray) -> FloatArray:
     return np.asarray(components[:, int(np.argmax(np.abs(components).max(axis=0)))])
 
 
-def _line(name: str, time: FloatArray, values: FloatArray, style: tuple[Role, ChartForm], place: int) -> Trace:
-    at = visible(values, _POINTS)
+def _length(components: FloatArray) -> FloatArray:
+    """Of each vector, shape (K,)."""
+    return np.asarray(np.linalg.norm(components, axis=1))
+
+
+def _line(
+    name: str, time: FloatArray, values: FloatArray, style: tuple[Role, ChartForm], place: int, most: int
+) -> Trace:
+    at = visible(values, most)
     return Trace(name, time[at], values[at], *style, record=place)
 
 
-def _both(x: FloatArray, y: FloatArray) -> IndexArray:
+def _both(x: FloatArray, y: FloatArray, most: int) -> IndexArray:
     """Samples of a path that draw the same line."""
-    return np.union1d(visible(x, _POINTS // 2), visible(y, _POINTS // 2))
+    return np.union1d(visible(x, most // 2), visible(y, most // 2))
+
+
+def _points_of_line(answers: Places) -> int:
+    """How many points a line may have so that a page of all answers is not too large."""
+    lines = sum(2 + 7 * min(_MOST_LINES, len(answer.system.points)) + _MOST_LINES for answer in answers.values())
+    return min(_POINTS, max(_LEAST_POINTS, _ALL_POINTS // max(1, lines)))

@@ -61,6 +61,7 @@ class PageTable:
     rows : tuple of tuples of str
     strong : tuple of int       Rows that begin a group.
     compact : bool              Stays a table on a phone; else each row becomes a small list there.
+    levels : tuple of Level     Of each row, as sign and colour of its second cell; empty for none.
     """
 
     title: str
@@ -68,6 +69,7 @@ class PageTable:
     rows: tuple[tuple[str, ...], ...]
     strong: tuple[int, ...] = ()
     compact: bool = False
+    levels: tuple[Level, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -119,6 +121,8 @@ class PageContent:
     records : dict            Names of the records in the figures by their places, to choose from.
     footer : str
     noun : str                What a record is called where one is chosen.
+    first : int or None       Place of the record that is shown first; None for the first of each figure.
+    panels : int              So many records are shown in a document by a figure of one record at a time.
     """
 
     title: str
@@ -127,6 +131,8 @@ class PageContent:
     records: dict[int, str]
     footer: str
     noun: str = "Record"
+    first: int | None = None
+    panels: int = 3
 
     @property
     def figures(self) -> tuple[Figure, ...]:

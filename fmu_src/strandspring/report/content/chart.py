@@ -22,6 +22,7 @@ class Role(Enum):
     SECOND = "green"
     THIRD = "purple"
     REFERENCE = "muted"
+    LIMIT = "poor"
 
 
 class ChartForm(Enum):
@@ -32,8 +33,10 @@ class ChartForm(Enum):
     DOTTED = "dot"
     DOTS = "dots"  # one for each sample
     MARKS = "marks"  # few and large, with error bars if there are errors
+    RANGES = "ranges"  # from `low` to `y` at each place
     MARKED_LINE = "marked line"
-    BARS = "bars"
+    BARS = "bars"  # from `low` or 0 to `y`
+    LABELS = "labels"  # texts alone
     BAND = "band"  # between `low` and `y`
 
 
@@ -48,6 +51,7 @@ class Axis:
     log : bool
     limits : (float or None, float or None)   Ends in display units; None where the data decide.
     whole : bool              Whether it counts, so that ticks are whole numbers.
+    names : tuple of str      Of what stands at 1, 2 and so on, in place of numbers.
     """
 
     text: str
@@ -55,6 +59,7 @@ class Axis:
     log: bool = False
     limits: tuple[float | None, float | None] = (None, None)
     whole: bool = False
+    names: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -72,11 +77,14 @@ class Trace:
     x, y : ndarray, shape (P,)            NaN interrupts a line.
     role : Role
     form : ChartForm
-    low : ndarray, shape (P,), or None    Lower edge of a band.
+    low : ndarray, shape (P,), or None    Lower edge of a band, or lower ends of bars and ranges.
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
-    texts : tuple of str                  What each point is, where it has a name; for the page only.
+    texts : tuple of str                  What each point is, where it has a name.
+    labelled : bool                       Whether the texts stand beside the points where there is room, see `labels`;
+                                          else they are for the page only, under the pointer.
+    width : float or None                 Of bars; None if they touch each other.
     whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
                                           None if all points draw the line.
     """
@@ -92,6 +100,13 @@ class Trace:
     cycles: tuple[tuple[str, int, int], ...] = ()
     whole: int | None = None
     texts: tuple[str, ...] = ()
+    labelled: bool = False
+    width: float | None = None
+
+    @property
+    def bar_width(self) -> float:
+        """Of each of its bars."""
+        return float(self.x[1] - self.x[0]) if self.width is None else self.width
 
     @property
     def shown(self) -> int:
@@ -112,6 +127,7 @@ class Chart:
     sentence : str        What it shows, in words and numbers; the alternative text too.
     wide : bool           Whether it takes the whole width of the page.
     single : bool         Whether it shows one record at a time.
+    is_drawing : bool     Whether it is a drawing to scale: without ticks, and with one scale along both axes.
     """
 
     key: str
@@ -122,6 +138,7 @@ class Chart:
     sentence: str
     wide: bool = False
     single: bool = False
+    is_drawing: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..content.chart import Axis, Chart, ChartForm, Figure, HeatMap, Role, Trace
+from ..content.labels import label_places
 
 Json = dict[str, Any]
 
@@ -25,6 +26,9 @@ _LINES: dict[ChartForm, tuple[str, Json]] = {
     ChartForm.MARKED_LINE: ("lines+markers", {"width": 1.2}),
 }
 _FADED = "/0.18"  # opacity of a band
+# Letters and lines of text that fit into a chart of the whole width of a page, and of a phone.
+_ROOM = {"wide": (160.0, 22.0), "narrow": (46.0, 15.0)}
+_ROOM_OF_DRAWING = {"wide": (160.0, 46.0), "narrow": (46.0, 22.0)}
 
 
 def figure_json(figure: Figure) -> Json:
@@ -33,12 +37,14 @@ def figure_json(figure: Figure) -> Json:
 
 
 def _chart(chart: Chart) -> Json:
-    return {
-        "key": chart.key,
-        "single": chart.single,
-        "traces": [_trace(trace, chart) for trace in chart.traces],
-        "layout": {"xaxis": _axis(chart.x, chart), "yaxis": _axis(chart.y, chart)},
-    }
+    layout = {"xaxis": _axis(chart.x, chart), "yaxis": _axis(chart.y, chart)}
+    if chart.is_drawing:
+        layout = {"xaxis": {"visible": False}, "yaxis": {"visible": False, "scaleanchor": "x"}}
+    traces = [_trace(trace, chart) for trace in chart.traces]
+    for name, room in (_ROOM_OF_DRAWING if chart.is_drawing else _ROOM).items():
+        for number, places in label_places(chart, *room).items():
+            traces[number]["meta"].setdefault("labels", {})[name] = places
+    return {"key": chart.key, "single": chart.single, "traces": traces, "layout": layout}
 
 
 def _axis(axis: Axis, chart: Chart) -> Json:
@@ -49,7 +55,10 @@ def _axis(axis: Axis, chart: Chart) -> Json:
         form |= {"type": "log", "tickformat": "~g", "dtick": "D2", "minor": {"dtick": "D1", "showgrid": True}}
         if _decades(chart, axis) > _MOST_DECADES:
             form["dtick"] = 1
-    if axis.whole:
+    if axis.names:
+        numbers = list(range(1, len(axis.names) + 1))
+        form |= {"tickvals": numbers, "ticktext": [escape(name, quote=False) for name in axis.names], "tickangle": -90}
+    elif axis.whole:
         last = max(float(trace.x.max()) for trace in chart.traces)
         form |= {"tick0": 1, "dtick": max(1, math.ceil(last / 8.0))}
     if low is not None or high is not None:
@@ -85,11 +94,16 @@ def _trace(trace: Trace, chart: Chart) -> Json:
         },
     }
     if trace.texts:
-        form |= {"text": [escape(text, quote=False) for text in trace.texts], "hovertemplate": f"%{{text}}<br>{hover}"}
+        texts = [escape(text, quote=False) for text in trace.texts]
+        form |= {"hovertext": texts, "hovertemplate": f"%{{hovertext}}<br>{hover}"}
+    if trace.form is ChartForm.LABELS or chart.is_drawing:
+        form["hovertemplate"] = "%{hovertext}<extra></extra>" if trace.texts else f"{escape(trace.name)}<extra></extra>"
     if trace.form is ChartForm.BARS:
-        width = float(trace.x[1] - trace.x[0])
+        ends = {"y": _values(trace.y)}
+        if trace.low is not None:
+            ends = {"base": _values(trace.low), "y": _values(trace.y - trace.low)}
         return form | {
-            "type": "bar", "x": _values(trace.x), "y": _values(trace.y), "width": width,
+            "type": "bar", "x": _values(trace.x), **ends, "width": trace.bar_width,
             "marker": {"color": colour + "/0.55", "line": {"width": 0}},
         }  # fmt: skip
     if trace.form is ChartForm.BAND and trace.low is not None:
@@ -98,6 +112,19 @@ def _trace(trace: Trace, chart: Chart) -> Json:
             "y": _values(np.concatenate([trace.y, trace.low[::-1]])),
             "mode": "lines", "line": {"width": 0, "color": colour}, "fill": "toself", "fillcolor": colour + _FADED,
             "hoverinfo": "skip", "hovertemplate": None,
+        }  # fmt: skip
+    if trace.form is ChartForm.RANGES and trace.low is not None:
+        half = 0.5 * (trace.y - trace.low)
+        return form | {
+            "x": _values(trace.x), "y": _values(trace.low + half), "mode": "markers",
+            "marker": {"color": colour, "size": 1}, "hovertemplate": None, "hoverinfo": "name",
+            "error_y": {"array": _values(half), "color": colour, "thickness": 2, "width": 6},
+        }  # fmt: skip
+    if trace.form is ChartForm.LABELS:
+        # A mark that is not seen keeps the text at a distance.
+        return form | {
+            "x": _values(trace.x), "y": _values(trace.y), "mode": "markers+text", "marker": {"size": 9, "opacity": 0},
+            "textfont": {"color": colour},
         }  # fmt: skip
     mode, line = _LINES[trace.form]
     if trace.form is ChartForm.LINE and trace.role is Role.MEASURED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib import resources, util
 from pathlib import Path
@@ -12,7 +13,6 @@ from ...errors import StrandspringError
 from ...ground.files import replacing
 from ...ground.scratch import TemporaryFolder
 from ..content.blocks import Block, Gallery, Notice, PageContent, Text
-from ..content.chart import Figure
 from ..content.quantities import bound
 
 WIDE, COLUMNS = 178.0, {2: 86.0, 3: 56.0}  # widths of figures [mm]
@@ -48,13 +48,13 @@ def write_document(path: Path, content: PageContent) -> None:
     import typst
 
     with TemporaryFolder() as folder:
-        _draw(folder, content)
+        drawn = _draw(folder, content)
         form = {
             "title": content.title,
             "subtitle": content.subtitle,
             "footer": content.footer,
             "sections": [
-                {"title": section.title, "blocks": [_block(block) for block in section.blocks]}
+                {"title": section.title, "blocks": [_block(block, drawn) for block in section.blocks]}
                 for section in content.sections
             ],
         }
@@ -79,37 +79,40 @@ def _fonts() -> str:
     return str(Path(mpl.get_data_path()) / "fonts" / "ttf")
 
 
-def _draw(folder: Path, content: PageContent) -> None:
-    """Every figure as an SVG in the folder."""
+def _draw(folder: Path, content: PageContent) -> dict[str, dict[str, Any]]:
+    """Every figure as one SVG or several in the folder; by its key their names, and whether they are wide."""
     from matplotlib import rc_context
 
-    from .drawing import STYLE, paper_figure
+    from .drawing import FEW, STYLE, groups_of_records, paper_figure
 
+    drawn: dict[str, dict[str, Any]] = {}
     galleries = [block for section in content.sections for block in section.blocks if isinstance(block, Gallery)]
     with rc_context(STYLE):
         for gallery in galleries:
             for figure in gallery.figures:
-                width = WIDE if figure.wide else COLUMNS[gallery.columns]
-                paper = paper_figure(figure, width, content.records)
-                paper.savefig(folder / f"{figure.key}.svg", metadata={"Date": None}, dpi=300)
+                groups = groups_of_records(figure, content.panels)
+                wide = figure.wide or len(groups[0]) > FEW
+                width = WIDE if wide else COLUMNS[gallery.columns]
+                files = [f"{figure.key}-{number}.svg" for number in range(len(groups))]
+                drawn[figure.key] = {"wide": wide, "files": files}
+                for file, places in zip(files, groups, strict=True):
+                    paper = paper_figure(figure, width, {place: content.records[place] for place in places})
+                    paper.savefig(folder / file, metadata={"Date": None}, dpi=300)
+    return drawn
 
 
-def _block(block: Block) -> dict[str, Any]:
+def _block(block: Block, drawn: Mapping[str, dict[str, Any]]) -> dict[str, Any]:
     """A block as typst reads it, with the name of its class."""
     if isinstance(block, Gallery):
-        return {"form": "Gallery", "columns": block.columns, "figures": [_figure(figure) for figure in block.figures]}
+        figures = [
+            {"title": figure.title, "sentence": bound(figure.sentence), **drawn[figure.key]} for figure in block.figures
+        ]
+        return {"form": "Gallery", "columns": block.columns, "figures": figures}
     form = {"form": type(block).__name__, **asdict(block)}
     if isinstance(block, Text | Notice):
         form["text"] = bound(form["text"])
     if "level" in form:
         form["level"] = form["level"].value
+    if "levels" in form:
+        form["levels"] = [level.value for level in form["levels"]]
     return form
-
-
-def _figure(figure: Figure) -> dict[str, Any]:
-    return {
-        "file": f"{figure.key}.svg",
-        "title": figure.title,
-        "sentence": bound(figure.sentence),
-        "wide": figure.wide,
-    }

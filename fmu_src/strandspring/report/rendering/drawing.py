@@ -16,6 +16,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 from matplotlib.transforms import ScaledTranslation
 
 from ..content.chart import Chart, ChartForm, Figure, HeatMap, Role, Trace
+from ..content.labels import PLACES, label_places
 from ..content.quantities import number
 from .palette import LIGHT
 
@@ -46,7 +47,10 @@ STYLE: Any = {
 _AXIS, _LETTER = 20.0, 1.6  # room for the axis beside a name, and of a letter in it [mm]
 _STYLES = {ChartForm.LINE: "-", ChartForm.DASHED: "--", ChartForm.DOTTED: ":", ChartForm.MARKED_LINE: "-"}
 _TITLE = 10.0  # room for the name of a record between panel and legend [points]
-_PANELS = 3  # records shown of a chart with one record at a time
+FEW = 3  # records below each other in a chart; more stand side by side
+_COLUMNS, _ROWS = 2, 4
+_LONGEST_TICK = 30
+_LETTER_SIZE = (0.048, 0.105)  # of a label [inches]
 
 
 def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float = 1.0) -> Axes:
@@ -67,7 +71,8 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
         if record is None or trace.record in (None, record):
             # matplotlib leaves labels with an underscore out of the legend.
             _trace(trace, axes, "_" if trace.name in named else trace.name, scale, 2.0 + 0.001 * order)
-            named[trace.name] = None
+            if trace.name and trace.form is not ChartForm.LABELS:
+                named[trace.name] = None
     for axis, way in ((figure.x, "x"), (figure.y, "y")):
         text = axes.set_xlabel(axis.label) if way == "x" else axes.set_ylabel(axis.label)
         text.set_parse_math(False)
@@ -75,27 +80,36 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
             _logarithmic(axes, way)
         if axis.limits != (None, None):
             axes.set(**{f"{way}lim": axis.limits})
-    if figure.x.whole:
+    if figure.x.names:
+        names = [printable(name, _LONGEST_TICK) for name in figure.x.names]
+        axes.set_xticks(range(1, len(names) + 1), names, rotation=90, parse_math=False)
+    elif figure.x.whole:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
+    if figure.is_drawing:
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+    _label(figure, axes)
     if len(named) > 1:
         _legend(axes, list(named))
     return axes
 
 
 def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Paper:
-    """A figure for print; a chart of one record at a time gets a panel for each of the first records.
+    """A figure for print; a chart of one record at a time gets a panel for each of the records, at most eight.
 
     Parameters
     ----------
     figure : Chart or HeatMap
     width : float             [mm]
-    names : mapping           Of the records, by their places.
+    names : mapping           Of the records to show, by their places.
     """
     records: list[int | None] = [None]
     if isinstance(figure, Chart) and figure.single:
-        records = [*dict.fromkeys(trace.record for trace in figure.traces)][:_PANELS]
+        records = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place in names]
+    if len(records) > FEW:
+        return _many_panels(figure, width, records, names)
     height = width * (1.0 if isinstance(figure, HeatMap) else 0.42 if width > 120.0 else 0.78 if width > 70.0 else 0.95)
     if len(records) > 1:
         height *= 0.8
@@ -116,6 +130,33 @@ def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Pape
             elif legend is not None:
                 above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
                 legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
+    return paper
+
+
+def groups_of_records(figure: Figure, most: int) -> list[list[int]]:
+    """The first records of a chart of one record at a time, in groups for `paper_figure`; one empty group else."""
+    if not isinstance(figure, Chart) or not figure.single:
+        return [[]]
+    places = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place is not None][:most]
+    size = len(places) if len(places) <= FEW else _COLUMNS * _ROWS
+    return [places[k : k + size] for k in range(0, len(places), max(1, size))] or [[]]
+
+
+def _many_panels(figure: Figure, width: float, records: Sequence[int | None], names: Mapping[int, str]) -> Paper:
+    """Records side by side, each with its name and legend."""
+    rows = math.ceil(len(records) / _COLUMNS)
+    panel = width / _COLUMNS
+    paper = Paper(figsize=(width * MM, 0.66 * panel * rows * MM), layout="constrained")
+    panels = paper.subplots(rows, _COLUMNS, squeeze=False).ravel()
+    for axes, record in zip(panels, records, strict=False):
+        draw(figure, axes, record)
+        name = printable(names[record or 0], int((panel - _AXIS) / _LETTER))
+        axes.set_title(name, loc="left", fontsize=6.5, parse_math=False, pad=3.0)
+        if (legend := axes.get_legend()) is not None:
+            above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
+            legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
+    for axes in panels[len(records) :]:
+        axes.set_axis_off()
     return paper
 
 
@@ -145,7 +186,16 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             low = trace.y if trace.low is None else trace.low
             axes.fill_between(trace.x, low, trace.y, alpha=0.18, lw=0.0, **style)
         case ChartForm.BARS:
-            axes.bar(trace.x, trace.y, width=float(trace.x[1] - trace.x[0]), alpha=0.55, **style)
+            low = np.zeros_like(trace.y) if trace.low is None else trace.low
+            axes.bar(trace.x, trace.y - low, bottom=low, width=trace.bar_width, alpha=0.55, **style)
+        case ChartForm.RANGES:
+            low = trace.y if trace.low is None else trace.low
+            half = 0.5 * (trace.y - low)
+            axes.errorbar(
+                trace.x, low + half, yerr=half, ls="none", capsize=2.5 * scale, elinewidth=1.2 * scale, **style
+            )
+        case ChartForm.LABELS:
+            pass  # see _label
         case ChartForm.DOTS:
             # Thousands of dots are no picture for vectors.
             axes.plot(
@@ -162,6 +212,24 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             marks: dict[str, Any] = {"marker": "o", "ms": 2.5 * scale} if trace.form is ChartForm.MARKED_LINE else {}
             x, y = trace.x[: trace.shown], trace.y[: trace.shown]
             axes.plot(x, y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)
+
+
+def _label(chart: Chart, axes: Axes) -> None:
+    """Texts beside their points."""
+    paper = axes.get_figure()
+    width, height = paper.get_size_inches() if isinstance(paper, Paper) else (6.0, 4.0)
+    room = ((width - _AXIS * MM) / _LETTER_SIZE[0], (height - 0.5 * _AXIS * MM) / _LETTER_SIZE[1])
+    for order, places in label_places(chart, *room).items():
+        trace = chart.traces[order]
+        for x, y, text, place in zip(trace.x.tolist(), trace.y.tolist(), trace.texts, places, strict=True):
+            if place:
+                across, up = PLACES[place]
+                axes.annotate(
+                    printable(text, len(text) + 20), (x, y), (4.0 * across, (5.0 if not across else 4.0) * up),
+                    textcoords="offset points", ha=("center", "left", "right")[across],
+                    va=("center", "bottom", "top")[up], fontsize=6.0, color=LIGHT[trace.role.value],
+                    parse_math=False, annotation_clip=False,
+                )  # fmt: skip
 
 
 def _logarithmic(axes: Axes, way: str) -> None:

@@ -164,6 +164,7 @@ class MountAxis:
     rated_load : float          Static force that one spring may carry [N]; infinite where none is stated.
     stated_amplitude : float or None   Of the one loop of which a catalogue states stiffness and damping [m]; None where
                                 the spring was identified from records.
+    name : str                  What the vendor calls the axis, such as "compression"; empty if nothing is given.
 
     Raises
     ------
@@ -180,6 +181,7 @@ class MountAxis:
     model: str = ""
     rated_load: float = math.inf
     stated_amplitude: float | None = None
+    name: str = ""
 
     def __post_init__(self) -> None:
         _check_direction(self.direction, "the direction of an axis")

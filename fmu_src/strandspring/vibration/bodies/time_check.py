@@ -44,7 +44,7 @@ class _Cosine:
 
     def averages(self, step: float, count: int) -> FloatArray:
         angle = self.omega * step * np.arange(count + 1) + self.phase
-        return self.amplitude * np.diff(np.sin(angle)) / (self.omega * step)
+        return np.asarray(self.amplitude * np.diff(np.sin(angle)) / (self.omega * step))
 
 
 @dataclass(frozen=True, eq=False)

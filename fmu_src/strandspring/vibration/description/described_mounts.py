@@ -82,6 +82,7 @@ def _axis(table: AxisTable, type_name: str, models: Models) -> MountAxis:
         source,
         math.inf if table.rated_load is None else table.rated_load,
         None if table.catalogue is None else table.catalogue.amplitude,
+        table.name or "",
     )
 
 

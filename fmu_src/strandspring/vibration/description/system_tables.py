@@ -141,6 +141,7 @@ class StopsTable(StrictTable):
 class AxisTable(StrictTable):
     """Equal springs of a mount along one axis."""
 
+    name: Name | None = Field(None, description="What the vendor calls the axis: compression, shear, roll.")
     direction: NamedDirection = Field(
         description="In the mount's frame: where the body moves as the spring's displacement grows."
     )

@@ -99,9 +99,7 @@ def mass_balance(
     )
 
 
-def linear_motion(
-    balance: BalancedSystem, tangents: FloatArray, forces: FloatArray, frequency: float
-) -> FloatArray:
+def linear_motion(balance: BalancedSystem, tangents: FloatArray, forces: FloatArray, frequency: float) -> FloatArray:
     """Coefficients of the motion with the axes' tangent stiffness and a loss factor of a tenth, shape (D*N,) [m].
 
     Parameters
