@@ -13,7 +13,7 @@ from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted
 from ..common.text_table import table_lines
 
-WIDTH = 100  # columns, where a terminal does not say how many it has
+WIDTH = 110  # columns, where a terminal does not say how many it has
 MORE = "`details=True` prints static poses, modes, the error of each figure and the energy balance."
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _NEAR = 0.01  # of a limit, within which its share is printed in full

@@ -375,6 +375,7 @@ def _response_json(response: SystemResponse) -> dict[str, Any]:
         "gain_unit": response.gain_unit,
         "resonances": [asdict(resonance) for resonance in response.resonances],
         "cautions": response.cautions,
+        "errors_against_time_integration": [asdict(error) for error in response.errors],
         "frequency": response.frequency.tolist(),
         "points": [
             {"name": point.name, **{name: values[:, p].tolist() for name, values in columns.items()}}

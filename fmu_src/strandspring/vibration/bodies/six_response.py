@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -35,11 +35,13 @@ from .mounted import BASE, MountedSystem, Point
 from .shaken_system import ShakenSystem
 from .shaking import Shaking
 from .small_motion import Pose
+from .time_check import MeasuredError, PeakFigures, TimeCheck
 
 BoolArray = NDArray[np.bool_]
 
 DIRECTIONS = ("x", "y", "z")
-_LARGE_TILT = math.radians(5.0)  # sines of half of it and more are no longer small
+_CHECKED_TILT = math.radians(0.5)  # from which motions are compared with time integration
+_LARGE_ERROR = 0.02  # of that comparison, from which there is a caution
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
 
 
@@ -87,6 +89,8 @@ class SystemResponse:
     tilt : ndarray, shape (F, B)                 Largest rotation of a body from rest, relative to the base [rad].
     low, high : ndarray, shape (F, M)            Displacement of one spring [m].
     stable, requested, extrapolating : ndarray, shape (F,)   As in `isolation.curve_points.ResponsePoint`.
+    errors : tuple of MeasuredError   Against time integration of the exact equations, of the motions with the largest
+                                      acceleration and the largest tilt; empty where no body turns by half a degree.
     """
 
     shaking: Shaking
@@ -104,6 +108,7 @@ class SystemResponse:
     stable: BoolArray
     requested: BoolArray
     extrapolating: BoolArray
+    errors: tuple[MeasuredError, ...] = ()
 
     @property
     def level_text(self) -> str:
@@ -150,11 +155,17 @@ class SystemResponse:
             sentences.append(
                 f"The curve folds: {unstable} motions between folds are unstable, and the motion jumps there."
             )
-        largest = float(self.tilt.max())
-        if largest > _LARGE_TILT:
+        worst = max(self.errors, key=lambda error: error.largest, default=None)
+        if worst is not None and worst.largest > _LARGE_ERROR:
+            tilt = f"Bodies turn by up to {math.degrees(float(self.tilt.max())):.3g} degrees"
+            found = (
+                f"acceleration differs by {100.0 * worst.acceleration:.2g} %, sway by {100.0 * worst.sway:.2g} %"
+                if math.isfinite(worst.largest)
+                else "no such periodic motion was found"
+            )
             sentences.append(
-                f"A body turns by up to {math.degrees(largest):.3g} degrees; rotations are taken as small here, so "
-                "simulate this level in time."
+                f"{tilt}, of which only the second order is kept here: against time integration of the exact equations "
+                f"at {worst.frequency:.4g} Hz {found}; simulate this level in time."
             )
         if self.extrapolating.any():
             outside = self.frequency[self.extrapolating]
@@ -218,7 +229,31 @@ def system_response(
     gains = _Gains(shaken, moved)
     motions = _with_peaks(shaken, gains, motions)
     _check_ranges(shaken, motions)
-    return _response(shaken, moved, gains, motions)
+    response = _response(shaken, moved, gains, motions)
+    return replace(response, errors=_measured_errors(shaken, response, motions))
+
+
+def _measured_errors(
+    shaken: ShakenSystem, response: SystemResponse, motions: Sequence[SteadyMotion]
+) -> tuple[MeasuredError, ...]:
+    """`SystemResponse.errors`."""
+    if response.tilt.max(initial=0.0) < _CHECKED_TILT or any(shaken.shaking.about or ()):
+        return ()
+    check = TimeCheck(shaken.motion, shaken.shaking, shaken.level, response.points)
+    stable = response.stable[:, None]
+    places = {
+        int(np.argmax(np.where(stable, figures.reshape(len(motions), -1), 0.0).max(axis=1)))
+        for figures in (response.acceleration, response.tilt)
+    }
+    return tuple(
+        check.error(
+            motions[k].omega,
+            motions[k].z.reshape(shaken.balance.degrees, -1),
+            motions[k].motion.figures[:, 2],
+            PeakFigures(response.acceleration[k], response.sway[k], response.tilt[k]),
+        )
+        for k in sorted(places)
+    )
 
 
 def _with_peaks(shaken: ShakenSystem, gains: _Gains, motions: list[SteadyMotion]) -> list[SteadyMotion]:
