@@ -185,6 +185,17 @@ class SystemIsolation(AnyIsolation):
             "candidates": [candidate.as_json() for candidate in self.candidates],
         }
 
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a report: a page that opens offline (.html), or a document (.pdf).
+
+        Raises
+        ------
+        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        """
+        from ...report.system_isolation_page import write_system_isolation
+
+        write_system_isolation(os.fspath(path), self.name, self.candidates)
+
     def save_plot(self, path: str | os.PathLike[str]) -> None:
         """Draw motion over excitation, and sway, into a file (.png, .svg or .pdf).
 
@@ -200,6 +211,7 @@ class SystemIsolation(AnyIsolation):
 def isolate_system(
     source: str | os.PathLike[str] | SystemFile,
     *,
+    candidates: str | Sequence[str] | None = None,
     base_displacement: ArrayLike | None = None,
     base_acceleration: ArrayLike | None = None,
     base_rotation: ArrayLike | None = None,
@@ -211,11 +223,12 @@ def isolate_system(
     extrapolate: bool = False,
     progress: Progress = unseen,
 ) -> SystemIsolation:
-    """Modes and steady vibration of rigid bodies on mounts, for small rotations about static equilibrium.
+    """Modes and steady vibration of rigid bodies on mounts, to the second order of rotations from rest.
 
     Parameters
     ----------
     source : path of a SYSTEM.toml, or SystemFile
+    candidates : str, sequence of str or None   Names of those to compute; all if None.
     base_displacement, base_acceleration, base_rotation, force : float, array_like or None
         One level or several of one of them [m, m/s^2, rad, N]; if None, base displacements of 0.5, 1 and 2 % of the
         free travel of the mounts from static equilibrium to the nearer end of an identified range, the smallest of all.
@@ -243,7 +256,7 @@ def isolate_system(
     directions = [directions] if isinstance(directions, str) else directions
     description = source if isinstance(source, SystemFile) else load_system_file(source)
     parts = []
-    for label, system in description.candidates:
+    for label, system in description.chosen_candidates(candidates):
         pose = rest(system)
         parts.append(IsolatedSystem(label, system, pose, modes(system, pose.pose)))
     kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)

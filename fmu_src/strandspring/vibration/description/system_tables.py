@@ -224,6 +224,8 @@ class LimitsTable(StrictTable):
         1.0, description="Share of the identified range that springs may use."
     )
     force: PositiveForce | None = Field(None, description="Of each axis of a mount, its static force included.")
+    mount_force: PositiveForce | None = Field(None, description="Of each mount, its axes together.")
+    reaction: PositiveForce | None = Field(None, description="Of all mounts on the base, weight included.")
     rms_acceleration: PositiveAcceleration | None = Field(None, description="Of each point along each axis.")
     three_sigma: AccelerationLimit | None = Field(None, description="Three times the largest rms of x, y and z.")
 

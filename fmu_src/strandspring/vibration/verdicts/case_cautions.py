@@ -26,7 +26,9 @@ _ROUNDING = 1e-9  # of a duration
 # What a trial with coupled friction differed by: figures of forces either way, those of motion upwards.
 _BY_FORCE, _BY_MOTION = (0.18, 0.18), (0.0, 0.11)
 _COUPLED = {
-    **dict.fromkeys((FigureKind.ACCELERATION, FigureKind.FORCE), _BY_FORCE),
+    **dict.fromkeys(
+        (FigureKind.ACCELERATION, FigureKind.FORCE, FigureKind.MOUNT_FORCE, FigureKind.REACTION), _BY_FORCE
+    ),
     **dict.fromkeys(
         (
             FigureKind.SWAY,

@@ -47,6 +47,8 @@ class CaseFigures:
             FigureKind.TILT: [body.name for body in system.bodies],
             FigureKind.STROKE: axes,
             FigureKind.FORCE: axes,
+            FigureKind.MOUNT_FORCE: [mount.name for mount in system.mounts],
+            FigureKind.REACTION: ["base"],
         }
         if case.settling > 0.0:
             names |= {
@@ -68,6 +70,7 @@ class CaseFigures:
     def _values(self, figures: RunFigures, strokes: FloatArray) -> FloatArray:
         parts = [
             figures.acceleration, figures.sway, *figures.sway_components.T, figures.tilt, strokes, figures.force,
+            figures.mount_force, figures.reaction[:1],
         ]  # fmt: skip
         if self.settles:
             parts += [

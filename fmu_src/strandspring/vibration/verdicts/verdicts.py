@@ -32,6 +32,8 @@ class FigureKind(Enum):
     TILT = "tilt"  # largest rotation of a body from rest, relative to the base [rad]
     STROKE = "stroke"  # largest share of a spring's way from rest to the end of its identified range
     FORCE = "force"  # largest of an axis of a mount, its weight, damper and stops included [N]
+    MOUNT_FORCE = "mount force"  # largest of a mount, its axes together [N]
+    REACTION = "reaction"  # largest force of all mounts on the base, weight included [N]
     RMS_ACCELERATION = "rms acceleration"  # of a point along an axis, once it has settled [m/s^2]
     THREE_SIGMA = "3 sigma acceleration"  # of a point, three times the largest rms of x, y and z [m/s^2]
     RMS_SWAY = "rms sway"  # of a point along an axis, about its mean [m]
@@ -50,6 +52,7 @@ class FigureKind(Enum):
 
 # In SI, for people, and the factor between them.
 _ACCELERATION, _LENGTH = ("m/s^2", "g", 1.0 / STANDARD_GRAVITY), ("m", "mm", 1e3)
+_FORCE = ("N", "N", 1.0)
 _UNITS = {
     FigureKind.ACCELERATION: _ACCELERATION,
     FigureKind.SWAY: _LENGTH,
@@ -58,7 +61,9 @@ _UNITS = {
     FigureKind.SWAY_Z: _LENGTH,
     FigureKind.TILT: ("rad", "deg", math.degrees(1.0)),
     FigureKind.STROKE: ("", "%", 100.0),
-    FigureKind.FORCE: ("N", "N", 1.0),
+    FigureKind.FORCE: _FORCE,
+    FigureKind.MOUNT_FORCE: _FORCE,
+    FigureKind.REACTION: _FORCE,
     FigureKind.RMS_ACCELERATION: _ACCELERATION,
     FigureKind.THREE_SIGMA: _ACCELERATION,
     FigureKind.RMS_SWAY: _LENGTH,

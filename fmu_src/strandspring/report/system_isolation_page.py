@@ -1,0 +1,135 @@
+"""`write_system_isolation`: steady vibration of a system as a page that opens offline, or as a document for print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from .._version import __version__
+from ..vibration.bodies.modes import Mode
+from ..vibration.bodies.mounted import MountedSystem
+from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
+from .charts.system_drawing import system_drawing
+from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text
+from .content.chart import Axis, Chart, ChartForm, Role, Trace
+from .content.quantities import NUMBER, DisplayUnit, number, percent, prose
+from .rendering.page import check_report_path, write
+
+_HZ, _MM = DisplayUnit("Hz"), DisplayUnit("mm", 1e3)
+_GAINS = {"1": NUMBER, "m/rad": DisplayUnit("mm/rad", 1e3), "m/N": DisplayUnit("mm/N", 1e3)}
+_STYLES = [
+    (role, form) for form in (ChartForm.LINE, ChartForm.DASHED) for role in (Role.FIRST, Role.SECOND, Role.THIRD)
+]
+
+
+class Isolated(Protocol):
+    """A candidate with its steady motions."""
+
+    @property
+    def label(self) -> str:
+        """Its name."""
+
+    @property
+    def system(self) -> MountedSystem:
+        """The bodies and mounts."""
+
+    @property
+    def modes(self) -> tuple[Mode, ...]:
+        """Of small motion."""
+
+    @property
+    def responses(self) -> tuple[SystemResponse, ...]:
+        """One for each excitation and level."""
+
+
+def write_system_isolation(path: str | Path, name: str, candidates: Sequence[Isolated]) -> None:
+    """Write the report of the steady vibration of a system.
+
+    Parameters
+    ----------
+    path : str or Path            Ending in .html or .pdf.
+    name : str                    Of the system.
+    candidates : sequence of Isolated
+
+    Raises
+    ------
+    StrandspringError             If the ending does not suit, the package `typst` is missing for a PDF, or the file
+                                  cannot be written.
+    """
+    check_report_path(path)
+    curves = [(candidate, response) for candidate in candidates for response in candidate.responses]
+    sections = (
+        Section("resonances", "Resonances", tuple(_resonances(curves))),
+        Section("curves", "Curves", (Gallery(tuple(_charts(curves))),)),
+        Section("system", "System", (Gallery((system_drawing(candidates[0].system, ()),)),)),
+        Section("modes", "Natural modes", tuple(_modes(candidates))),
+    )
+    names = {k: _curve_name(*curve) for k, curve in enumerate(curves)}
+    content = PageContent(
+        title=f"Steady vibration: {name}", subtitle="", sections=sections, records=names,
+        footer=f"strandspring {__version__}", noun="Curve",
+    )  # fmt: skip
+    write(path, content)
+
+
+def _curve_name(candidate: Isolated, response: SystemResponse) -> str:
+    return f"{candidate.label}, {response.shaking.name}, {response.level_text}"
+
+
+def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Block]:
+    rows = []
+    for candidate, response in curves:
+        unit = _GAINS[response.gain_unit]
+        worst = max((error.largest for error in response.errors), default=None)
+        for peak in response.resonances:
+            isolates = number(peak.isolation_frequency) if math.isfinite(peak.isolation_frequency) else "–"
+            error = "–" if worst is None else percent(worst)
+            rows.append((_curve_name(candidate, response), f"{peak.point} {peak.direction}", number(peak.frequency),
+                         f"{number(unit.factor * peak.gain)} {unit.name}".rstrip(), number(1e3 * peak.sway), isolates,
+                         error))  # fmt: skip
+    header = (
+        "candidate, excitation and level", "motion of", "resonance [Hz]", "gain", "sway [mm]", "isolates from [Hz]",
+        "error",
+    )  # fmt: skip
+    yield PageTable("Largest gain of each point in each direction", header, tuple(rows))
+    yield Text(
+        "Gain is the first harmonic of a point's absolute motion over that of the base, or its motion over a force. "
+        "The error is the largest difference of acceleration, sway and tilt from time integration of the exact "
+        "equations, at the motions with the largest acceleration and tilt; where no body turns by half a degree there "
+        "is none."
+    )
+    for candidate, response in curves:
+        for sentence in response.cautions:
+            yield Notice(Level.CARE, f"{_curve_name(candidate, response)}: {prose(sentence)}")
+
+
+def _charts(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Chart]:
+    gains, sways = [], []
+    unit = _GAINS[curves[0][1].gain_unit]
+    for place, (_, response) in enumerate(curves):
+        motion = np.abs(response.gain)
+        for p, point in enumerate(response.points[: len(_STYLES)]):
+            way = int(np.argmax(motion[:, p].max(axis=0)))
+            style = _STYLES[p]
+            values = unit.factor * motion[:, p, way]
+            gains.append(Trace(f"{point.name} {DIRECTIONS[way]}", response.frequency, values, *style, record=place))
+            sways.append(Trace(point.name, response.frequency, 1e3 * response.sway[:, p], *style, record=place))
+    frequency = Axis("frequency", _HZ, log=True)
+    note = "Of each point the direction in which it moves most."
+    wide = {"wide": True, "single": True}
+    yield Chart("gain", "Motion over excitation", frequency, Axis("gain", unit, log=True), tuple(gains), note, **wide)
+    note = "Largest distance of a point from its place at rest, relative to the base."
+    yield Chart("sway", "Sway", frequency, Axis("sway", _MM), tuple(sways), note, **wide)
+
+
+def _modes(candidates: Sequence[Isolated]) -> Iterator[Block]:
+    for candidate in candidates:
+        rows = tuple(
+            (str(k), number(mode.frequency), number(100.0 * mode.damping, 3), mode.words)
+            for k, mode in enumerate(candidate.modes, start=1)
+        )
+        yield PageTable(f"Natural modes of {candidate.label}", ("mode", "Hz", "viscous damping [%]", "motion"), rows)
