@@ -27,7 +27,13 @@ from strandspring.model.modelfile import ModelFile, load_model, save_model
 from strandspring.vibration.bodies.loads import ChannelKind
 from strandspring.vibration.bodies.mounted import BASE, MotionKind
 from strandspring.vibration.bodies.simulation import simulate_case
-from strandspring.vibration.description.system_file import SystemFile, load_system_file, system_schema
+from strandspring.vibration.description.named_files import FilesOfFolder
+from strandspring.vibration.description.system_file import (
+    SystemFile,
+    load_system_file,
+    system_of_content,
+    system_schema,
+)
 from strandspring.vibration.description.system_tables import SystemTable
 from strandspring.vibration.verdicts.verdicts import FigureKind
 
@@ -500,12 +506,18 @@ def test_what_is_no_toml_or_too_much(tmp_path: Path, text: str, refusal: str) ->
 
 def test_documentation_names_every_key_and_its_example_loads(tmp_path: Path) -> None:
     page = page_text("system-file")
-    before, example, after = re.split(r"```(?:toml)?\n", page)
+    parts = re.split(r"```(?:toml)?\n", page)
+    texts, (example, of_catalogue) = parts[::2], parts[1::2]
     for path in SYSTEMS.glob("*.json"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / "system.toml").write_text(example, encoding="utf-8")
     assert len(load_system_file(tmp_path / "system.toml").cases) == 3
-    words = set(re.findall(r"[a-z][a-z_-]*", " ".join(re.findall(r"`([^`]+)`", before + after))))
+    content = parse_toml(example)
+    content["mount_type"]["corner"]["axes"][0] = parse_toml(of_catalogue)["mount_type"]["wire_rope"]["axes"][0]
+    assert "catalogue values of Example Ropes WR4-200, page 12, -z" in {
+        axis.model for _, axis in system_of_content(content, FilesOfFolder(tmp_path)).candidates[0][1].axes()
+    }
+    words = set(re.findall(r"[a-z][a-z_-]*", " ".join(re.findall(r"`([^`]+)`", "".join(texts)))))
     keys = {key for table in SCHEMA["$defs"].values() for key in table["properties"]} | set(SCHEMA["properties"])
     shapes = set(SCHEMA["$defs"]["PulseCase"]["properties"]["pulse"]["enum"])
     assert (keys | shapes) - words == set()
