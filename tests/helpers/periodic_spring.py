@@ -19,7 +19,7 @@ class _Period(ctypes.Structure):
 
     _fields_ = [
         (name, ctypes.c_void_p)
-        for name in ("displacement", "rate", "omega", "force", "coefficients", "jacobian", "turns")
+        for name in ("displacement", "rate", "omega", "force", "stiffness", "memory", "inherited", "spans", "turns")
     ]
 
 
@@ -74,11 +74,16 @@ class PeriodicSpring:
         ValueError                           If the displacement is constant.
         """
         count, samples = self.basis.order.size, self.basis.samples
-        displacement, rate, omega, force, turns = np.empty((5, samples))
-        of_force, jacobian, coefficients = np.empty(count), np.empty((count, count)), floats(coefficients)
+        displacement, rate, omega, force, stiffness, memory, turns = np.empty((7, samples))
+        inherited, spans, coefficients = (
+            np.empty((samples, count)),
+            np.zeros((2 * samples, 2), np.uintp),
+            floats(coefficients),
+        )
         period = _Period(
             displacement=address(displacement), rate=address(rate), omega=address(omega), force=address(force),
-            coefficients=address(of_force), jacobian=address(jacobian), turns=address(turns),
+            stiffness=address(stiffness), memory=address(memory), inherited=address(inherited), spans=address(spans),
+            turns=address(turns),
         )  # fmt: skip
         strokes = library().spring_periodic(
             self._law.address,
@@ -90,7 +95,12 @@ class PeriodicSpring:
         )
         if strokes == 0:
             raise ValueError("`coefficients` must describe a motion, got a constant displacement.")
-        return PeriodicForce(displacement, omega, force, of_force, jacobian, turns[:strokes])
+        functions = self.basis.functions
+        by_motion = stiffness[:, None] * functions.T
+        for number, (begin, end) in enumerate(spans[: 2 * strokes].tolist()):
+            by_motion[begin:end] += memory[begin:end, None] * inherited[number // 2]
+        weights = np.where(np.arange(count) == 0, 1.0, 2.0)[:, None] * functions / samples
+        return PeriodicForce(displacement, omega, force, weights @ force, weights @ by_motion, turns[:strokes])
 
 
 def functions_at(basis: FourierBasis, phase: FloatArray) -> FloatArray:
