@@ -92,7 +92,7 @@ def test_whole_numbers() -> None:
         (lambda: compare(SPRING, SPRING, amplitudes="13"), "`amplitudes` must be numbers"),
         (lambda: SPRING.response([0.0, 0.01], omega_start="1"), "`omega_start` must be a number"),
         (lambda: SPRING.export("nowhere", ssp_mass="1"), "`ssp_mass` must be a number"),
-        (lambda: simulate(CRADLE, draws=-1), "`draws` must be >= 0"),
+        (lambda: simulate(CRADLE, draws=-1), "`draws` must be >= 16"),
         (lambda: simulate(CRADLE, step=0), "`step` must be finite and > 0"),
         (lambda: study_system(CRADLE, {}, step=-1.0), "`step` must be finite and > 0"),
     ],

@@ -14,7 +14,7 @@ from strandspring.api.vibration import simulating
 from strandspring.errors import MountedSystemError
 from strandspring.examples import systems
 from strandspring.vibration.description.system_file import load_system_file
-from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind
+from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
 
 EXAMPLES = Path(systems.__path__[0])
 CRADLE = EXAMPLES / "gun_cradle.toml"
@@ -22,7 +22,7 @@ CRADLE = EXAMPLES / "gun_cradle.toml"
 
 @pytest.fixture(scope="module")
 def cradle() -> Simulation:
-    return simulate(CRADLE, "one round", draws=10, seed=4)
+    return simulate(CRADLE, "one round", draws=16, seed=4)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
@@ -36,18 +36,19 @@ def test_every_example_is_answered_in_full(path: Path) -> None:
     assert text.startswith(f"{file.name}: ")
     assert all(name in text for name, _ in file.candidates)
     assert all(case.name in text for case in file.cases)
-    assert "was not asked for" in text
 
 
-def test_a_limit_that_is_exceeded_fails(cradle: Simulation) -> None:
-    tight = replace(cradle.file, limits=replace(cradle.file.limits, sway={"breech": 0.1}))
-    found = simulate(tight, cases="one round", courses=False)
-    values = {answer.candidate: answer.worst(FigureKind.SWAY) for answer in found.answers}
-    for answer in found.answers:
-        sway = values[answer.candidate]
-        assert sway is not None
-        assert (answer.verdict is CaseVerdict.FAILS) == (sway.value > 0.1)
-    assert {answer.verdict for answer in found.answers} == {CaseVerdict.FAILS, CaseVerdict.PASSES}
+def test_a_range_beyond_its_limit_fails(cradle: Simulation) -> None:
+    ranges = [answer.worst(FigureKind.SWAY) for answer in cradle.answers]
+    low, high = (sorted(getattr(sway, end) for sway in ranges if sway) for end in ("low", "high"))
+    for limit, verdicts in (
+        (0.99 * low[0], {CaseVerdict.FAILS}),
+        (0.5 * (low[0] + high[0]), {CaseVerdict.UNDECIDED}),
+        (1.01 * high[1], {CaseVerdict.PASSES}),
+    ):
+        tight = replace(cradle.file, limits=Limits({FigureKind.SWAY: {"breech": limit}}))
+        found = simulate(tight, cases="one round", courses=False, draws=16, seed=4)
+        assert {answer.verdict for answer in found.answers} == verdicts
 
 
 def test_frame_csv_and_json_hold_the_same_figures(cradle: Simulation, tmp_path: Path) -> None:
@@ -59,12 +60,13 @@ def test_frame_csv_and_json_hold_the_same_figures(cradle: Simulation, tmp_path: 
     assert [float(row["value"]) for row in rows] == frame["value"].tolist()
     json = [figure for case in cradle.as_json()["cases"] for figure in case["figures"]]
     assert [figure["value"] for figure in json] == frame["value"].tolist()
-    assert [figure["spread"]["low"] for figure in json if figure["spread"]] == frame["q05"].dropna().tolist()
+    for end in ("low", "high"):
+        assert [figure[end] for figure in json] == frame[end].tolist()
     assert cradle.verdicts().to_dict() == {"one round": {"four springs": "pass", "five springs": "pass"}}
 
 
 def test_answers_do_not_depend_on_the_number_of_threads(cradle: Simulation) -> None:
-    alone = simulate(CRADLE, "one round", draws=10, seed=4, workers=1)
+    alone = simulate(CRADLE, "one round", draws=16, seed=4, workers=1)
     assert alone.to_frame().equals(cradle.to_frame())
 
 
@@ -81,8 +83,8 @@ def test_omega_at_rest_that_is_given_is_the_only_one_run() -> None:
     file = load_system_file(CRADLE)
     known = replace(file, options=replace(file.options, rest_omega=0.0))
     found = simulate(known, cases="one round", candidates="four springs", courses=False)
-    assert [run.start.share for run in found.answers[0].runs] == [0.0]
-    assert "omega at rest is given" in found.summary()
+    assert not any(run.start.omega.any() for run in found.answers[0].runs)
+    assert "at the omega that is given" not in found.summary()
 
 
 def test_a_file_of_which_nothing_can_be_run_is_refused() -> None:
@@ -98,7 +100,7 @@ def test_histories_are_written_for_each_answer(cradle: Simulation, tmp_path: Pat
     largest = max(abs(float(row["breech acceleration x [m/s^2]"])) for row in rows)
     figure = cradle.answers[0].worst(FigureKind.ACCELERATION)
     assert figure is not None
-    assert largest == pytest.approx(figure.value, rel=2e-3)  # the tolerance of the steps
+    assert figure.low <= largest <= figure.high
 
 
 def test_histories_that_memory_does_not_hold_are_left_out(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -18,12 +18,12 @@ ANYWHERE = (-np.inf, np.inf)
 
 def mass_on(spring: SpringParameters, limits: tuple[float, float] = ANYWHERE) -> BalancedSystem:
     """Three rows of two springs."""
-    axes = rows("BalancedAxis", 1, parallel=3.0, series=2.0, position=MOUNT.displacement_offset)
+    axes = rows("BalancedAxis", 1, parallel=3.0, series=2.0, position=MOUNT.displacement_offset, damping=15.0)
     axes["stop_low"], axes["stop_high"] = ANYWHERE
     axes["low"], axes["high"] = limits
     return BalancedSystem(
-        springs=[spring], axes=axes, basis=BASIS, mass=5.0, along=np.ones((1, 1)), damping=np.array([[15.0]]),
-        stiffness=np.array([[40.0]]), load=np.array([150.0]), forcing=np.array([[20.0], [1e-3], [7e3]]), level_text="",
+        springs=[spring], axes=axes, basis=BASIS, mass=5.0, along=np.ones((1, 1)), bend=np.zeros((1, 1, 1)),
+        load=np.array([150.0]), forcing=np.array([[20.0], [1e-3], [7e3]]), level_text="",
     )  # fmt: skip
 
 
@@ -43,15 +43,15 @@ def test_the_residual_is_that_of_the_equation_of_motion() -> None:
     half = BASIS.harmonics
     speed = omega * np.concatenate([[0.0], order[half + 1 :] * z[half + 1 :], -order[1 : half + 1] * z[1 : half + 1]])
     acting = 150.0 + (20.0 + 1e-3 * omega**2 + 7e3 / omega**2) * functions[:, 1]
-    linear = 15.0 * speed + (40.0 - 5.0 * omega**2 * order**2) * z
+    linear = 15.0 * speed - 5.0 * omega**2 * order**2 * z
     unbalanced = 3.0 * spring.force + functions @ linear - acting
     share = np.where(order > 0.0, 2.0, 1.0) / BASIS.samples
     assert found.residual == pytest.approx(share * (functions.T @ unbalanced), abs=1e-12 * found.scale)
     low, high, start, cosine, sine = found.motion.figures[0].tolist()
     assert (low, high, start) == (spring.turns.min(), spring.turns.max(), spring.omega[0])
-    of_force = 3.0 * spring.coefficients
+    of_force = 3.0 * spring.coefficients + 15.0 * speed
     assert [cosine, sine] == pytest.approx([of_force[1], of_force[1 + half]], rel=1e-12)
-    assert found.motion.force[0] == pytest.approx(3.0 * spring.force, rel=1e-12)
+    assert found.motion.force[0] == pytest.approx(3.0 * spring.force + 15.0 * functions @ speed, rel=1e-12)
 
 
 @pytest.mark.parametrize("amplitude", [1e-3, 1e-2])

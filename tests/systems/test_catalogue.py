@@ -46,7 +46,7 @@ def content(catalogue: Any, mass: str = "8 kg", **of_axis: Any) -> dict[str, Any
                 "peak": "2 g",
                 "duration": "11 ms",
                 "direction": "+z",
-                "simulate": 0.2,
+                "simulate": "0.2 s",
             }
         ],
     }

@@ -57,7 +57,7 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal, of_box: SystemIsol
     command = ["isolate", BOX, "--points", "6", "--band", "6", "30", "--base-displacement", "0.2"]
     command += ["--direction", "x", "--direction", "0,0,-2"]
     told = json.loads(terminal(*command, "-o", "out.csv", "--plot", "out.svg", "--json"))
-    assert set(told) == {"system", "name", "levels_chosen", "candidates", "output", "plot"}
+    assert set(told) == {"system", "name", "levels_chosen", "candidates", "output", "plot", "report"}
     assert [one["name"] for one in told["candidates"]] == ["standard", "softer"]
     with Path("out.csv").open(encoding="utf-8", newline="") as file:
         table = list(csv.DictReader(file))

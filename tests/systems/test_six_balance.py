@@ -114,7 +114,7 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
     of_mass = mass_balance(mass, equilibrium, kind, level)
     motions = []
     for balance, start in (
-        (of_mass, partial(linear_motion, of_mass, np.array([equilibrium.stiffness]))),
+        (of_mass, partial(linear_motion, of_mass, np.array([equilibrium.stiffness]), np.zeros(1))),
         (shaken.balance, shaken.linear_motion),
     ):
         polished = []

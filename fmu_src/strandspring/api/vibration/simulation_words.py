@@ -50,7 +50,7 @@ def range_words(figure: Figure | None) -> str:
     Examples
     --------
     >>> from strandspring.vibration.verdicts.verdicts import Figure, FigureKind
-    >>> range_words(Figure(FigureKind.SWAY, "board", 0.0266, 1e-6, 0.0222, 0.0))
+    >>> range_words(Figure(FigureKind.SWAY, "board", 0.024, 1e-6, 0.0222, 0.0266))
     '22.2-26.6'
     """
     if figure is None:

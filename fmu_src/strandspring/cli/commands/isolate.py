@@ -147,7 +147,7 @@ def isolate(
         with working("Drawing the report"):
             isolation.report(report)
     if as_json:
-        result_json({**content, "output": output, "plot": plot, "report": report})
+        result_json({**content, "output": output, "plot": plot, **({"report": report} if mass is None else {})})
         return
     result("\n".join(isolation.lines(terminal_width())))
     if checked:

@@ -11,6 +11,8 @@ from ...api.vibration.simulating import simulate as simulated
 from ...ground.files import refuse_unwritable
 from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
+from ...vibration.description.system_tables import MOST_DRAWS
+from ...vibration.verdicts.draws import LEAST_DRAWS
 from ..shared.options import FiniteRange
 from ..shared.output import reporting, result, result_json, terminal_width, working
 from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
@@ -36,10 +38,10 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 )
 @click.option(
     "--draws",
-    type=click.IntRange(0, 1_000_000),
+    type=click.IntRange(LEAST_DRAWS, MOST_DRAWS),
     metavar="N",
-    help="Draws of all springs from the uncertainty in their model files, for the spread of the figures; 0 for none.  "
-    "[default: the file's, or 0]",
+    help="Draws of all that is unknown (omega at rest, springs, mounts), for the ranges of the figures; of random "
+    "vibration a third of them.  [default: the file's, or 48]",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
@@ -76,14 +78,15 @@ def simulate(
     """Simulate bodies on mounts under shock and vibration.
 
     SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
-    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Where hysteresis leaves a
-    body at rest is unknown: each case is run from three static equilibria, with omega, the normalized hysteretic
-    variable, at 0, 1 and -1 times the sign of each spring's static force, and the worst counts. Each run is repeated
-    with half the step for the numerical error.
+    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the
+    springs as identified, and then as often as --draws says with all that is unknown drawn: where hysteresis leaves
+    each axis at rest, springs by the uncertainty of their model files, scatter of mounts, realisations of random
+    vibration. Figures are printed as ranges over these, with the numerical error and cautions that have a size.
 
-    The verdict on a candidate in a case is "pass", "close" (a limit lies within the numerical error), "fail",
-    "outside" (a spring leaves its identified range, so that all figures are extrapolated) or "refused" (it cannot be
-    simulated). All of these are results, with exit status 0; the status is 1 if nothing could be simulated.
+    The verdict on a candidate in a case is "pass" (all ranges are within their limits), "fail" (a range is beyond its
+    limit), "not decided" (a limit lies within a range), "outside" (a spring leaves its identified range, so that all
+    figures are extrapolated) or "refused" (it cannot be simulated). All of these are results, with exit status 0; the
+    status is 1 if nothing could be simulated.
 
     \b
     Examples:

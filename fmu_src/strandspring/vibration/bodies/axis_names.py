@@ -20,7 +20,7 @@ def names_of_axes(mount: Mount) -> list[str]:
 
     Examples
     --------
-    >>> from strandspring import load_system_file
+    >>> from strandspring.vibration.description.system_file import load_system_file
     >>> from strandspring.examples.system_models import SYSTEMS
     >>> names_of_axes(load_system_file(SYSTEMS / "electronics_box.toml").candidates[0][1].mounts[3])
     ['corner 4 compression', 'corner 4 shear', 'corner 4 roll']

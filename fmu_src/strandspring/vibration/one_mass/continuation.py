@@ -39,7 +39,6 @@ _RECENT = 10  # steps whose neighbourhood is no sign of a closed curve
 
 _RAMP = 10  # levels through which a start is approached
 _REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
-_FLAT = 5e-4  # of the largest value: neighbours so near to it leave the peak within a quarter of that
 _CURVED = 0.004  # of ln(measure) between a point and the chord of its neighbours, above which points are added
 _SWEPT = 50  # frequencies between two reports of progress
 
@@ -139,8 +138,6 @@ def refine_peak(
         if not 0 < top < len(measured) - 1:
             break
         around = [motion for motion, _ in measured[top - 1 : top + 2]]
-        if min(measured[top - 1][1], measured[top + 1][1]) >= (1.0 - _FLAT) * measured[top][1]:
-            break
         if not (all(motion.rising for motion in around) and around[0].log < around[1].log < around[2].log):
             break
         # The later pair first, so that the earlier one keeps its place.
