@@ -25,7 +25,7 @@ def browser() -> Iterator[Browser]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A report of a shock that leaves axes alone, a drop and random vibration."""
     folder = tmp_path_factory.mktemp("pages")
-    simulate(BOX, ["shock +y", "drop", "transport"], draws=3).report(folder / "box.html")
+    simulate(BOX, ["shock +y", "drop", "transport"], draws=16).report(folder / "box.html")
     return folder
 
 
@@ -42,15 +42,15 @@ def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, folder
         page = sight.page
         choice = page.locator("#figure-history-acceleration select")
         names = choice.locator("option").all_inner_texts()
+        verdicts = {"standard, shock +y": "not decided", "softer, shock +y": "fail"}
         assert names == [
-            f"{candidate}, {case}" for candidate in ("standard", "softer") for case in ("shock +y", "drop", "transport")
+            f"{name}: {verdicts.get(name, 'pass')}"
+            for candidate in ("standard", "softer")
+            for name in (f"{candidate}, shock +y", f"{candidate}, drop", f"{candidate}, transport")
         ]
         legend = page.locator("#figure-history-acceleration .legend")
-        assert legend.inner_text().split("\n")[0] == "base y"
-        choice.select_option("softer, transport")
-        page.wait_for_function(
-            "document.querySelector('#figure-history-acceleration .legend').innerText.startsWith('base z')"
-        )
+        assert "limit 15 g" in legend.inner_text()
+        choice.select_option("softer, transport: pass")
         # The others follow.
         assert page.locator("#figure-loops select").input_value() == choice.input_value()
         # Spectra are those of the kind of case: none of shock for a vibration.
@@ -68,12 +68,15 @@ def test_the_report_says_verdicts_cautions_and_errors(browser: Browser, folder: 
         assert expected in text, expected
 
 
-def test_marks_of_the_sheet_name_their_cases(folder: Path) -> None:
-    assert (folder / "box.html").read_text(encoding="utf-8").count('"text":["shock +y","drop","transport"]') == 2
+def test_marks_of_the_sheet_name_their_cases(browser: Browser, folder: Path) -> None:
+    with opened(browser, folder / "box.html", 1300, "light") as sight:
+        texts = sight.page.locator("main svg text").all_text_contents()
+    for case in ("shock +y", "drop", "transport"):
+        assert texts.count(case) >= 2, case
 
 
 def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Path) -> None:
-    simulate(BOX, ["shock +y", "drop", "transport"], draws=3, workers=1).report(tmp_path / "again.html")
+    simulate(BOX, ["shock +y", "drop", "transport"], draws=16, workers=1).report(tmp_path / "again.html")
     assert (tmp_path / "again.html").read_bytes() == (folder / "box.html").read_bytes()
     simulate(BOX, "drop", "standard").report(tmp_path / "box.pdf")
     assert (tmp_path / "box.pdf").read_bytes().startswith(b"%PDF")

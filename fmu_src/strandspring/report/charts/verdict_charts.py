@@ -42,7 +42,7 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
             [_G.factor * limit for limit in limits[FigureKind.ACCELERATION]],
         )
         right = 1.05 * max(*(mark[0] for mark in marks), *strokes)
-        top = 1.05 * max(*(mark[1] for mark in marks), *accelerations)
+        top = 1.05 * max([*(mark[1] for mark in marks), *accelerations])
         for limit in strokes:
             x, y = np.full(2, limit), np.array([0.0, top])
             traces.append(Trace(f"limit of stroke, {number(limit)} %", x, y, Role.LIMIT, ChartForm.DASHED))
