@@ -27,7 +27,7 @@ _NUMBER = {
     ".": re.compile(r"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?"),
     ",": re.compile(r"[+-]?(?:[0-9]+|[0-9]*,[0-9]+)(?:[eE][+-]?[0-9]+)?"),
 }
-# Spellings that pandas reads as not-a-number or infinity.
+# Spellings of not-a-number and infinity.
 NOT_A_NUMBER = words(
     """nan -nan na n/a #n/a #na <na> null none inf +inf -inf infinity +infinity -infinity
     1.#qnan -1.#ind"""
@@ -140,7 +140,7 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
 def split_cells(line: str, separator: str | None, has_quotes: bool = True) -> list[str]:
     """Cut a line into its cells, without blanks around them and, where quotes count, without quotes.
 
-    Blanks are space and tab, as for pandas; the others of Unicode count as text.
+    Blanks are space and tab; the others of Unicode count as text.
     """
     if separator is None:
         line = line.replace('"', " ") if has_quotes else line

@@ -214,13 +214,13 @@ def as_records(sources: Any, **columns: Any) -> list[Record]:
     TypeError     If one is something else.
     """
     if isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns"):
-        sources = [sources]
-    if not isinstance(sources, Sequence):
-        raise TypeError(
-            f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give "
-            "arrays as displacement and force."
-        )
-    return [_as_record(source, columns) for source in sources]
+        return [_as_record(sources, columns)]
+    if isinstance(sources, Sequence):
+        return [_as_record(source, columns) for source in sources]
+    raise TypeError(
+        f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give arrays "
+        "as displacement and force."
+    )
 
 
 def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:

@@ -197,7 +197,7 @@ def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple
 
 def _rows(data: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, bytes]]:
     """Line and text of each row from an offset on, which is that of the given line."""
-    # A line of tabs alone is a row of empty cells where tabs separate cells, as pandas sees it.
+    # A line of tabs alone is a row of empty cells where tabs separate cells.
     blanks = b" \n" if dialect.separator == "\t" else b" \t\n"
     stream = io.BytesIO(data)
     stream.seek(offset)
