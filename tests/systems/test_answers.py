@@ -225,6 +225,10 @@ def test_power_spectra_hold_the_root_mean_squares() -> None:
     assert answer.courses is not None
     found = np.array([[one.root_mean_square for one in each] for each in answer.courses.power])
     expected = answer.courses.run.figures.rms_acceleration
+    # Steps follow the motion of the box, but the spectrum of the base reaches its highest frequency.
+    base = answer.courses.base_power[2]
+    top = (base.frequency > 60.0) & (base.frequency < 95.0)
+    assert np.mean(base.density[top]) == pytest.approx(4.0, rel=0.2)
     # Welch's windows weigh the ends of the history less.
     np.testing.assert_allclose(found[:, 2], expected[:, 2], rtol=0.05)
 

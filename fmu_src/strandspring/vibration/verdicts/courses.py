@@ -1,7 +1,7 @@
 """Histories of a load case with the spectra of the points, and of the base beside them.
 
-They are of one more run, from the static equilibrium with the largest acceleration. A shock is run with steps fine
-enough for a shock response spectrum up to 2 kHz, where that takes no more rows than are kept.
+They are of one more run. A shock is run with steps fine enough for a shock response spectrum up to 2 kHz, random
+vibration with five steps in a period of its highest frequency, where that takes no more rows than are kept.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from .case_cautions import Caution, CautionKind
 
 SRS_DAMPING, SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 0.05, 12, 1.0, 2000.0
 _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
+_OF_RANDOM = 2.5  # samples in half a period of the highest frequency of random vibration
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
 _MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
 _ROUNDING = 1e-9  # of a number of steps
@@ -77,10 +78,11 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     numbers = 6 * len(system.points) + 2 * sum(1 for _ in system.axes())
     most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
     step, rows = run.step, math.ceil(case.duration / run.step)
-    if case.kind in SHOCKS:
-        # As many steps for one as the spectrum asks for and the rows allow.
-        finer = min(math.ceil(step * _SAMPLES_PER_PERIOD * SRS_HIGHEST * (1.0 - _ROUNDING)), most // rows)
-        step /= max(1, finer)
+    fastest = SRS_HIGHEST * _SAMPLES_PER_PERIOD if case.kind in SHOCKS else 0.0
+    if case.is_random:
+        fastest = _OF_RANDOM / min(channel.signal.shortest for channel in case.channels)
+    # As many steps for one as the spectrum asks for and the rows allow.
+    step /= max(1, min(math.ceil(step * fastest * (1.0 - _ROUNDING)), most // rows))
     histories = run_with_histories(system, solver(system), case, run.start, step, most)
     interval = step * math.ceil(case.steps(step) / most)
     base = _base_acceleration(case, interval, histories.time.size)
