@@ -15,6 +15,7 @@ SYSTEM = """
 format = "strandspring-system"
 format_version = 1
 name = "box"
+units = { mass = "kg", length = "m", inertia = "kg m^2", damping = "N s/m" }
 [[body]]
 name = "box"
 mass = 20
@@ -33,7 +34,7 @@ places = [[0.15, 0.1, -0.12], [-0.15, 0.1, -0.12], [0.15, -0.1, -0.12], [-0.15, 
 [[case]]
 name = "s"
 record = { file = "base.csv", columns = { x = 2, y = 3, z = 4, rx = 5, ry = 6, rz = 7 } }
-simulate = 0.25
+simulate = "0.25 s"
 """
 
 
