@@ -83,7 +83,10 @@ def _check(file: SystemFile) -> None:
     for _, system in file.candidates:
         for _, axis in system.axes():
             assert axis.spring.displacement_min <= axis.nominal <= axis.spring.displacement_max
-            assert file.models[axis.model].parameters == axis.spring
+            if axis.stated_amplitude is None:
+                assert file.models[axis.model].parameters == axis.spring
+            else:
+                finite(axis.model, [axis.spring.kappa_omega, axis.spring.rho, axis.stated_amplitude])
     for case in file.cases:
         finite(case.name, [case.duration, case.settling, *case.velocity])
         assert case.duration > 0.0
