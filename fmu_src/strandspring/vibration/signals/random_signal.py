@@ -92,7 +92,8 @@ class RandomVibration:
         interpolation = np.sinc(np.arange(bands) / period) ** 2
         # A term a*cos + b*sin is the coefficient period/2*(a - ib) of the discrete transform.
         scale = 0.5 * period * np.sqrt(variance) / interpolation
-        drawn = np.random.default_rng([self.seed, self.stream]).standard_normal((bands, 2))
+        seeds = [self.seed, self.stream] if self.stream else self.seed
+        drawn = np.random.default_rng(seeds).standard_normal((bands, 2))
         spectrum = np.zeros(period // 2 + 1, dtype=np.complex128)
         spectrum[1:bands] = (scale * (drawn[:, 0] - 1j * drawn[:, 1]))[1:]
         values = irfft(spectrum, n=period)[:samples]

@@ -1,13 +1,13 @@
 """An acceleration whose shock response spectrum is one that is asked for, as a sum of wavelets.
 
-A wavelet of N half cycles, N odd and at least 3, is sin(2 pi f (t - d)/N)*sin(2 pi f (t - d)) for N/(2 f) from its delay
-d on, and 0 otherwise: it leaves neither velocity nor displacement. One stands at each twelfth of an octave, with
+A wavelet of N half cycles, N odd and at least 3, is sin(2 pi f (t - d)/N)*sin(2 pi f (t - d)) for N/(2 f) from its
+delay d on, and 0 otherwise: it leaves neither velocity nor displacement. One stands at each twelfth of an octave, with
 alternating signs and delays drawn in the first third of the record (D. K. Fisher and M. R. Posehn, Digital control
 system for a multiple-actuator shaker, Shock and Vibration Bulletin 47, 1977).
 
-Their amplitudes A follow by damped Newton steps. At the time t at which the oscillator i has its largest response y, the
-wavelet k has the share R of it, the integral of h(t - s)*w(s) ds with the oscillator's response h to an impulse, so that
-the level changes by d(log|y|) = sum of A*R/y * d(log|A|).
+Their amplitudes A follow by damped Newton steps. At the time t at which the oscillator i has its largest response y,
+the wavelet k has the share R of it, the integral of h(t - s)*w(s) ds with the oscillator's response h to an impulse,
+so that the level changes by d(log|y|) = sum of A*R/y * d(log|A|).
 """
 
 from __future__ import annotations
@@ -73,18 +73,18 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
     least = 0.5 * _LEAST_CYCLES / float(frequency[0])
     if duration < least:
         raise MountedSystemError(
-            f"A shock with a spectrum from {frequency[0]:g} Hz on must last {least:.4g} s or more, one and a half periods, "
-            f"got {duration:.4g} s; lengthen it."
+            f"A shock with a spectrum from {frequency[0]:g} Hz on must last {least:.4g} s or more, one and a half "
+            f"periods, got {duration:.4g} s; lengthen it."
         )
     interval = 1.0 / (_SAMPLES_PER_PERIOD * float(frequency[-1]))
     samples = 1 + math.ceil(duration / interval)
     oscillators = required.frequencies(_oscillators(required)).size
     if samples * oscillators > _MOST_NUMBERS:
         raise MountedSystemError(
-            f"A shock with a spectrum up to {frequency[-1]:g} Hz may last {_MOST_NUMBERS / oscillators * interval:.3g} s, "
-            f"got {duration:.4g} s; shorten it."
+            f"A shock with a spectrum up to {frequency[-1]:g} Hz may last "
+            f"{_MOST_NUMBERS / oscillators * interval:.3g} s, got {duration:.4g} s; shorten it."
         )
-    time = interval * np.arange(samples)
+    time = floats(interval * np.arange(samples))
     acceleration = _matched(required, _wavelets(frequency, time, duration, seed), time)
     excess = required.excess(acceleration, interval, _CHECKED_PER_OCTAVE)
     lowest, highest = float(excess.min()), float(excess.max())
@@ -106,7 +106,7 @@ def _wavelets(frequency: FloatArray, time: FloatArray, duration: float, seed: in
     phase = 2.0 * np.pi * frequency[:, None] * local
     inside = (local >= 0.0) & (local <= lengths[:, None])
     signs = (-1.0) ** np.arange(frequency.size)
-    return signs[:, None] * np.where(inside, np.sin(phase / cycles[:, None]) * np.sin(phase), 0.0)
+    return floats(signs[:, None] * np.where(inside, np.sin(phase / cycles[:, None]) * np.sin(phase), 0.0))
 
 
 def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray) -> FloatArray:
@@ -114,7 +114,7 @@ def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray)
     levels, interval = required.levels, float(time[1])
     oscillators = required.frequencies(_oscillators(required))
     asked = required.at(oscillators)
-    whole = interval * np.arange(time.size + math.ceil(0.5 / (levels.lowest * interval)))  # with what follows
+    whole = floats(interval * np.arange(time.size + math.ceil(0.5 / (levels.lowest * interval))))  # with what follows
     length = next_fast_len(2 * whole.size, real=True)
     transfer = interval * rfft(_impulse_responses(oscillators, required.damping, whole), length, axis=1)
     amplitudes = required.at(required.frequencies(_PER_OCTAVE)) / _MOST_CYCLES
@@ -131,12 +131,12 @@ def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray)
             best, least, waited = acceleration, deviation, 0
         if waited == _PATIENCE or deviation < _ENOUGH:
             break
-        remembered = _impulse_responses(oscillators, required.damping, interval * latest[:, None] - time)
+        remembered = _impulse_responses(oscillators, required.damping, floats(interval * latest[:, None] - time))
         shares = interval * (remembered @ wavelets.T) * amplitudes / largest[:, None]
         normal = shares.T @ shares + _DAMPING * np.eye(amplitudes.size)
         change = np.linalg.solve(normal, shares.T @ (_STEP * np.clip(missing, -_LARGEST_STEP, _LARGEST_STEP)))
         amplitudes = amplitudes * (1.0 + np.clip(change, -_LARGEST_STEP, _LARGEST_STEP))
-    return best
+    return floats(best)
 
 
 def _oscillators(required: RequiredSpectrum) -> int:

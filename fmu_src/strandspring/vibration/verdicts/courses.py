@@ -27,7 +27,7 @@ _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
 _MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
 _ROUNDING = 1e-9  # of a number of steps
-SHOCKS, VIBRATIONS = ("pulse", "drop", "record", "force"), ("random",)
+SHOCKS, VIBRATIONS = ("pulse", "drop", "srs", "record", "force"), ("random",)
 
 
 @dataclass(frozen=True, eq=False)
