@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from .api.fmus.exporting import export as export
     from .api.fmus.verifying import Verification as Verification
     from .api.fmus.verifying import verify as verify
-    from .api.identifying.identification import Identification as Identification
-    from .api.identifying.identification import identify as identify
+    from .api.identification import Identification as Identification
+    from .api.identification import identify as identify
     from .api.identifying.information import Information as Information
     from .api.identifying.information import info as info
     from .api.identifying.many import ManyResult as ManyResult
@@ -84,7 +84,7 @@ _MODULES = {
     "ClassicBoucWen": "model.conversions",
     "Cluster": "campaigns.jobs.cluster",
     "Comparison": "api.comparing.comparison",
-    "Identification": "api.identifying.identification",
+    "Identification": "api.identification",
     "IdentificationError": "model.outcomes",
     "Information": "api.identifying.information",
     "Isolation": "api.vibration.isolation",
@@ -113,7 +113,7 @@ _MODULES = {
     "bundled_record": "records.given",
     "compare": "api.comparing.comparison",
     "export": "api.fmus.exporting",
-    "identify": "api.identifying.identification",
+    "identify": "api.identification",
     "info": "api.identifying.information",
     "isolate": "api.vibration.isolation",
     "isolate_system": "api.vibration.system_isolation",

@@ -15,7 +15,7 @@ def test_rivals_get_the_records_without_the_effects_of_the_rig(mass: float, monk
     given = []
     monkeypatch.setattr(
         "strandspring.peers.rivals.ranking.rank",
-        lambda parts, *_: given.extend(parts) or Ranking((), "cycles", 5, 1.0, 0.0),
+        lambda parts, **_: given.extend(parts) or Ranking((), "cycles", 5, 1.0, 0.0),
     )
     alone = record_of(spring_of(1.0, 1.0), sine())
     times = np.linspace(0.0, 3.0, 1500)

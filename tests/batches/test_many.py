@@ -31,7 +31,7 @@ from strandspring import (
 )
 from strandspring.campaigns.batches import sources
 from strandspring.campaigns.batches.batch import BatchSummary, identify_batch
-from strandspring.campaigns.batches.outliers import modified_z
+from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import find_springs
 from strandspring.campaigns.batches.tally import Tally
 from strandspring.campaigns.jobs.runners import JobError, Local
@@ -144,10 +144,11 @@ def test_csv_and_parquet_say_the_same(serial: ManyResult) -> None:
 
 
 def test_processes_and_a_cluster_give_the_same_bytes(serial: ManyResult, springs: Path, tmp_path: Path) -> None:
-    counts: list[tuple[int, int]] = []
+    counts: list[tuple[str, float, int]] = []
     many = identify_many(springs, tmp_path / "two", workers=2, progress=lambda *count: counts.append(count))
     assert content(tmp_path / "two") == content(serial.folder)
-    assert (counts[0], counts[-1]) == ((0, many.batch.files), (many.batch.files, many.batch.files))
+    files = many.batch.files
+    assert (counts[0], counts[-1]) == (("Identifying", 0, files), ("Identifying", files, files))
     with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=":0") as cluster:
         identify_many(springs, tmp_path / "cluster", scheduler=cluster.scheduler_address)
     assert content(tmp_path / "cluster") == content(serial.folder)
@@ -252,7 +253,7 @@ def test_an_impossible_row_is_identified_again(few: Path) -> None:
 
 
 def test_two_runs_into_one_folder_are_refused(few: Path) -> None:
-    def begin_again(done: int, files: int) -> None:
+    def begin_again(_: str, done: float, files: int) -> None:
         if done == 1:
             with pytest.raises(JobError, match=r"springs.journal.sqlite is in use by another run of the same command"):
                 identify_many(few, few / "models", workers=1, options=FAST)
@@ -317,8 +318,8 @@ def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkey
 
 
 def deadly_batch(folder: Path) -> BatchSummary:
-    found = find_springs([folder], folder / "models")
-    return identify_batch(found.springs, folder / "models", DeadlyWork(FAST, Wanted()), Local(2))
+    springs, _ = find_springs([folder], folder / "models")
+    return identify_batch(springs, folder / "models", DeadlyWork(FAST, Wanted()), Local(2))
 
 
 def test_a_worker_that_dies_costs_its_file_only(few: Path) -> None:

@@ -66,8 +66,8 @@ FAULTS = {
         "*lastSuccessfulTime = instance->state.time;",
         "*lastSuccessfulTime = currentCommunicationPoint + communicationStepSize;",
     ),
-    "the adjoint is no transpose": ("fmi3", "fmi3_derivatives.c", "sum += *seed++ * (adjoint", "sum += *seed++ * (0"),
-    "seeds run on": ("fmi3-table", "fmi3_derivatives.c", "        seed = seeds;\n", ""),
+    "the adjoint is no transpose": ("fmi3", "fmu_derivatives.c", "sum += *seed++ * (adjoint", "sum += *seed++ * (0"),
+    "seeds run on": ("fmi3-table", "fmu_derivatives.c", "        seed = seeds;\n", ""),
     "rates of states swapped": (
         "fmi3-states",
         "fmu_model_exchange.c",

@@ -103,8 +103,8 @@ def _batch(seed: int) -> Job:
         source.mkdir(exist_ok=True)
         for number in range(seed, seed + 9):
             (source / f"s{number}.csv").write_text(f"{number}")
-        found = find_springs([source / f"s{number}.csv" for number in range(seed, seed + 9)], folder)
-        springs = [spring._replace(file=Path(spring.file).name) for spring in found.springs]
+        given, _ = find_springs([source / f"s{number}.csv" for number in range(seed, seed + 9)], folder)
+        springs = [spring._replace(file=Path(spring.file).name) for spring in given]
         identify_batch(springs, folder, QuickWork(TwoStageOptions(), Wanted()), Local(1), progress=progress)
         return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != JOURNAL}
 

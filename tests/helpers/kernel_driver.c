@@ -13,8 +13,8 @@ typedef struct {
 
 Spring *driver_spring(const SpringParameters *parameters);
 void driver_free(Spring *spring);
-void driver_limits(int limits[2]);
-void driver_taken(const Spring *spring, int taken[2]);
+int driver_limit(void);
+int driver_taken(const Spring *spring);
 int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response);
 void driver_gradient(const Spring *spring, int count, const double *displacement, double omega_start,
                      SpringGradient *of_force, SpringGradient *of_stiffness);
@@ -35,41 +35,17 @@ void driver_free(Spring *spring)
     free(spring);
 }
 
-/* Room for pieces and buckets of a branch. */
-void driver_limits(int limits[2])
+/* Room for pieces of a branch. */
+int driver_limit(void)
 {
-    limits[0] = SPRING_PIECES;
-    limits[1] = SPRING_BUCKETS;
-}
-
-static int bucket_of(double z)
-{
-    unsigned long long bits;
-    memcpy(&bits, &z, sizeof bits);
-    return (int)(bits >> 48 & 0x7fff);
-}
-
-static int buckets(const double *edges, int from, int to)
-{
-    return abs(bucket_of(edges[to]) - bucket_of(edges[from])) + 1;
+    return SPRING_PIECES;
 }
 
 /* What of it the larger of the two branches takes. */
-void driver_taken(const Spring *spring, int taken[2])
+int driver_taken(const Spring *spring)
 {
-    const SpringBranch *branches[] = {&spring->table.rising, &spring->table.falling};
-    memset(taken, 0, 2 * sizeof *taken);
-    for (int i = 0; i < 2; i++) {
-        const SpringBranch *branch = branches[i];
-        int counts[] = {branch->pieces, buckets(branch->edges, 1, branch->pieces),
-                        buckets(branch->values, 1, branch->pieces), 0};
-        if (branch->complemented < branch->pieces)
-            counts[3] = buckets(branch->complements, branch->complemented, branch->pieces);
-        for (int k = 0; k < 4; k++) {
-            int *most = &taken[k > 0];
-            *most = counts[k] > *most ? counts[k] : *most;
-        }
-    }
+    int rising = spring->table.rising.pieces, falling = spring->table.falling.pieces;
+    return rising > falling ? rising : falling;
 }
 
 static int same(const SpringMemory *a, const SpringMemory *b)

@@ -74,8 +74,7 @@ def library() -> ctypes.CDLL:
     kernel.driver_spring.restype = c_void_p
     kernel.driver_spring.argtypes = [POINTER(Parameters)]
     kernel.driver_free.argtypes = [c_void_p]
-    kernel.driver_limits.argtypes = [POINTER(c_int)]
-    kernel.driver_taken.argtypes = [c_void_p, POINTER(c_int)]
+    kernel.driver_taken.argtypes = [c_void_p]
     kernel.driver_path.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p]
     kernel.driver_gradient.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p, c_void_p]
     kernel.spring_problem.argtypes = [POINTER(Parameters), c_char_p, c_size_t]
@@ -95,11 +94,9 @@ def problem(parameters: Parameters, size: int = 200) -> str:
     return text.value.decode("ascii")
 
 
-def limits() -> dict[str, int]:
-    """Room for pieces and buckets of a branch of W."""
-    room = (c_int * 2)()
-    library().driver_limits(room)
-    return dict(zip(("pieces", "buckets"), room, strict=True))
+def room() -> int:
+    """For pieces of a branch of W."""
+    return int(library().driver_limit())
 
 
 class Kernel:
@@ -116,11 +113,9 @@ class Kernel:
         self._spring = self._library.driver_spring(ctypes.byref(given))
         weakref.finalize(self, self._library.driver_free, self._spring)
 
-    def taken(self) -> dict[str, int]:
-        """What of `limits` this spring takes."""
-        counts = (c_int * 2)()
-        self._library.driver_taken(self._spring, counts)
-        return dict(zip(limits(), counts, strict=True))
+    def taken(self) -> int:
+        """What of the room this spring takes."""
+        return int(self._library.driver_taken(self._spring))
 
     def path(self, displacement: FloatArray, omega_start: float = 0.0) -> FloatArray:
         """omega [-], force [N], stiffness [N/m] and absorbed energy [J] at each sample, shape (4, K)."""

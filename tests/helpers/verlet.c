@@ -11,12 +11,6 @@ typedef struct {
     double repeat; /* of the motion, within which three periods in a row must repeat */
 } Shaking;
 
-static double force_of(const SpringLaw *law, const Stroke *stroke)
-{
-    SpringMemory memory = {.displacement = stroke->displacement, .omega = stroke->omega};
-    return spring_force(law, &memory);
-}
-
 /* found: cosine and sine of the first harmonic of the mount's displacement, and half its stroke, over the last period
  * [m]. Returns the number of periods, 0 if `most` are not enough. */
 int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
@@ -28,9 +22,9 @@ int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
         wave[i][0] = cos(FULL_TURN * i / STEPS);
         wave[i][1] = sin(FULL_TURN * i / STEPS);
     }
-    Stroke stroke = {.displacement = s->start * per_series, .start = s->start * per_series};
+    SpringMemory stroke = spring_start(s->start * per_series, 0.0);
     double z = s->start, speed = 0.0, last_cosine = 0.0, last_sine = 0.0;
-    double push = s->static_load + s->strength - s->parallel * force_of(law, &stroke);
+    double push = s->static_load + s->strength - s->parallel * spring_force(law, &stroke);
     for (int period = 1, agreed = 0; period <= most; period++) {
         double a = 0.0, b = 0.0, low = z, high = z;
         for (int i = 0; i < STEPS; i++) {
@@ -39,8 +33,8 @@ int verlet(const SpringLaw *law, const Shaking *s, int most, double *found)
             double speed_between = before_damping * speed + half * push;
             z += h * speed_between;
             /* As in whole paths: no energy is carried along. */
-            step(law, &stroke, z * per_series);
-            push = s->static_load + s->strength * wave[(i + 1) % STEPS][0] - s->parallel * force_of(law, &stroke);
+            spring_commit(law, &stroke, NULL, z * per_series);
+            push = s->static_load + s->strength * wave[(i + 1) % STEPS][0] - s->parallel * spring_force(law, &stroke);
             speed = (speed_between + half * push) * after_damping;
             low = z < low ? z : low;
             high = z > high ? z : high;

@@ -85,10 +85,10 @@ def test_acceleration_of_a_noisy_sine_and_of_a_triangle() -> None:
     noisy = sine + 1e-3 * np.random.default_rng(2).standard_normal(time.size)
     scale = (2.0 * np.pi) ** 2
     # Window of a tenth of the period: 2 % each from its length and from the noise.
-    error = acceleration(Record.from_arrays(noisy, sine, time)) / scale + sine
+    error = acceleration(Record(noisy, sine, time)) / scale + sine
     assert np.sqrt(np.mean(error**2)) < 0.05
     triangle = np.interp(time % 1.0, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
-    assert np.abs(acceleration(Record.from_arrays(triangle, sine, time))).max() < 1e-6 * scale
+    assert np.abs(acceleration(Record(triangle, sine, time))).max() < 1e-6 * scale
 
 
 @pytest.mark.parametrize(
@@ -125,12 +125,12 @@ def test_notes_say_how_large_effects_would_be() -> None:
     time = np.linspace(0.0, 3.0, 1201)
     displacement = 0.01 * np.sin(2.0 * np.pi * 2.0 * time)
     # 1 kg has the dynamic stiffness (4 pi)^2 = 158 N/m; the fixture of 1e7 N/m is far stiffer.
-    record = Record.from_arrays(displacement, 5000.0 * displacement, time)
+    record = Record(displacement, 5000.0 * displacement, time)
     (note,) = unknown_effects([record], KnownRig())
     assert note == "1 kg between load cell and spring would change the stiffness by 3.2 % at 2 Hz (`moving_mass=...`)."
     assert unknown_effects([record], KnownRig(moving_mass=0.5)) == ()
     assert unknown_effects([replace(record, time=None)], KnownRig()) == ()
-    stiff = Record.from_arrays(displacement, 2e5 * displacement, time)
+    stiff = Record(displacement, 2e5 * displacement, time)
     (note,) = unknown_effects([stiff], KnownRig())
     assert note == "A fixture of 10 kN/mm would change the stiffness by 2 % (`fixture_stiffness=...`)."
     assert unknown_effects([stiff], KnownRig(fixture_stiffness=1e8)) == ()

@@ -160,7 +160,7 @@ def test_each_class_recovers_its_own_data(name: str) -> None:
 
 def response(fit: RivalFit, displacement: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Force along a path from a virgin spring, shape (K,) [N]; polynomials go on beyond the range of the records."""
-    record = Record.from_arrays(displacement, np.zeros_like(displacement), time)
+    record = Record(displacement, np.zeros_like(displacement), time)
     strokes = find_strokes(record.displacement, 0.0)
     loops = gather(strokes, record.force, 0, int(np.bincount(strokes.of_sample).max()))
     return fit.at_points(Track(loops, _with_speed(record).force, loops.record[loops.stroke]))

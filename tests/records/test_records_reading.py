@@ -465,7 +465,7 @@ def test_any_text_is_a_unit_or_refused(text: str) -> None:
 
 def test_a_record_is_a_read_only_copy() -> None:
     x = np.arange(6, dtype=np.float32)[::2]
-    record = Record.from_arrays(x, [1, 2, 3], time=[0.0, 1.0, 2.0])
+    record = Record(x, [1, 2, 3], time=[0.0, 1.0, 2.0])
     x[0] = 7.0
     assert record.displacement.tolist() == [0.0, 2.0, 4.0]
     assert record.force.dtype == np.float64
@@ -492,7 +492,7 @@ def test_a_record_is_a_read_only_copy() -> None:
 )
 def test_impossible_arrays_are_refused(arguments: tuple[object, ...], part: str) -> None:
     with pytest.raises(RecordError) as caught:
-        Record.from_arrays(*arguments)
+        Record(*arguments)
     assert part in str(caught.value)
 
 
@@ -605,7 +605,7 @@ def test_a_name_that_is_not_utf_8_is_made_printable(tmp_path: Path) -> None:
     record.path.encode("utf-8")
     assert record.path.isprintable()
     assert "\ufffd" in record.path
-    assert Record.from_arrays([0.0, 1.0], [0.0, 1.0], path="m\udcfc.csv").path == "m\ufffd.csv"
+    assert Record([0.0, 1.0], [0.0, 1.0], path="m\udcfc.csv").path == "m\ufffd.csv"
 
 
 def test_without_a_header_named_columns_may_leave_none(write: Write) -> None:

@@ -267,7 +267,7 @@ def test_motion_beyond_the_identified_range_is_reported(terminal: Terminal) -> N
 
 def summed_up(study: Study, rows: Iterable[RunRow], folder: Path) -> pd.DataFrame:
     """The summaries of rows that stand in the results."""
-    write_csv(folder / "r.csv", [column.heading for column in study.columns], map(study.cells, rows))
+    write_csv(folder / "r.csv", [column.file_heading for column in study.columns], map(study.cells, rows))
     return summaries(study, folder / "r.csv")
 
 
@@ -286,7 +286,7 @@ def test_the_most_frequent_reason_is_reported_whatever_its_numbers(tmp_path: Pat
 def test_quantiles_are_those_of_numpy_over_the_runs_that_have_a_figure(tmp_path: Path) -> None:
     study = replace(CHEAP, masses=(4.0, 5.0), levels=(1e-4, 2e-4), draws=37)
     generator = np.random.default_rng(5)
-    names = [figure.name for figure in study.figures]
+    names = [figure.key for figure in study.figures]
     rows = []
     for run in range(len(study)):
         values = generator.standard_normal(len(names)).tolist()

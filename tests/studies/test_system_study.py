@@ -233,7 +233,7 @@ def test_draws_are_the_same_springs_everywhere() -> None:
 
 def test_a_drawn_run_is_that_of_the_drawn_system() -> None:
     planned = study(MASSES, draws=3, seed=2)
-    run = 2 * planned.runs_per_point + 1 * 2 + 1
+    run = 2 * len(planned) // 3 + 1 * 2 + 1
     assert planned.place(run) == (2, 1, 1, 0)
     file = planned.described(2)
     name, system = file.candidates[1]
@@ -397,7 +397,7 @@ def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws(tmp_path:
         rows.append(
             SystemRow(run, (a, b), sway, tilt, stroke, "corner", 1.0, None, None, 0.0, *margins, "sway of x", verdict)
         )
-    write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
+    write_csv(tmp_path / "r.csv", [column.file_heading for column in planned.columns], map(planned.cells, rows))
     table = summaries(planned, tmp_path / "r.csv")
     assert len(table) == 4
     for number, summary in enumerate(table.to_dict("records")):
@@ -427,7 +427,7 @@ def test_summaries_are_the_worst_of_all_cases_and_quantiles_over_draws(tmp_path:
 def test_a_study_of_which_every_run_is_refused_has_no_figures(tmp_path: Path) -> None:
     planned = study({"body.box.mass": [15.0, 20.0]})
     rows = [SystemRow(run, outcome=f"No {run}.") for run in range(len(planned))]
-    write_csv(tmp_path / "r.csv", [column.heading for column in planned.columns], map(planned.cells, rows))
+    write_csv(tmp_path / "r.csv", [column.file_heading for column in planned.columns], map(planned.cells, rows))
     table = summaries(planned, tmp_path / "r.csv")
     assert table["refused"].tolist() == [1] * 4
     assert table["reason"].tolist() == [row.outcome for row in rows]

@@ -52,7 +52,7 @@ FAULTS3 = {
     "the wrong time is reached": (INSTANCE, "*reached = instance->state.time", "*reached = time"),
     "a refused step reaches its end": (INSTANCE, "*reached = instance->state.time", "*reached = time + size"),
     "event mode is not refused": (LIFE3, "if (eventModeUsed)", "if (0)"),
-    "an instance is not freed": (LIFE3, "    fmu_free(c);", "    (void)c;"),
+    "an instance is not freed": ("core/c/fmi/fmu_calls.c", "    fmu_free(c);", "    (void)c;"),
     "a flag is lost": (LIFE3, "values[i] = extrapolating != 0;", "values[i] = 0;"),
 }
 # Legal in model exchange alone.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -12,11 +12,15 @@ from ..core.parameters import SpringParameters
 from ..ground.arguments import number
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
-from ..model.coordinates import chosen_zero
-from ..model.modelfile import ModelFile, is_fmu, load_model, save_model
+from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
-    from .. import Comparison, Information, Isolation, Prediction, Record, StudyResult
+    from ..records.record import Record
+    from .comparing.comparison import Comparison
+    from .identifying.information import Information
+    from .identifying.prediction import Prediction
+    from .studies.studying import StudyResult
+    from .vibration.isolation import Isolation
 
 
 class Spring:
@@ -116,53 +120,53 @@ class Spring:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
         return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
 
-    # The functions of these names, which build on this module.
+    # Functions of other modules, which are imported when they are asked for.
 
     def predict(self, *data: Any, **how: Any) -> Prediction:
         """Compare records with the spring's prediction; arguments as for `strandspring.predict`."""
-        from .. import predict
+        from .identifying.prediction import predict
 
         return predict(self, *data, **how)
 
     def info(self, *data: Any, **how: Any) -> Information:
         """Figures of the spring's loops, beside those of records; arguments as for `strandspring.info`."""
-        from .. import info
+        from .identifying.information import info
 
         return info(self, *data, **how)
 
     def synthesize(self, *amplitudes: float, **how: Any) -> Record:
         """The spring's record under sines of these amplitudes [m]; other arguments as for `strandspring.synthesize`."""
-        from .. import synthesize
+        from .identifying.synthesis import synthesize
 
         return synthesize(self, amplitudes or None, **how)
 
     def compare(self, other: Any, *data: Any, **how: Any) -> Comparison:
         """Compare the spring with another; arguments as for `strandspring.compare`."""
-        from .. import compare
+        from .comparing.comparison import compare
 
         return compare(self, other, *data, **how)
 
     def isolate(self, mass: float, **options: Any) -> Isolation:
         """Transmissibility and resonance of a mass [kg] on it; `options` are those of `strandspring.isolate`."""
-        from .. import isolate
+        from .vibration.isolation import isolate
 
         return isolate(self, mass, **options)
 
     def study(self, mass: ArrayLike, **options: Any) -> StudyResult:
         """Resonance and isolation over masses and the uncertainty; `options` are those of `strandspring.study`."""
-        from .. import study
+        from .studies.studying import study
 
         return study(self, mass, **options)
 
     def build_fmu(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> Path:
         """Build, validate and run the FMU of this spring; `options` are those of `strandspring.build_fmu`."""
-        from .. import build_fmu
+        from .fmus.building import build_fmu
 
         return build_fmu(self, folder, **options)
 
     def export(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> list[Path]:
         """Write the parameters for other tools; `options` are those of `strandspring.export`."""
-        from .. import export
+        from .fmus.exporting import export
 
         return export(self, folder, **options)
 
@@ -172,49 +176,3 @@ def _checked_omega(omega_start: float) -> float:
     if not -1.0 <= value <= 1.0:
         raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
     return value
-
-
-ModelSource: TypeAlias = Spring | ModelFile | str | os.PathLike[str]
-
-
-def model_of(source: ModelSource) -> ModelFile:
-    """The model of a spring, of a model file, or of an FMU that holds one.
-
-    Raises
-    ------
-    ModelError   If the file is not a physically possible spring.
-    TypeError    If it is something else.
-    """
-    if isinstance(source, ModelFile):
-        return source
-    if isinstance(source, str | os.PathLike):
-        return load_model(Path(source))
-    if not isinstance(source, Spring):
-        raise TypeError(f"A model must be a Spring or the path of a model file or FMU, got {type(source).__name__}.")
-    return source.model
-
-
-def source_of(source: ModelSource) -> str:
-    """What messages call a model: the path that was given, else its name."""
-    return path_of(source) or model_of(source).name
-
-
-def path_of(source: Any) -> str | None:
-    """The path of a source; None for what is in memory."""
-    return os.fspath(source) if isinstance(source, str | os.PathLike) else None
-
-
-def origin_of(source: Any, choice: str | float | None, parameters: SpringParameters) -> float:
-    """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; by default that of an FMU from
-    which the model is read, else a sensible one.
-
-    Raises
-    ------
-    StrandspringError   If it is none of these, or the FMU is damaged.
-    """
-    path = path_of(source)
-    if choice is None and path is not None and is_fmu(path):
-        from ..fmu.related_files import BuildSettings
-
-        return BuildSettings.of_fmu(Path(path)).zero
-    return chosen_zero(choice, parameters)

@@ -73,6 +73,10 @@ class CompiledUnit:
                 waiting += [posixpath.normpath(name) for name in included if (_PACKAGE / name).is_file()]
         return dict(sorted(contents.items()))
 
+    def sources_in_fmu(self) -> dict[str, bytes]:
+        """The same with FMI's headers, which importers of FMI 3.0 have."""
+        return self.sources() | (fmi_headers(self.fmi) if self.fmi == 2 else {})
+
     def file_name(self, target: Target) -> str:
         """Of the image for a target."""
         digest = hashlib.sha256(repr((FLAGS, self, target, target.system)).encode() + zig.runtime(target))

@@ -14,6 +14,7 @@ from ..compiled.images import fmi_header
 from ..errors import BuildError
 from ..ground.files import replacing
 from ..model.modelfile import ModelFile
+from .description.content import Backend
 from .documentation import documentation_page
 
 # By version of FMI.
@@ -45,26 +46,21 @@ def common_contents(
     model: ModelFile,
     zero: float,
     description: bytes,
+    backend: Backend,
     others: tuple[str, ...] = (),
     platforms: tuple[str, ...] | None = None,
-    with_states: bool = False,
-    fmi: int = 2,
-    left_out: frozenset[str] = frozenset(),
-    real_time: bool = False,
 ) -> dict[str, bytes]:
     """Description, icon, documentation and licences by their path in the FMU.
 
     The model's displacement is counted from `zero` [m]. `others` are the distributions of which the FMU holds parts,
-    besides ours; `platforms` are those of a native FMU, which may be the form with states, `left_out` the variables
-    that it does not have, and `real_time` says that it has a deadline.
+    besides ours; `platforms` are those of a native FMU.
     """
-    page = documentation_page(model, zero, platforms, with_states, fmi, left_out, real_time)
-    contents = {
+    return {
         "modelDescription.xml": description,
-        **icon(fmi),
-        "documentation/index.html": page.encode("utf-8"),
+        **icon(backend.fmi),
+        "documentation/index.html": documentation_page(model, zero, platforms, backend).encode("utf-8"),
+        **licences(others, backend.fmi),
     }
-    return {**contents, **licences(others, fmi)}
 
 
 def icon(fmi: int = 2) -> dict[str, bytes]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import Any
 
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from ..model.modelfile import ModelFile
 from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
 from .check_plot import loops_svg
 from .description.array_variables import StartValue
+from .description.content import Backend
 from .description.described_variables import described_variables
 
 
@@ -19,33 +20,26 @@ def documentation_page(
     model: ModelFile,
     zero: float,
     platforms: tuple[str, ...] | None,
-    with_states: bool = False,
-    fmi: int = 2,
-    left_out: frozenset[str] = frozenset(),
-    real_time: bool = False,
+    backend: Backend,
 ) -> str:
     """HTML of one file: model, variables, behaviour, fit, provenance; the same arguments give the same text.
 
     The model's displacement is counted from `zero` [m]. `platforms` are those of a native FMU; None stands for a
-    Python-backed one, `with_states` for the form of a native one that has continuous states, `fmi` for the version,
-    `left_out` holds variables that the FMU does not have, and `real_time` stands for the FMU with a deadline.
+    Python-backed one.
     """
     spring = model.parameters
-    table, _, start = described_variables(spring, with_states, fmi)
-    template = Environment(
-        autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined
-    ).from_string((files(__package__) / "assets" / "documentation.html.j2").read_text(encoding="utf-8"))
-    return template.render(
+    table, _, start = described_variables(spring, backend.with_states, backend.fmi)
+    return template(__package__, "documentation.html.j2").render(
         model=model,
         spring=spring,
         zero=zero,
         native=platforms is not None,
-        with_states=with_states,
+        with_states=backend.with_states,
         platforms=platforms,
-        fmi=fmi,
-        left_out=left_out,
-        real_time=real_time,
-        variables=[(v, _start(start.get(v.name))) for v in table if v.name not in left_out],
+        fmi=backend.fmi,
+        left_out=backend.left_out,
+        real_time=backend.real_time,
+        variables=[(v, _start(start.get(v.name))) for v in table if v.name not in backend.left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
         followed=[_followed(fit) for fit in stated_fits(model)],
@@ -55,6 +49,12 @@ def documentation_page(
             "Provenance": flat(model.provenance),
         },
     )
+
+
+def template(package: str, name: str) -> Template:
+    """A page among the assets of a package, which needs every value that it names."""
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    return environment.from_string((files(package) / "assets" / name).read_text(encoding="utf-8"))
 
 
 def _followed(fit: StatedFit) -> tuple[str, ...]:

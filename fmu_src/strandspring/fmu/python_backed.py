@@ -104,7 +104,7 @@ def fmu_contents(
     slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))
-    common = common_contents(model, zero, model_description(model, guid, tool, backend), ("pythonfmu",))
+    common = common_contents(model, zero, model_description(model, guid, tool, backend), backend, ("pythonfmu",))
     settings = BuildSettings("python", zero, author, needs_execution_tool)
     return sealed({**common, **related_files(of_record, settings), **contents})
 

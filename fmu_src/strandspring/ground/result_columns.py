@@ -17,7 +17,7 @@ class ResultColumn:
     key : str        Attribute of what holds it, key of JSON, and column of data frames, in SI units.
     unit : str       In SI.
     words : str      In sentences and plots.
-    short : str      In headings of tables for a terminal.
+    short : str      In headings of tables for a terminal; empty where it is not in them.
     shown : str      Unit for people; empty for a pure number.
     factor : float   From SI to that unit.
     digits : int     Significant digits for people.
@@ -26,7 +26,7 @@ class ResultColumn:
     key: str
     unit: str
     words: str
-    short: str
+    short: str = ""
     shown: str = ""
     factor: float = 1.0
     digits: int = 4
@@ -35,6 +35,11 @@ class ResultColumn:
     def heading(self) -> str:
         """Of a table for a terminal."""
         return f"{self.short} {self.shown}".rstrip()
+
+    @property
+    def file_heading(self) -> str:
+        """Of a file in SI units."""
+        return f"{self.words} [{self.unit}]" if self.unit else self.words
 
     @property
     def label(self) -> str:

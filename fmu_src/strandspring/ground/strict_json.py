@@ -80,3 +80,8 @@ def _nesting(content: object) -> int:
     """Levels of lists and objects."""
     children = content.values() if isinstance(content, dict) else content if isinstance(content, list) else ()
     return 1 + max(map(_nesting, children), default=0)
+
+
+def finite(value: float | None) -> float | None:
+    """A number; None if it is not finite."""
+    return float(value) if value is not None and math.isfinite(value) else None

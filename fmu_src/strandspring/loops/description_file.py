@@ -123,9 +123,7 @@ def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> 
     >>> record.label, len(record), float(record.force.max())
     ('lot A', 9, 16000.0)
     """
-    return [
-        CampaignEntry(entry.path, (given or Wanted()).over(entry.wanted)).read() for entry in _described(Path(path))
-    ]
+    return [(given or Wanted()).over(entry.wanted).read(entry.path) for entry in _described(Path(path))]
 
 
 def _described(path: Path) -> list[CampaignEntry]:

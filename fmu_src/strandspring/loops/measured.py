@@ -71,16 +71,10 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
     RecordError   If the record has no full cycle.
     """
     cycles = find_cycles(record)
-    if not cycles and record.compared is not None:
-        raise RecordError(
-            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) lies within the "
-            "selected displacements; select a range that holds one."
-        )
     if not cycles:
-        raise RecordError(
-            f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) was found; record at "
-            "least one full cycle."
-        )
+        selected = "lies within the selected displacements; select a range that holds one"
+        where = "was found; record at least one full cycle" if record.compared is None else selected
+        raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
     return tuple(_measured(group) for group in group_by_amplitude(cycles))
 
 
@@ -90,13 +84,15 @@ def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
     return MeasuredLoop(
         path=group[0].path,
         figures=mean_figures(group),
-        spread=_spread(group) if len(group) > 1 else None,
+        spread=spread_of(group),
         cycles=len(group),
         frequency=float(np.mean(frequencies)) if frequencies else None,
         gap=float(np.mean([cycle.gap / cycle.figures.height for cycle in group])),
     )
 
 
-def _spread(group: Sequence[Cycle]) -> FigureSpread:
+def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:
+    """Standard deviation of the figures of cycles; None for a single one."""
     names = FigureSpread.__dataclass_fields__
-    return FigureSpread(*(float(np.std([getattr(cycle.figures, name) for cycle in group], ddof=1)) for name in names))
+    columns = ([getattr(cycle.figures, name) for cycle in group] for name in names)
+    return FigureSpread(*(float(np.std(column, ddof=1)) for column in columns)) if len(group) > 1 else None

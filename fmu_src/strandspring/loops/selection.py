@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -17,56 +18,32 @@ _NARROWEST = 0.02  # share of the displacement's range, as for a stroke
 _FEWEST = 16  # samples of a part that can show a loop
 
 
-@dataclass(frozen=True)
-class Selection:
-    """What to use of a record; None stands for all of it, and as an end for that of the record.
-
-    Parameters
-    ----------
-    cycles : (int or None, int or None) or None           First and last cycle, counted from 1.
-    time : (float or None, float or None) or None         Window of time [s], ends included.
-    displacement : (float or None, float or None) or None Range of displacement [m], ends included.
+def checked_ends(name: Literal["cycles", "time", "displacement"], ends: Bounds | None) -> Bounds | None:
+    """Both ends of what `select` is to use, None for that of the record.
 
     Raises
     ------
     RecordError   If the first is above the last, a number is not finite, or a cycle is below 1.
-
-    Examples
-    --------
-    >>> from strandspring.loops.selection import Selection
-    >>> Selection(cycles=(2, None)).cycles
-    (2, None)
     """
-
-    cycles: tuple[int | None, int | None] | None = None
-    time: Bounds | None = None
-    displacement: Bounds | None = None
-
-    def __post_init__(self) -> None:
-        for name, unit in (("cycles", ""), ("time", " [s]"), ("displacement", " [m]")):
-            bounds = getattr(self, name)
-            if bounds is None:
-                continue
-            if not (isinstance(bounds, tuple | list) and len(bounds) == 2):
-                raise RecordError(
-                    f"`{name}` must be a pair of first and last{unit}, None for an open end, got {bounds!s:.60}."
-                )
-            given = [value for value in bounds if value is not None]
-            if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
-                raise RecordError(
-                    f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got "
-                    f"{bounds!s:.60}."
-                )
-            if name == "cycles":
-                if any(value != int(value) or value < 1 for value in given):
-                    raise RecordError(f"`cycles` must be whole numbers from 1 on, got {bounds}.")
-                object.__setattr__(self, name, tuple(None if value is None else int(value) for value in bounds))
+    if ends is None:
+        return None
+    unit = {"cycles": "", "time": " [s]", "displacement": " [m]"}[name]
+    if not (isinstance(ends, tuple | list) and len(ends) == 2):
+        raise RecordError(f"`{name}` must be a pair of first and last{unit}, None for an open end, got {ends!s:.60}.")
+    given = [value for value in ends if value is not None]
+    if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
+        raise RecordError(
+            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got {ends!s:.60}."
+        )
+    if name == "cycles" and any(value != int(value) or value < 1 for value in given):
+        raise RecordError(f"`cycles` must be whole numbers from 1 on, got {ends}.")
+    return ends
 
 
 def select(
     record: Record,
     *,
-    cycles: tuple[int | None, int | None] | None = None,
+    cycles: Bounds | None = None,
     time: Bounds | None = None,
     displacement: Bounds | None = None,
 ) -> Record:
@@ -104,12 +81,13 @@ def select(
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, got {type(record).__name__}; read files with `read_record`.")
-    chosen = Selection(cycles, time, displacement)
+    cycles, time = checked_ends("cycles", cycles), checked_ends("time", time)
+    displacement = checked_ends("displacement", displacement)
     keep = slice(0, len(record))
     notes = []
-    if chosen.cycles is not None:
+    if cycles is not None:
         whole = find_cycles(record)
-        first, last = (chosen.cycles[0] or 1, chosen.cycles[1] or len(whole))
+        first, last = (int(cycles[0] or 1), int(cycles[1] or len(whole)))
         if not whole:
             raise RecordError(
                 f"{record.path}: has no full cycle (two consecutive strokes equal in length within 3 %) to select; "
@@ -123,13 +101,13 @@ def select(
             )
         keep = slice(whole[first - 1].first_sample, whole[last - 1].last_sample + 1)
         notes.append(f"{which} of {len(whole)} selected, {_samples(keep, record)}, as given")
-    if chosen.time is not None:
-        keep = _window(record, chosen.time, keep)
-        low, high = _ends(chosen.time, "s")
+    if time is not None:
+        keep = _window(record, time, keep)
+        low, high = _ends(time, "s")
         notes.append(f"time from {low} to {high} selected, {_samples(keep, record)}, as given")
     part = record if keep == slice(0, len(record)) else _cut(record, keep)
-    if chosen.displacement is not None:
-        part, note = _within(part, chosen.displacement)
+    if displacement is not None:
+        part, note = _within(part, displacement)
         notes.append(note)
     return replace(part, notes=(*part.notes, *notes))
 

@@ -10,7 +10,7 @@ does not jump, both parts share that sample. On each part between breaks, lambda
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,13 +157,9 @@ def _smoothed(values: FloatArray, rows: FloatArray) -> FloatArray:
     difference = (-1.0, 3.0, -3.0, 1.0)
     band = np.zeros((_ORDER + 1, values.size))
     band[0] = 1.0
-    for a, b in _pairs(_ORDER + 1):
+    for a, b in combinations_with_replacement(range(_ORDER + 1), 2):
         band[b - a, a : a + rows.size] += difference[a] * difference[b] * rows
     return np.asarray(solveh_banded(band, values, lower=True, check_finite=False))
-
-
-def _pairs(count: int) -> Iterator[tuple[int, int]]:
-    return ((a, b) for a in range(count) for b in range(a, count))
 
 
 def _degrees_of_freedom(begins: NDArray[np.intp], weight: float) -> FloatArray:

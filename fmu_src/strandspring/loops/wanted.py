@@ -11,7 +11,7 @@ from ..errors import RecordError
 from ..records.reading import check_reverse, read_record
 from ..records.record import Record
 from ..records.units import Quantity, unit_factor
-from .selection import Selection, select
+from .selection import Bounds, checked_ends, select
 from .windows import cycle_range, window
 
 _SELECTIONS = ("cycles", "time_window", "displacement_range", "label")
@@ -75,13 +75,17 @@ class Wanted:
         check_reverse(self.reverse)
 
     @property
-    def selection(self) -> Selection:
-        """What to use of the record, in SI units."""
+    def selection(self) -> dict[str, Bounds | None]:
+        """What to use of the record: arguments of `select`, in SI units."""
         cycles = _parsed("cycles", cycle_range, None if self.cycles is None else str(self.cycles))
         time = _parsed("time_window", window, self.time_window)
         span = _parsed("displacement_range", window, self.displacement_range)
         in_metres = None if span is None else (_metres(span[0]), _metres(span[1]))
-        return Selection(cycles, time, in_metres)
+        return {
+            "cycles": checked_ends("cycles", cycles),
+            "time": checked_ends("time", time),
+            "displacement": checked_ends("displacement", in_metres),
+        }
 
     def over(self, other: Wanted) -> Wanted:
         """This, with what it leaves open taken from another."""
@@ -95,9 +99,7 @@ class Wanted:
         RecordError   If the file is not a record, or the selection leaves nothing usable.
         """
         given = {k: v for k, v in asdict(self).items() if k not in _SELECTIONS and v is not None}
-        record = read_record(path, **given)
-        chosen = self.selection
-        record = select(record, cycles=chosen.cycles, time=chosen.time, displacement=chosen.displacement)
+        record = select(read_record(path, **given), **self.selection)
         return replace(record, label=self.label) if self.label else record
 
 

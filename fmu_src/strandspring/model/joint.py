@@ -17,10 +17,17 @@ from typing import Any
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
+from ..ground.result_columns import ResultColumn
 
 LEVEL = 0.95  # of intervals in model files
-# The parameters of the hysteresis with their units; their logarithms have the covariance.
-HYSTERETIC_UNITS = {"kappa_omega": "N", "rho": "1/m", "sigma": "1", "n": "1"}
+# The parameters of the hysteresis, whose logarithms have the covariance; and their units.
+HYSTERETIC_PARAMETERS = (
+    ResultColumn("kappa_omega", "N", "saturated hysteretic force at mid-range", "kappa_omega", "N"),
+    ResultColumn("rho", "1/m", "slope of omega at its zero crossing", "rho", "1/m"),
+    ResultColumn("sigma", "1", "recovery after a reversal", "sigma"),
+    ResultColumn("n", "1", "smoothness of the knee", "n"),
+)
+HYSTERETIC_UNITS = {column.key: column.unit for column in HYSTERETIC_PARAMETERS}
 # Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
 # and no record leaves so much open.
 _LARGEST = 1e30

@@ -62,7 +62,7 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     ------
     RecordError   If the displacement is not periodic, holds no whole period or has fewer than 16 samples in one.
     """
-    record = Record.from_arrays(displacement, force, time)
+    record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
     x, r = record.displacement, record.force
     clock = np.arange(x.size, dtype=np.float64) if record.time is None else record.time
     if not (np.diff(clock) > 0.0).all():

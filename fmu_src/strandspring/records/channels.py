@@ -6,16 +6,16 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from .columns import Column, choose_unit, named_columns, split_unit
-from .rows import MAX_DROPPED_ROWS
+from .columns import Column, choose_unit, named_columns
+from .record import FloatArray
 from .source import MAX_ROWS
+from .tables import FileTables, Table
+from .text_table import MAX_DROPPED_ROWS
 
-FloatArray = NDArray[np.float64]
-
+_MAX_GROUPS = 1000
 # Difference between two time bases that is called none, share of the time step.
 _SAME_TIME = 1e-3
 # Error of a linear interpolation, by second differences, up to which it is honest, share of the channel's range.
@@ -43,13 +43,30 @@ class Channel:
     load: Callable[[], tuple[FloatArray, FloatArray | None]]
     timed: bool = False
 
-    @classmethod
-    def from_values(cls, group: str, name: str, values: FloatArray, unit: str | None = None) -> Channel:
-        """A channel whose values are read already."""
-        return cls(group, name, unit, values.size, lambda: (values, None))
+
+def channel_tables(channels: Sequence[Channel], where: str) -> FileTables:
+    """The channels of a file by their groups, and all of them as one table if there are several.
+
+    Raises
+    ------
+    RecordError   If there are too many groups.
+    """
+    groups: dict[str, list[Channel]] = {}
+    for channel in channels:
+        groups.setdefault(channel.group, []).append(channel)
+    if len(groups) > _MAX_GROUPS:
+        raise RecordError(
+            f"{where}: must have at most {_MAX_GROUPS} groups of channels, found {len(groups)}; export the record as "
+            "CSV."
+        )
+    tables = [ChannelTable(members, where, name) for name, members in groups.items()]
+    if len(tables) == 1:
+        return FileTables(where, tables)
+    united = ChannelTable([channel for table in tables for channel in table.timed_channels()], where, qualified=True)
+    return FileTables(where, tables, united)
 
 
-class ChannelTable:
+class ChannelTable(Table):
     """Channels as a table.
 
     Parameters
@@ -60,9 +77,6 @@ class ChannelTable:
     qualified : bool  Whether the columns are called "group/channel".
     """
 
-    row = "row"
-    notes: tuple[str, ...] = ()
-
     def __init__(self, channels: Sequence[Channel], where: str, name: str = "", qualified: bool = False) -> None:
         self.channels = channels
         self.where = where
@@ -71,12 +85,12 @@ class ChannelTable:
         if any(channel.timed for channel in channels) and not named_columns(self.columns, "time"):
             # The time base of whichever channels are read.
             number = len(channels) + 1
-            self.columns.append(Column(number, "time", "time", "s", True, (), True, "time base of the channels"))
+            self.columns.append(Column.from_header(number, "time", "s", content="time base of the channels"))
 
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
-        """See `SourceTable.read`."""
+        """See `Table.read`."""
         own_columns = [column for column in wanted if column.number <= len(self.channels)]
         values, times = {}, {}
         for column in own_columns:
@@ -111,7 +125,10 @@ class ChannelTable:
         if len(clocks) != 1:
             return list(self.channels)
         clock = self.channels[clocks[0].number - 1]
-        _, factor, _ = choose_unit(clocks[0], "time", None, self.where)
+        try:
+            _, factor, _ = choose_unit(clocks[0], "time", None, self.where)
+        except RecordError:  # it is a channel like the others
+            return list(self.channels)
 
         def with_times(channel: Channel) -> Channel:
             if channel.timed or channel.size != clock.size:
@@ -198,12 +215,10 @@ class ChannelTable:
 
 
 def _column(number: int, channel: Channel, qualified: bool) -> Column:
-    label, unit, sure = split_unit(channel.name)
-    if channel.unit is not None and channel.unit.strip("[]() "):
-        unit, sure = channel.unit.strip("[]() "), True
-    channel_name = channel.name or str(number)
-    name = f"{channel.group}/{channel_name}" if qualified and channel.group else channel.name
-    return Column(number, name, label, unit, sure, (), True, f"{channel.size} values")
+    column = Column.from_header(number, channel.name, channel.unit, content=f"{channel.size} values")
+    if not (qualified and channel.group):
+        return column
+    return replace(column, name=f"{channel.group}/{channel.name or number}")
 
 
 def _is_same_time(first: FloatArray, other: FloatArray) -> bool:

@@ -1,4 +1,4 @@
-"""Detection of the columns of displacement, force and time, and of their units."""
+"""Columns as a header names them, and which of them hold displacement, force and time, in which units."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from .clock import is_clock
-from .dialect import Dialect
 from .units import Quantity, kind_of_unit, unit_factor, words
+
+Asked = Mapping[Quantity, int | str | None]
 
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 
@@ -56,6 +59,7 @@ class Column:
     label : str              The name without its unit.
     unit : str or None
     unit_is_sure : bool      Whether that is a unit and not part of the name.
+    kind : str or None       Quantity that the unit measures, "other" for another one, None if it is not known.
     cells : tuple of str     The first values, for messages.
     numeric : bool           Whether it holds numbers.
     content : str            What it holds, in words, where there are no cells.
@@ -67,27 +71,30 @@ class Column:
     label: str
     unit: str | None
     unit_is_sure: bool
-    cells: tuple[str, ...]
-    numeric: bool
+    kind: Quantity | Literal["other"] | None
+    cells: tuple[str, ...] = ()
+    numeric: bool = True
     content: str = ""
     is_clock: bool = False
 
+    @classmethod
+    def from_header(cls, number: int, name: str, unit: str | None, **content: Any) -> Column:
+        """A column of a name, which may hold its unit, and a unit that the file gives, which takes precedence.
+
+        Parameters
+        ----------
+        number : int
+        name : str           "" without.
+        unit : str or None   In brackets or not.
+        **content            The last four of the attributes.
+        """
+        label, in_name, is_sure = split_unit(name)
+        if unit is not None and unit.strip("[]() "):
+            in_name, is_sure = unit.strip("[]() "), True
+        return cls(number, name, label, in_name, is_sure, kind_of_unit(in_name or ""), **content)
+
     def __str__(self) -> str:
         return f"column {self.number} {quoted(self.name)}" if self.name else f"column {self.number}"
-
-
-def table_columns(dialect: Dialect) -> list[Column]:
-    """Columns of a table with their names and units; a row of units takes precedence over the header."""
-    columns = []
-    for i in range(dialect.width):
-        name = dialect.header[i] if dialect.header else ""
-        label, unit, sure = split_unit(name)
-        if dialect.units and dialect.units[i].strip("[]() "):
-            unit, sure = dialect.units[i].strip("[]() "), True
-        cells = tuple(row[i] for row in dialect.rows if i < len(row))
-        clock = not dialect.numeric[i] and is_clock(cells)
-        columns.append(Column(i + 1, name, label, unit, sure, cells, dialect.numeric[i], is_clock=clock))
-    return columns
 
 
 def choose_unit(
@@ -109,13 +116,11 @@ def choose_unit(
     """
     if column.is_clock and quantity == "time":
         return "s", 1.0, f"{column} holds times of day or dates, which are read as seconds"
-    stated, kind = column.unit, None if column.unit is None else kind_of_unit(column.unit)
-    if stated is not None and not column.unit_is_sure and kind != quantity:
-        stated = None
-    if stated is not None and {kind, quantity} == {"displacement", "force"}:
+    stated = column.unit if column.unit_is_sure or column.kind == quantity else None
+    if stated is not None and {column.kind, quantity} == {"displacement", "force"}:
         raise RecordError(
             f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(stated)} "
-            f"of a {kind}; the columns look swapped, name them the other way round."
+            f"of a {column.kind}; the columns look swapped, name them the other way round."
         )
     unit, source = (asked, "as given") if asked is not None else (stated, "found in the file")
     if unit is None:
@@ -150,7 +155,7 @@ def named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]
     best = min(ranks.values(), default=_NO_RANK)
     best_ranked = [column for column in columns if ranks[column.number] == best < _NO_RANK]
     numeric = [column for column in best_ranked if column.numeric] or best_ranked
-    return [column for column in numeric if column.unit and kind_of_unit(column.unit) == quantity] or numeric
+    return [column for column in numeric if column.kind == quantity] or numeric
 
 
 def _rank(column: Column, quantity: Quantity) -> int:
@@ -167,11 +172,8 @@ def _rank(column: Column, quantity: Quantity) -> int:
     without_stress = _NOT_FORCE.sub("", column.label)
     if any(is_word) or any(word in without_stress for word in known if word[0] >= _FIRST_IDEOGRAPH):
         return 2
-    if (column.is_clock and quantity == "time") or (
-        column.unit and column.unit_is_sure and kind_of_unit(column.unit) == quantity
-    ):
-        return 3
-    return _NO_RANK
+    is_timed = column.is_clock and quantity == "time"
+    return 3 if is_timed or (column.unit_is_sure and column.kind == quantity) else _NO_RANK
 
 
 def listed_columns(columns: Sequence[Column]) -> str:
@@ -195,3 +197,107 @@ def _range(cells: Sequence[str]) -> str:
         return ""
     known = [value for value in values if not math.isnan(value)]
     return f", {min(known):.6g} to {max(known):.6g}" if known else ", no numbers"
+
+
+def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple[dict[Quantity, Column], list[str]]:
+    """Find the columns of displacement, force and, where there is one, time.
+
+    Parameters
+    ----------
+    columns : sequence of Column   All columns of the table.
+    asked : mapping                Name or 1-based number per quantity, None to detect it by its name.
+    where : str                    File, for messages.
+
+    Returns
+    -------
+    (dict, list of str)            Column per quantity; sentences about the decisions.
+
+    Raises
+    ------
+    RecordError                    If a column is missing, ambiguous or given twice.
+    """
+    chosen: dict[Quantity, Column] = {
+        quantity: asked_column(columns, wanted, quantity, where)
+        for quantity, wanted in asked.items()
+        if wanted is not None
+    }
+    quantities: dict[int, Quantity] = {}
+    for quantity, column in chosen.items():
+        if column.number in quantities:
+            raise RecordError(
+                f"{where}: {column} must not be both {quantities[column.number]} and {quantity}; name two columns."
+            )
+        quantities[column.number] = quantity
+    notes = [f"{quantity} is {column}, as given" for quantity, column in chosen.items()]
+    has_names = any(column.name for column in columns)
+    for quantity in ("displacement", "force", "time"):
+        if quantity in chosen:
+            continue
+        free = [column for column in columns if column not in chosen.values()]
+        candidates = named_columns(free, quantity)
+        if len(candidates) == 1:
+            chosen[quantity] = candidates[0]
+            notes.append(f"{quantity} is {candidates[0]}, chosen by its name or unit")
+        elif quantity == "time":
+            if candidates:
+                notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
+        elif not has_names and len(columns) == 2 and free and not candidates:
+            chosen[quantity] = free[0]
+            notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
+        else:
+            raise RecordError(_ambiguity(free, candidates, quantity, has_names, where))
+    return chosen, notes
+
+
+def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, where: str) -> Column:
+    """The column of a name or 1-based number; `quantity` says in messages what it holds."""
+    if isinstance(wanted, str):
+        text = wanted.strip()
+        rules = (
+            lambda column: column.name == text,
+            lambda column: column.name.casefold() == text.casefold(),
+            lambda column: _squeezed(column.name) == _squeezed(text),
+            lambda column: _squeezed(column.label) == _squeezed(split_unit(text)[0]),
+        )
+        for rule in rules:
+            fitting = [column for column in columns if column.name and rule(column)]
+            if len(fitting) == 1:
+                return fitting[0]
+            if fitting:
+                raise RecordError(
+                    f"{where}: {quantity} column {quoted(wanted)} must name one column, "
+                    f"but it fits {listed_columns(fitting)}; give a number."
+                )
+        if not re.fullmatch(r"[0-9]{1,9}", text):
+            raise RecordError(
+                f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
+                f"which has {listed_columns(columns)}; give one of these names or numbers."
+            )
+    elif not isinstance(wanted, int | np.integer):
+        raise RecordError(
+            f"{where}: {quantity} column must be a name or a number from 1 on, got {type(wanted).__name__}; the file "
+            f"has {listed_columns(columns)}."
+        )
+    number = int(wanted)
+    if not 1 <= number <= len(columns):
+        raise RecordError(
+            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the file has "
+            f"{listed_columns(columns)}."
+        )
+    return columns[number - 1]
+
+
+def _ambiguity(
+    columns: Sequence[Column], candidates: Sequence[Column], quantity: Quantity, has_names: bool, where: str
+) -> str:
+    if candidates:
+        reason = f"{listed_columns(candidates)} could be the {quantity}"
+    elif has_names:
+        reason = f"no column is named like a {quantity} among {listed_columns(columns)}"
+    else:
+        reason = f"there is no header to find the {quantity} by among {listed_columns(columns)}"
+    return f"{where}: {reason}; name the columns with `displacement=...` and `force=...`."
+
+
+def _squeezed(name: str) -> str:
+    return re.sub(r"[\s_]+", "", name).casefold()

@@ -11,7 +11,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from ..errors import RecordError
@@ -39,14 +39,35 @@ _QUOTED_LINE_LENGTH = 100_000  # the csv module refuses fields longer than 13107
 
 
 @dataclass(frozen=True)
-class _Shape:
-    """Shape of a row of the table."""
+class Dialect:
+    """Format of the numbers of a file.
+
+    Attributes
+    ----------
+    separator : str or None        Cell separator, None for runs of blanks.
+    decimal : str                  Decimal mark, "." or ",".
+    width : int                    Number of columns.
+    raw_width : int                Number of cells per row, empty ones after the last column included.
+    numeric : tuple of bool        Which columns hold numbers in the head.
+    first_line : int               1-based line of the first row of numbers.
+    header : tuple of str          Names of the columns; empty without.
+    header_line : int or None      1-based line of the header.
+    units : tuple of str           Cells of the row of units; empty without.
+    has_quotes : bool              Whether cells are in double quotes.
+    rows : tuple of tuple of str   Cells of the first rows, for messages.
+    """
 
     separator: str | None
     decimal: str
     width: int
     raw_width: int
     numeric: tuple[bool, ...]
+    first_line: int = 1
+    header: tuple[str, ...] = ()
+    header_line: int | None = None
+    units: tuple[str, ...] = ()
+    has_quotes: bool = False
+    rows: tuple[tuple[str, ...], ...] = ()
 
     def is_full(self, cells: Sequence[str]) -> bool:
         """Whether each numeric column holds a number."""
@@ -69,33 +90,6 @@ class _Shape:
             if self.fits(cells):
                 return (*cells, *[""] * self.width)[: self.width]
         return ()
-
-
-@dataclass(frozen=True)
-class Dialect(_Shape):
-    """Format of the numbers of a file.
-
-    Attributes
-    ----------
-    separator : str or None        Cell separator, None for runs of blanks.
-    decimal : str                  Decimal mark, "." or ",".
-    has_quotes : bool              Whether cells are in double quotes.
-    width : int                    Number of columns.
-    raw_width : int                Number of cells per row, empty ones after the last column included.
-    first_line : int               1-based line of the first row of numbers.
-    header : tuple of str or None  Names of the columns.
-    header_line : int or None      1-based line of the header.
-    units : tuple of str or None   Cells of the row of units.
-    numeric : tuple of bool        Which columns hold numbers in the head.
-    rows : tuple of tuple of str   Cells of the first rows, for messages.
-    """
-
-    has_quotes: bool
-    first_line: int
-    header: tuple[str, ...] | None
-    header_line: int | None
-    units: tuple[str, ...] | None
-    rows: tuple[tuple[str, ...], ...]
 
 
 def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
@@ -125,20 +119,20 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     )
     if sum(numeric) < 2:
         raise RecordError(_no_numbers(lines, path, row))
-    shape = _Shape(separator, decimal, width, raw_width, numeric)
+    shape = Dialect(separator, decimal, width, raw_width, numeric)
     # If no row is full, the first one is refused like any damaged row.
     full = (i for i, cells in enumerate(table) if shape.is_full(cells))
     first = next(full, table.index(regular[0]))
     damaged, header, units = _above(lines, table, first, shape)
     _refuse_text(table, damaged, shape, path, row)
     first = min([first, *damaged])
-    return Dialect(
-        **vars(shape),
-        has_quotes=any(_STARTS_QUOTED.search(line) for line in lines[first:]),
+    return replace(
+        shape,
         first_line=first + 1,
-        header=None if header is None else shape.named_cells(lines[header]),
+        header=() if header is None else shape.named_cells(lines[header]),
         header_line=None if header is None else header + 1,
-        units=None if units is None else shape.named_cells(lines[units]),
+        units=() if units is None else shape.named_cells(lines[units]),
+        has_quotes=any(_STARTS_QUOTED.search(line) for line in lines[first:]),
         rows=tuple(tuple(cells) for cells in table[first:] if any(cells))[:_JUDGED_LINES],
     )
 
@@ -190,7 +184,7 @@ def _width(cells: Sequence[str]) -> int:
 
 
 def _above(
-    lines: Sequence[str], table: Sequence[Sequence[str]], first: int, shape: _Shape
+    lines: Sequence[str], table: Sequence[Sequence[str]], first: int, shape: Dialect
 ) -> tuple[list[int], int | None, int | None]:
     """Search upwards from the first full row: indices of damaged rows, of the header and of the row of units.
 
@@ -224,7 +218,7 @@ def _above(
     return damaged[::-1], header, units
 
 
-def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: _Shape, path: str, row: str) -> None:
+def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: Dialect, path: str, row: str) -> None:
     """Refuse lines of text and numbers just above the table: they may be settings or damaged samples."""
     for i in damaged:
         for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):

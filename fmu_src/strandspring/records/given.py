@@ -16,7 +16,8 @@ from ..ground.files import bundled_file
 from .channels import Channel, ChannelTable
 from .formats.named_arrays import seconds
 from .reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
-from .record import Record
+from .record import FloatArray, Record
+from .tables import FileTables
 from .units import Quantity, unit_factor
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def record_of_arrays(
     given = checked_units(units)
     check_reverse(reverse)
     _refuse_other_index({"displacement": displacement, "force": force, "time": time})
-    record = Record.from_arrays(displacement, force, time)
+    record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
     factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
     if reverse is not None:
         factors[reverse] *= -1.0
@@ -150,7 +151,7 @@ def records_of(
     return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
 
 
-def record_of_frame(
+def _record_of_frame(
     frame: pd.DataFrame,
     *,
     displacement: int | str | None = None,
@@ -161,19 +162,7 @@ def record_of_frame(
     time_unit: str | None = None,
     reverse: Literal["displacement", "force"] | None = None,
 ) -> Record:
-    """A record of a table in memory; arguments as for `read_record`, but without units given or in a name m, N and s.
-
-    Raises
-    ------
-    RecordError   If its columns do not make a record.
-
-    Examples
-    --------
-    >>> import pandas as pd
-    >>> frame = pd.DataFrame({"stroke [mm]": [0.0, 5.0, 0.0], "load [kN]": [0.0, 0.2, -0.1]})
-    >>> record_of_frame(frame).force.tolist()
-    [0.0, 200.0, -100.0]
-    """
+    """A record of a table in memory; arguments as for `read_record`; m, N and s where no unit is given or in a name."""
     import pandas as pd
 
     channels: list[Channel] = []
@@ -181,10 +170,10 @@ def record_of_frame(
     for k, (name, dtype) in enumerate(zip(frame.columns, frame.dtypes, strict=True)):
         if dtype.kind in "mM":
             moments = frame.iloc[:, k].to_numpy(dtype=f"{'timedelta' if dtype.kind == 'm' else 'datetime'}64[ns]")
-            channels.append(Channel.from_values("", str(name), seconds(moments), "s"))
+            channels.append(_channel(str(name), seconds(moments), "s"))
         elif pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu":
             with np.errstate(over="ignore"):  # infinity is refused where it is read
-                channels.append(Channel.from_values("", str(name), np.asarray(frame.iloc[:, k], dtype=np.float64)))
+                channels.append(_channel(str(name), np.asarray(frame.iloc[:, k], dtype=np.float64), None))
         else:
             others.append(f"{name!r} ({dtype})")
     if len(channels) < 2 and others:
@@ -193,16 +182,17 @@ def record_of_frame(
             "with `pandas.to_numeric`."
         )
     return record_of_tables(
-        [ChannelTable(channels, "<DataFrame>")],
-        "<DataFrame>",
-        None,
-        (),
+        FileTables("<DataFrame>", [ChannelTable(channels, "<DataFrame>")]),
         {"displacement": displacement, "force": force, "time": time},
         {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
         {},
         reverse,
         _SI,
     )
+
+
+def _channel(name: str, values: FloatArray, unit: str | None) -> Channel:
+    return Channel("", name, unit, values.size, lambda: (values, None))
 
 
 def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
@@ -224,13 +214,13 @@ def as_records(sources: Any, **columns: Any) -> list[Record]:
     TypeError     If one is something else.
     """
     if isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns"):
-        return [_as_record(sources, columns)]
-    if isinstance(sources, Sequence):
-        return [_as_record(source, columns) for source in sources]
-    raise TypeError(
-        f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give arrays "
-        "as displacement and force."
-    )
+        sources = [sources]
+    if not isinstance(sources, Sequence):
+        raise TypeError(
+            f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give "
+            "arrays as displacement and force."
+        )
+    return [_as_record(source, columns) for source in sources]
 
 
 def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
@@ -240,7 +230,7 @@ def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
             raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
         return source
     if hasattr(source, "columns"):
-        return record_of_frame(source, **columns)
+        return _record_of_frame(source, **columns)
     if isinstance(source, str | os.PathLike):
         return read_record(source, **columns)
     raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")

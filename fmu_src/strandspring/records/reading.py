@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from .choosing import Asked, choose_table
-from .columns import DEFAULT_UNITS, Column, choose_unit
+from .columns import DEFAULT_UNITS, Asked, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
-from .record import Record, is_finite_number
+from .record import FloatArray, Record, is_finite_number
 from .spikes import find_spikes, spikes_of
-from .tables import SourceTable
+from .tables import FileTables, Table, choose_table
 from .units import Quantity, unit_factor
 
 # Beyond any rig: the unit is wrong.
@@ -84,12 +82,8 @@ def read_record(
     >>> record.displacement.tolist(), record.force.tolist()
     ([0.0, 0.0015, 0.003], [0.0, 250.0, 500.0])
     """
-    content = read_content(path)
     return record_of_tables(
-        tables_of(content),
-        content.path,
-        content.sha256,
-        content.notes,
+        tables_of(read_content(path)),
         {"displacement": displacement, "force": force, "time": time},
         {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
         {"displacement": (displacement_offset, displacement_scale), "force": (force_offset, force_scale)},
@@ -104,24 +98,18 @@ def check_reverse(reverse: str | None) -> None:
 
 
 def record_of_tables(
-    tables: Sequence[SourceTable],
-    where: str,
-    sha256: str | None,
-    notes: Sequence[str],
+    file: FileTables,
     asked: Asked,
     units: Mapping[Quantity, str | None],
     adjustments: Mapping[Quantity, tuple[float, float]],
     reverse: Literal["displacement", "force"] | None,
     default_units: Mapping[Quantity, str] = DEFAULT_UNITS,
 ) -> Record:
-    """The record that tables hold.
+    """The record that the tables of a file hold.
 
     Parameters
     ----------
-    tables : sequence of SourceTable  Of one file.
-    where : str                  The file, for messages.
-    sha256 : str or None         Its digest.
-    notes : sequence of str      What was found before.
+    file : FileTables
     asked, units : mapping       Column and unit of each quantity; None to detect it.
     adjustments : mapping        Offset and factor of displacement and force.
     reverse : "displacement", "force" or None   The column to negate.
@@ -133,11 +121,12 @@ def record_of_tables(
     """
     check_reverse(reverse)
     _refuse_useless(adjustments)
-    table, columns, chosen_notes = choose_table(tables, asked, where)
+    where = file.path
+    table, columns, chosen_notes = choose_table(file, asked)
     seeks_time = asked["time"] is None
     arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if seeks_time else None)
-    notes_of_record = [*notes, *table.notes, *chosen_notes, *table_notes]
-    values: dict[Quantity, NDArray[np.float64]] = {}
+    notes_of_record = [*file.notes, *table.notes, *chosen_notes, *table_notes]
+    values: dict[Quantity, FloatArray] = {}
     own_units: dict[Quantity, str] = {}
     for quantity, column in columns.items():
         if column.number not in arrays:
@@ -172,7 +161,7 @@ def record_of_tables(
         values["force"],
         values.get("time"),
         path=where,
-        sha256=sha256,
+        sha256=file.sha256,
         notes=tuple(notes_of_record),
     )
 
@@ -188,11 +177,11 @@ def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None
             )
 
 
-def _is_a_clock(time: NDArray[np.float64]) -> bool:
+def _is_a_clock(time: FloatArray) -> bool:
     return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
-def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: SourceTable) -> list[str]:
+def _spike_notes(values: Mapping[Quantity, FloatArray], table: Table) -> list[str]:
     """A sentence about the isolated outliers of each quantity, with their rows."""
     notes = []
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
@@ -207,10 +196,10 @@ def _spike_notes(values: Mapping[Quantity, NDArray[np.float64]], table: SourceTa
 
 
 def _refuse_impossible(
-    values: Mapping[Quantity, NDArray[np.float64]],
+    values: Mapping[Quantity, FloatArray],
     columns: Mapping[Quantity, Column],
     units: Mapping[Quantity, str],
-    table: SourceTable,
+    table: Table,
     where: str,
 ) -> None:
     """Refuse what no rig measures: a single sample, a constant, a size that only a wrong unit or value explains."""
@@ -243,7 +232,7 @@ def _refuse_impossible(
             )
 
 
-def _advice(series: NDArray[np.float64], quantity: Quantity, unit: str, needed: float, row: str) -> str:
+def _advice(series: FloatArray, quantity: Quantity, unit: str, needed: float, row: str) -> str:
     """Advice for too large numbers: another unit only if that makes all of them possible."""
     if find_spikes(series).size:
         return f"correct or delete the {row}."

@@ -14,6 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import RecordError
 from ..ground.files import readable, write_csv
 
+FloatArray = NDArray[np.float64]
+
 # Beyond what any rig measures [m], [N], [s]; powers of such numbers overflow or vanish.
 _LEAST, _GREATEST = 1e-30, 1e30
 _SAME_TIME = 1e-9  # share of the mean step up to which two samples are of one time
@@ -54,9 +56,9 @@ class Record:
     RecordError                          If an array is not of this kind.
     """
 
-    displacement: NDArray[np.float64]
-    force: NDArray[np.float64]
-    time: NDArray[np.float64] | None = None
+    displacement: FloatArray
+    force: FloatArray
+    time: FloatArray | None = None
     path: str = "<arrays>"
     sha256: str | None = None
     notes: tuple[str, ...] = ()
@@ -67,14 +69,10 @@ class Record:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", readable(self.path))
-        for name in ("displacement", "force"):
+        for name in ("displacement", "force") if self.time is None else ("displacement", "force", "time"):
             values = _checked(getattr(self, name), name, self.path)
             _refuse_absurd(values, name, self.path)
             object.__setattr__(self, name, values)
-        if self.time is not None:
-            times = _checked(self.time, "time", self.path)
-            _refuse_absurd(times, "time", self.path)
-            object.__setattr__(self, "time", times)
         object.__setattr__(self, "notes", tuple(self.notes))
         if self.compared is not None:
             compared = np.array(self.compared)
@@ -91,34 +89,6 @@ class Record:
                     f"{self.path}: `{name}` must have as many samples as `displacement`, "
                     f"got {column.size} and {self.displacement.size}; pass arrays of one length."
                 )
-
-    @classmethod
-    def from_arrays(
-        cls,
-        displacement: ArrayLike,
-        force: ArrayLike,
-        time: ArrayLike | None = None,
-        path: str = "<arrays>",
-    ) -> Record:
-        """Make a record from arrays.
-
-        Parameters
-        ----------
-        displacement : array_like, shape (K,)     Displacement [m].
-        force : array_like, shape (K,)            Force [N].
-        time : array_like, shape (K,), optional   Time [s].
-        path : str                                Name used in messages.
-
-        Raises
-        ------
-        RecordError                               If the arrays do not make a record, see `Record`.
-        """
-        return cls(
-            _checked(displacement, "displacement", path),
-            _checked(force, "force", path),
-            None if time is None else _checked(time, "time", path),
-            path,
-        )
 
     def save(self, path: str | os.PathLike[str], displacement_unit: Literal["m", "mm"] = "m") -> None:
         """Write a CSV file with all digits: `read_record` reads one in m bit for bit, one in mm to the last digit.
@@ -163,7 +133,7 @@ class Record:
         return self.displacement.size
 
     @property
-    def rising_time(self) -> NDArray[np.float64] | None:
+    def rising_time(self) -> FloatArray | None:
         """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
         if self.time is None:
             return None
@@ -171,7 +141,7 @@ class Record:
         return self.time if steps.min() > _SAME_TIME * np.mean(steps) >= 0.0 else None
 
 
-def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:
+def _millimetres(metres: FloatArray) -> FloatArray:
     """The numbers that read as these, where there are such; else the nearest."""
     values = metres * 1e3
     for side in (-np.inf, np.inf):
@@ -180,7 +150,7 @@ def _millimetres(metres: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(values)
 
 
-def _checked(values: ArrayLike, name: str, path: str) -> NDArray[np.float64]:
+def _checked(values: ArrayLike, name: str, path: str) -> FloatArray:
     """Return a read-only copy [SI], or refuse anything but a finite series of at least two numbers."""
     if np.ma.is_masked(values):
         raise RecordError(f"{path}: `{name}` must have no masked samples; leave these samples out of all arrays.")
@@ -217,7 +187,7 @@ def is_finite_number(value: object) -> bool:
         return False
 
 
-def _refuse_absurd(values: NDArray[np.float64], name: str, path: str) -> None:
+def _refuse_absurd(values: FloatArray, name: str, path: str) -> None:
     largest = float(max(values.max(), -values.min()))
     if largest > 0.0 and not _LEAST <= largest <= _GREATEST:
         raise RecordError(

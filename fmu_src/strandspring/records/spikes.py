@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,7 +37,8 @@ def find_spikes(values: NDArray[np.float64]) -> IndexArray:
     if suspects.size == 0 or suspects.size > 2 * _MOST:
         return none
     step = float(np.quantile(np.abs(np.diff(values)), 0.95))
-    runs = [run for run in _runs(suspects) if _is_isolated(values, run, step)]
+    consecutive = np.split(suspects, np.flatnonzero(np.diff(suspects) > 1) + 1)
+    runs = [run for run in consecutive if _is_isolated(values, run, step)]
     if not runs:
         return none
     spikes = np.concatenate(runs)
@@ -65,12 +63,6 @@ def _beyond(values: NDArray[np.float64], low: float, high: float) -> NDArray[np.
     # Halved first, because the range may overflow.
     margin = _BEYOND * high - _BEYOND * low
     return np.asarray((values > high + margin) | (values < low - margin))
-
-
-def _runs(indices: IndexArray) -> Sequence[IndexArray]:
-    """Runs of consecutive indices."""
-    edges = [0, *(np.flatnonzero(np.diff(indices) > 1) + 1), indices.size]
-    return [indices[a:b] for a, b in pairwise(edges)]
 
 
 def _is_isolated(values: NDArray[np.float64], run: IndexArray, step: float) -> bool:

@@ -1,54 +1,37 @@
-"""A table of columns, whatever the file it comes from: a text, or a sheet, which is made one.
-
-So headers, units and damaged cells of sheets are treated as in text files.
-"""
+"""The tables of a file, and which of them holds the record: that with a displacement and a force, or the named one."""
 
 from __future__ import annotations
 
-import re
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
-from .columns import Column, table_columns
-from .dialect import Dialect, find_dialect
-from .rows import lines_of_rows, read_numbers
-from .source import Source
+from .columns import Asked, Column, choose_columns, listed_columns
+from .record import FloatArray
+from .units import Quantity
 
-_THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
-_UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
-
-FloatArray = NDArray[np.float64]
+_LISTED = 6  # tables
 
 
-class SourceTable(Protocol):
+class Table(ABC):
     """One table of a file: its text, a sheet, a group of channels.
 
     Attributes
     ----------
-    name : str                     Of the sheet or group; "" where the file has but one table.
-    columns : sequence of Column   All of them, numbered from 1.
-    notes : tuple of str           Sentences about where the table lies.
-    row : str                      What messages call a row.
+    name : str                Of the sheet or group; "" where the file has but one table.
+    columns : list of Column  All of them, numbered from 1.
+    notes : tuple of str      Sentences about where the table lies.
+    row : str                 What messages call a row.
     """
 
-    @property
-    def name(self) -> str: ...
+    name: str
+    columns: list[Column]
+    notes: tuple[str, ...] = ()
+    row: str = "row"
 
-    @property
-    def columns(self) -> Sequence[Column]: ...
-
-    @property
-    def notes(self) -> tuple[str, ...]: ...
-
-    @property
-    def row(self) -> str: ...
-
+    @abstractmethod
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
     ) -> tuple[dict[int, FloatArray], list[str]]:
@@ -60,100 +43,106 @@ class SourceTable(Protocol):
             is no more than a reason to leave it out.
         """
 
+    @abstractmethod
     def places(self, rows: Collection[int]) -> list[int]:
         """Numbers by which messages name rows of the table that was read, which count from 0."""
 
 
-class TextTable:
-    """The table in a text, which a sheet of a workbook is made too, so that both are treated alike.
-
-    Parameters
-    ----------
-    source : Source
-    name : str        Of the sheet; "" for a text file.
-
-    Raises
-    ------
-    RecordError       If no two columns of numbers are found.
-    """
-
-    def __init__(self, source: Source, name: str = "") -> None:
-        self.source = source
-        self.name = name
-        self.row = source.row
-        self.dialect: Dialect = find_dialect(source.head, source.path, source.row)
-        self.columns = table_columns(self.dialect)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """How the text is laid out."""
-        notes = list(self.source.notes)
-        if self.dialect.first_line > 1:
-            line = self.dialect.header_line
-            header = "no header" if line is None else f"the header in {self.row} {line}"
-            notes.append(f"the numbers begin in {self.row} {self.dialect.first_line}, with {header}")
-        if self.dialect.decimal == ",":
-            notes.append("the decimal mark is a comma")
-        return tuple(notes)
-
-    def read(
-        self, wanted: Collection[Column], optional: Column | None = None
-    ) -> tuple[dict[int, FloatArray], list[str]]:
-        """See `SourceTable.read`."""
-        for column in wanted:
-            self._refuse_thousands(column)
-        return read_numbers(self.source, self.dialect, wanted, optional)
-
-    def _refuse_thousands(self, column: Column) -> None:
-        """Refuse numbers such as 1.250 and 750 in one column: without zeros at the end, the mark is of thousands."""
-        cells = [cell.lstrip("+-") for cell in column.cells if cell]
-        marked = [cell for cell in cells if self.dialect.decimal in cell]
-        whole = [cell for cell in cells if self.dialect.decimal not in cell]
-        by_thousands = all(map(_THREE_AFTER_MARK.fullmatch, marked)) and all(map(_UP_TO_999.fullmatch, whole))
-        if marked and whole and by_thousands:
-            raise RecordError(
-                f"{self.source.path}, {column}: {quoted(marked[0])} and {quoted(whole[0])} look like numbers with a "
-                "mark between thousands; write them without it, or all with the same number of decimals."
-            )
-
-    def places(self, rows: Collection[int]) -> list[int]:
-        """1-based lines of rows."""
-        return lines_of_rows(self.source, self.dialect, rows)
-
-
 @dataclass(frozen=True)
-class Sheet:
-    """A sheet of a workbook.
+class FileTables:
+    """What a file holds.
 
     Attributes
     ----------
-    name : str
-    data : bytes   UTF-8, a line per row, tabs between the cells.
+    path : str               The file, for messages.
+    tables : list of Table   At least one.
+    united : Table or None   All channels as one table, whose columns are called "group/channel"; None for sheets.
+    sha256 : str or None     Digest of the file.
+    notes : tuple of str     Sentences about what was unpacked.
     """
 
-    name: str
-    data: bytes
+    path: str
+    tables: Sequence[Table]
+    united: Table | None = None
+    sha256: str | None = None
+    notes: tuple[str, ...] = ()
 
 
-def sheet_tables(sheets: Sequence[Sheet], where: str) -> list[SourceTable]:
-    """The sheets that hold numbers.
+def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, Column], list[str]]:
+    """Find the table and its columns.
+
+    A column of one of several tables is named "sheet/column" or "group/channel", with the name or the number of the
+    column.
 
     Parameters
     ----------
-    sheets : sequence of Sheet
-    where : str                  The file, for messages.
+    file : FileTables
+    asked : mapping              Name or 1-based number per quantity, None to detect it.
+
+    Returns
+    -------
+    (Table, dict, list of str)   The table, its column per quantity, sentences about the decisions.
 
     Raises
     ------
-    RecordError                  If none holds numbers; what is wrong with the first.
+    RecordError                  If no table holds both, or several do.
     """
-    tables: list[SourceTable] = []
-    problems = []
-    for sheet in sheets:
+    where, tables, united = file.path, file.tables, file.united
+    owners = {quantity: _owner(tables, wanted) for quantity, wanted in asked.items()}
+    named = list(dict.fromkeys(table for table, _ in owners.values() if table is not None))
+    if len(named) == 1:
+        asked, candidates = {quantity: wanted for quantity, (_, wanted) in owners.items()}, named
+    elif named and len(tables) > 1:
+        if united is None:
+            names = " and ".join(quoted(table.name) for table in named)
+            raise RecordError(f"{where}: displacement and force must be in one sheet, got {names}; put them into one.")
+        candidates = [united]
+    else:
+        candidates = [*tables, *([] if united is None else [united])]
+    choices: list[tuple[Table, dict[Quantity, Column], list[str]]] = []
+    for table in candidates:
+        if table is united and choices:
+            break
         try:
-            tables.append(TextTable(Source(where, sheet.data, "utf-8", (), "row"), sheet.name))
-        except RecordError as problem:
-            problems.append(problem)
-    if problems and not tables:
-        raise problems[0]
-    return tables
+            choices.append((table, *choose_columns(table.columns, asked, where)))
+        except RecordError:
+            if len(candidates) == 1:
+                raise
+    if len(choices) > 1:
+        first, columns, _ = choices[0]
+        ways = " ".join(
+            f"`{q}={quoted(f'{first.name}/{columns[q].name or columns[q].number}')}`" for q in ("displacement", "force")
+        )
+        names = _names([table for table, _, _ in choices])
+        raise RecordError(f"{where}: {names} each hold a displacement and a force; choose one, as with {ways}.")
+    if not choices:
+        contents = "; ".join(f"{quoted(table.name)}: {listed_columns(table.columns)}" for table in tables[:_LISTED])
+        more = f"; and {len(tables) - _LISTED} more" if len(tables) > _LISTED else ""
+        raise RecordError(
+            f"{where}: a displacement and a force were found in none of {len(tables)} tables ({contents}{more}); name "
+            f"the columns, as with `displacement={quoted(f'{tables[0].name}/1')}` "
+            f"`force={quoted(f'{tables[0].name}/2')}`."
+        )
+    table, columns, notes = choices[0]
+    if named and table is not united:
+        notes.insert(0, f"{quoted(table.name)} is read, as given")
+    elif len(tables) > 1 and table is not united:
+        notes.insert(0, f"{quoted(table.name)} is read, which alone holds a displacement and a force")
+    return table, columns, notes
+
+
+def _owner(tables: Sequence[Table], wanted: int | str | None) -> tuple[Table | None, int | str | None]:
+    """The table that a column's name begins with, and the rest of the name."""
+    if not isinstance(wanted, str):
+        return None, wanted
+    text = wanted.strip()
+    owners = [table for table in tables if table.name and text.startswith(f"{table.name}/")]
+    if not owners or any(column.name == text for table in tables for column in table.columns):
+        return None, wanted
+    owner = max(owners, key=lambda table: len(table.name))
+    return owner, text[len(owner.name) + 1 :]
+
+
+def _names(tables: Sequence[Table]) -> str:
+    names = ", ".join(quoted(table.name) for table in tables[:_LISTED])
+    return names + (f" and {len(tables) - _LISTED} more" if len(tables) > _LISTED else "")

@@ -56,7 +56,7 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
         Section("loops", "Loops", (*refused, Gallery((_loops(records, seen, first),)))),
         Section("path", "Displacement and force along the record", (along,)),
         Section("cycles", "Cycles", tuple(_cycles(records, seen, names))),
-        Section("detected", "What was detected", tuple(_detected(seen, names))),
+        Section("detected", "What was detected", tuple(_detected(records, seen, names))),
     )
     subtitle = f"{sum(map(len, records))} samples, {sum(len(seen_record.cycles) for seen_record in seen)} whole cycles"
     title = names[0] if len(names) == 1 else f"{names[0]} and {len(names) - 1} more"
@@ -94,9 +94,9 @@ def _without_folder(refusal: str) -> str:
 
 
 def _left_out(seen_record: RecordOverview) -> Iterator[tuple[str, Role, IndexArray]]:
-    for part in seen_record.left_out:
-        step = max(1, part.samples.size // _MARKS)
-        yield _REASONS[part.reason], _ROLES[part.reason], part.samples[::step]
+    for reason, samples in seen_record.left_out.items():
+        step = max(1, samples.size // _MARKS)
+        yield _REASONS[reason], _ROLES[reason], samples[::step]
 
 
 def _loops(records: Sequence[Record], seen: Sequence[RecordOverview], first: Sequence[int]) -> Chart:
@@ -151,19 +151,19 @@ def _cycles(records: Sequence[Record], seen: Sequence[RecordOverview], names: di
     for place, (record, seen_record) in enumerate(zip(records, seen, strict=True)):
         if not seen_record.cycles:
             yield Notice(
-                Level.CARE, f"{names[place]} holds no whole cycle; {len(seen_record.strokes)} strokes were found."
+                Level.CARE, f"{names[place]} holds no whole cycle; {seen_record.strokes.count} strokes were found."
             )
             continue
         rows = []
-        for cycle in seen_record.cycles[:_ROWS]:
+        for count, cycle in enumerate(seen_record.cycles[:_ROWS], 1):
             x = record.displacement[cycle.first_sample : cycle.last_sample + 1]
             rows.append(
                 (
-                    str(cycle.number),
+                    str(count),
                     f"{cycle.first_sample + 1} to {cycle.last_sample + 1}",
                     "–" if record.time is None else span(record.time[cycle.first_sample],
                                                          record.time[cycle.last_sample], _S),
-                    number(1e3 * cycle.amplitude),
+                    number(1e3 * cycle.figures.amplitude),
                     span(float(x.min()), float(x.max()), _MM),
                     "–" if cycle.frequency is None else number(cycle.frequency),
                 )
@@ -174,8 +174,8 @@ def _cycles(records: Sequence[Record], seen: Sequence[RecordOverview], names: di
             yield Text(f"{len(seen_record.cycles) - _ROWS} more cycles follow.")
 
 
-def _detected(seen: Sequence[RecordOverview], names: dict[int, str]) -> Iterator[Block]:
-    for place, seen_record in enumerate(seen):
-        yield Text(f"{names[place]}: {'; '.join(seen_record.notes) or 'nothing was assumed'}.")
-        for part in seen_record.left_out:
-            yield Notice(Level.CARE, f"{part.samples.size} samples: {_REASONS[part.reason]}.")
+def _detected(records: Sequence[Record], seen: Sequence[RecordOverview], names: dict[int, str]) -> Iterator[Block]:
+    for place, (record, seen_record) in enumerate(zip(records, seen, strict=True)):
+        yield Text(f"{names[place]}: {'; '.join(record.notes) or 'nothing was assumed'}.")
+        for reason, samples in seen_record.left_out.items():
+            yield Notice(Level.CARE, f"{samples.size} samples: {_REASONS[reason]}.")

@@ -10,6 +10,7 @@ from .._version import __version__
 from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
+from ..model.joint import HYSTERETIC_UNITS
 from ..model.modelfile import ModelFile
 from ..model.outcomes import Outcome
 from ..model.stated_figures import differ, energy_ratio
@@ -106,7 +107,9 @@ def report_content(
     if trends := engineering_charts.trends(evaluation):
         middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
     say("transmissibility")
-    middle.append(Section("isolation", "Vibration isolation", tuple(_isolation(evaluation, details.mass))))
+    chart = isolation_charts.transmissibility(evaluation, details.mass)
+    block = Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
+    middle.append(Section("isolation", "Vibration isolation", (block,)))
     tail = [
         Section("assumptions", "What was assumed", tuple(_assumptions(evaluation))),
         Section("provenance", "Provenance", tuple(_provenance(evaluation, model))),
@@ -224,14 +227,18 @@ def _model(evaluation: Evaluation) -> Iterator[Block]:
     interval = ForceInterval.from_uncertainty(evaluation.identification.uncertainty)
     if interval is not None:
         yield Text(prose(f"{interval.sentence}."))
-    further = (*_sampled(evaluation.identification.uncertainty), *_effects(evaluation.identification.effects))
+    effects = (
+        (f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip())
+        for name, value in evaluation.identification.effects.items()
+    )
+    further = (*_sampled(evaluation.identification.uncertainty), *effects)
     if further:
         yield Facts(further)
 
 
 def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
     """Bootstrap and posterior, where they were asked for."""
-    names = ("kappa_omega", "rho", "sigma", "n")
+    names = tuple(HYSTERETIC_UNITS)
     if "bootstrap" in known:
         bootstrap = known["bootstrap"]
         spread = ", ".join(f"{name} ± {number(bootstrap[name], 2)}" for name in names)
@@ -242,16 +249,6 @@ def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
         ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
         short = "" if posterior["long_enough"] else "; too few steps to be trusted"
         yield f"Posterior of {posterior['steps']} steps (seed {posterior['seed']})", f"median and 95 %: {ends}{short}"
-
-
-def _effects(effects: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    for name, value in effects.items():
-        yield f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip()
-
-
-def _isolation(evaluation: Evaluation, mass: float | None) -> Iterator[Block]:
-    chart = isolation_charts.transmissibility(evaluation, mass)
-    yield Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
 
 
 def _assumptions(evaluation: Evaluation) -> Iterator[Block]:

@@ -8,27 +8,22 @@ from typing import Any
 from ..core.parameters import SpringParameters
 from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
-from ..loops.loop import LoopFigures
+from ..loops.loop import PANELS, LoopFigures
+from ..model.joint import HYSTERETIC_PARAMETERS
 from ..model.stated_figures import energy_ratio
-from .charts.engineering import NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
+from .charts.engineering import KINDS, NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
 from .charts.evaluation import Evaluation
 from .content.blocks import PageTable
+from .content.chart import Axis
 from .content.quantities import NUMBER, by_error, number, percent, span, superscript, unit_of, with_reach
 
-_MAIN = (
-    ("kappa_omega", "saturated hysteretic force at mid-range", "N"),
-    ("rho", "slope of omega at its zero crossing", "1/m"),
-    ("sigma", "recovery after a reversal", "–"),
-    ("n", "smoothness of the knee", "–"),
-)
-_KINDS = ("stiffness", "energy", "")
 _LISTED = 200  # records in a table
 
 
 def engineering(evaluation: Evaluation, figures: EngineeringFigures) -> PageTable:
     """Stiffness, energy and loss factor of each amplitude, measured and modelled."""
     largest = {name: max(abs(getattr(row.model, name)) for row in figures.table) for name in NAMES}
-    units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, _KINDS, strict=True)]
+    units = [unit_of(kind, largest[name]) if kind else NUMBER for name, kind in zip(NAMES, KINDS, strict=True)]
     rows: list[tuple[str, ...]] = []
     strong = []
     for row in figures.table:
@@ -37,13 +32,8 @@ def engineering(evaluation: Evaluation, figures: EngineeringFigures) -> PageTabl
         for label, cells in _of_amplitude(row, [unit.factor for unit in units], figures.smallest_measured):
             rows.append((amplitude, label, *cells))
             amplitude = ""
-    header = (
-        f"amplitude [{evaluation.length.name}]",
-        "",
-        f"secant stiffness [{units[0].name}]",
-        f"energy per cycle [{units[1].name}]",
-        "loss factor",
-    )
+    figures_header = (Axis(column.words, unit).label for column, unit in zip(PANELS, units, strict=True))
+    header = (f"amplitude [{evaluation.length.name}]", "", *figures_header)
     return PageTable(
         "Stiffness, energy per cycle and loss factor by amplitude", header, tuple(rows), tuple(strong), compact=True
     )
@@ -105,9 +95,9 @@ def parameters(evaluation: Evaluation) -> PageTable:
 
 
 def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:
-    for name, meaning, unit in _MAIN:
-        value, error = getattr(p, name), known.get(name)
-        low, high = known.get("interval_95", {}).get(name, (None, None))
+    for column in HYSTERETIC_PARAMETERS:
+        value, error = getattr(p, column.key), known.get(column.key)
+        low, high = known.get("interval_95", {}).get(column.key, (None, None))
         if low is None and high is None:
             interval = "not bounded"
         elif low is None:
@@ -117,10 +107,10 @@ def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str
         else:
             interval = f"{by_error(low, error)} to {by_error(high, error)}"
         yield (
-            name,
-            meaning,
+            column.key,
+            column.words,
             by_error(value, error),
-            unit,
+            column.shown or "–",
             "at its bound" if error is None else number(error, 2, zeros=True),
             interval,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -10,9 +11,10 @@ from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, both_figures
 from ...identification.certainty.prediction_interval import ForceInterval
 from ...loops.campaign import Overlap, RateIndependence
+from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
 from ...model.stated_figures import differ, in_words
 
-AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+_AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
 def counted(count: int, noun: str) -> str:
@@ -51,10 +53,9 @@ def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> lis
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
     """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
     numbers = asdict(p)
-    errors = {name: _error(name, uncertainty) for name in ("kappa_omega", "rho", "sigma", "n")}
     lines = [
-        f"  {name:<12} {numbers[name]:<12.6g} {errors[name]} {unit}"
-        for name, unit in (("kappa_omega", "N"), ("rho", "1/m"), ("sigma", ""), ("n", ""))
+        f"  {column.key:<12} {numbers[column.key]:<12.6g} {_error(column.key, uncertainty)} {column.shown}"
+        for column in HYSTERETIC_PARAMETERS
     ]
     if p.FE_knots:
         low, high = min(p.FE_forces), max(p.FE_forces)
@@ -67,7 +68,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
     if bootstrap := uncertainty.get("bootstrap"):
-        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in ("kappa_omega", "rho", "sigma", "n"))
+        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
     if posterior := uncertainty.get("posterior"):
         lines += _posterior_lines(posterior)
@@ -82,7 +83,7 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
     of_each = ", ".join(
         f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
-        for name in ("kappa_omega", "rho", "sigma", "n")
+        for name in HYSTERETIC_UNITS
     )
     lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
     if not posterior["long_enough"]:
@@ -90,17 +91,21 @@ def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     return lines
 
 
+def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
+    """Ends of a parameter's 95 % interval, None where it is open or ends where no spring has less; None if unknown."""
+    ends = (uncertainty.get("interval_95") or {}).get(name)
+    if ends is None:
+        return None
+    low, high = ends
+    is_least = name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND
+    return None if is_least else low, high
+
+
 def _error(name: str, uncertainty: dict[str, Any]) -> str:
     """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
-    intervals = uncertainty.get("interval_95") or {}
-    if name in intervals:
-        low, high = intervals[name]
-        if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
-            low = None  # no spring has less
-        if low is None and high is None:
-            return "not bounded by these records"
-        if high is None:
-            return f"> {low:.2g} (95 %)"
-        if low is None:
-            return f"< {high:.2g} (95 %)"
+    low, high = bounds_95(name, uncertainty) or (0.0, 0.0)
+    if low is None:
+        return "not bounded by these records" if high is None else f"< {high:.2g} (95 %)"
+    if high is None:
+        return f"> {low:.2g} (95 %)"
     return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"

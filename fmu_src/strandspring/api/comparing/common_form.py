@@ -10,9 +10,9 @@ from __future__ import annotations
 from ...core.parameters import SpringParameters
 from ...identification.identify_records import identify_records
 from ...identification.methods.refined import RefinedOptions
+from ...model.modelfile import ModelFile
 from ...records.record import Record
 from ..identifying.synthesis import synthesize
-from ..spring import Spring
 
 _CYCLES, _SAMPLES = 2, 500
 _OF_TABLES = 5  # degree of FE where it is a table in both
@@ -48,7 +48,7 @@ def in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParamete
     degree, amplifier = form
     if form_of(p) == form or degree is None:
         return p
-    record = synthesize(Spring(p), cycles=_CYCLES, samples=_SAMPLES)
+    record = synthesize(ModelFile("spring", p), cycles=_CYCLES, samples=_SAMPLES)
     # Without times, so that no delay is looked for.
     path_only = Record(record.displacement, record.force, path=record.path)
     return identify_records([path_only], RefinedOptions(degrees=(degree, amplifier))).parameters

@@ -19,10 +19,10 @@ from ...loops.modelled import steady_loop
 from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
+from ..common.model_source import ModelSource, model_of, source_of
 from ..common.plotting import save_plot, some_axes
 from ..common.result import Result
 from ..common.text_table import table_lines
-from ..spring import ModelSource, model_of, source_of
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
@@ -30,9 +30,8 @@ from .comparison_cautions import comparison_cautions, comparison_notes
 from .comparison_plot import draw
 from .comparison_words import (
     ComparisonVerdict,
-    figure_table,
+    difference_table,
     joint_sentence,
-    parameter_table,
     percent,
     verdict_sentence,
 )
@@ -179,8 +178,8 @@ class Comparison(Result):
         """All of it in words and tables of at most a width."""
         return [
             *self._head(),
-            *table_lines(*parameter_table(self.parameters), left=["parameter"], width=width),
-            *table_lines(*figure_table(self.figures), left=["figure"], width=width),
+            *table_lines(*difference_table("parameter", self.parameters), left=["parameter"], width=width),
+            *table_lines(*difference_table("figure", self.figures), left=["figure"], width=width),
             *self._tail(),
         ]
 
@@ -188,9 +187,7 @@ class Comparison(Result):
         """A parameter, or a figure of one amplitude, in each row, in SI units: fields of `SpringDifference`, and p."""
         import pandas as pd
 
-        frame = pd.DataFrame(
-            [{**asdict(difference), "p": difference.p} for difference in (*self.parameters, *self.figures)]
-        )
+        frame = pd.DataFrame([difference.as_json() for difference in (*self.parameters, *self.figures)])
         return frame.drop(columns="words").astype({"amplitude": float})
 
     def as_json(self) -> dict[str, Any]:
@@ -205,9 +202,9 @@ class Comparison(Result):
             "range": [self.low, self.high],
             "draws": self.draws if self.bands else 0,
             "seed": self.seed,
-            "parameters": [{**asdict(difference), "p": difference.p} for difference in self.parameters],
+            "parameters": [difference.as_json() for difference in self.parameters],
             "hysteresis_test": None if self.test is None else asdict(self.test),
-            "figures": [{**asdict(difference), "p": difference.p} for difference in self.figures],
+            "figures": [difference.as_json() for difference in self.figures],
             "loop": {"rms_difference": rms, "share_of_height": share},
             "transmissibility": self.mass.as_json(),
             "records": [

@@ -6,9 +6,11 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 
-from ...loops.loop import LOOP_FIGURE
+from ...loops.loop import LOOP_FIGURES
+from ...model.joint import HYSTERETIC_PARAMETERS
 from .differences import FIGURES, HysteresisTest, SpringDifference
 
+_COLUMNS = {column.key: column for column in (*HYSTERETIC_PARAMETERS, *LOOP_FIGURES)}
 _LEAST_P = 1e-12  # beyond which a probability is no more than small
 
 
@@ -70,38 +72,25 @@ def joint_sentence(test: HysteresisTest) -> str:
     )
 
 
-def parameter_table(parameters: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of the hysteresis parameters."""
-    rows = [
-        [
-            f"{difference.quantity} [{difference.unit}]" if difference.unit != "1" else difference.quantity,
-            f"{difference.a:.4g}",
-            f"{difference.b:.4g}",
-            _signed(difference),
-            _between(difference),
-            "-" if math.isnan(difference.z) else f"{difference.z:.2f}",
-        ]
-        for difference in parameters
-    ]
-    return ["parameter", "A", "B", "B - A", "5 to 95 %", "z"], rows
-
-
-def figure_table(figures: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of the loops' figures."""
+def difference_table(title: str, differences: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
+    """Headings and rows of parameters, or of figures of loops."""
     rows = []
-    for difference in figures:
-        column = LOOP_FIGURE[difference.quantity]
+    for difference in differences:
+        column = _COLUMNS[difference.quantity]
+        at = [] if difference.amplitude is None else [f"{1e3 * difference.amplitude:.4g}"]
+        z = "-" if math.isnan(difference.z) else f"{difference.z:.2f}"
         rows.append(
             [
                 column.heading,
-                f"{1e3 * (difference.amplitude or 0.0):.4g}",
+                *at,
                 *map(column.text, (difference.a, difference.b)),
                 _signed(difference),
                 _between(difference),
-                ("-" if math.isnan(difference.z) else f"{difference.z:.2f}") + ("*" if difference.differs else ""),
+                f"{z}*" if difference.differs else z,
             ]
         )
-    return ["figure", "at mm", "A", "B", "B - A", "5 to 95 %", "z"], rows
+    at = ["at mm"] if differences[0].amplitude is not None else []
+    return [title, *at, "A", "B", "B - A", "5 to 95 %", "z"], rows
 
 
 def percent(share: float) -> str:
@@ -144,13 +133,9 @@ def _size(difference: SpringDifference, value: float, bare: bool = False) -> str
 
 
 def _signed(difference: SpringDifference) -> str:
-    return (
-        "-"
-        if math.isnan(difference.change)
-        else f"{100.0 * difference.change:+.3g} %"
-        if difference.relative
-        else f"{difference.change:+.3g}"
-    )
+    if math.isnan(difference.change):
+        return "-"
+    return f"{100.0 * difference.change:+.3g} %" if difference.relative else f"{difference.change:+.3g}"
 
 
 def _between(difference: SpringDifference) -> str:

@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 
-from ...core.parameters import SIGMA_RANGE, SpringParameters
+from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
@@ -31,7 +31,7 @@ from ...loops.loop import LOOP_FIGURE
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...model.modelfile import ModelFile
-from ..common.text import AT_BOUND
+from ..common.text import bounds_95
 
 LEVEL = 0.05  # error of all judgements together
 # Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
@@ -82,6 +82,10 @@ class SpringDifference:
     def p(self) -> float:
         """Probability of a z as far from 0 if the springs are the same; NaN if unknown."""
         return math.erfc(abs(self.z) / math.sqrt(2.0))
+
+    def as_json(self) -> dict[str, Any]:
+        """All of it."""
+        return {**asdict(self), "p": self.p}
 
 
 @dataclass(frozen=True)
@@ -267,12 +271,10 @@ def _rows(p: SpringParameters, joint: JointCovariance, place: float) -> FloatArr
 
 def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[str, Any]) -> str:
     """Why a parameter of a model has no two-sided uncertainty, in words; empty if it has."""
-    ends = (uncertainty.get("interval_95") or {}).get(name)
+    ends = bounds_95(name, uncertainty)
     if ends is None:
         return f"{label} has no 95 % interval of it"
     low, high = ends
-    if name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * AT_BOUND:
-        low = None  # no spring has less
     if uncertainty.get(name) is None:
         side = "" if high is None else f", < {high:.3g} (95 %)"
         return f"at its bound {getattr(p, name):.3g} in {label}{side}"

@@ -25,8 +25,8 @@ from ...model.modelfile import ModelFile, is_fmu, is_model_path
 from ...model.names import check_name, identifier
 from ...records.given import Source, as_records
 from ...vibration.description.system_file import is_system_file
+from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of, path_of
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 

@@ -16,8 +16,8 @@ from ...ground.files import refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
+from ..common.model_source import ModelSource, model_of, origin_of
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of
 
 
 @dataclass(frozen=True)
@@ -44,23 +44,26 @@ class Exports:
     c: Path | None = None
 
     @property
-    def law(self) -> Path | None:
-        """C file of the spring."""
-        return None if self.c is None else law_path(self.c, self.model.name)
-
-    @property
-    def record(self) -> Path | None:
-        """File of the spring's record in the Modelica library."""
-        return None if self.modelica is None else record_path(self.modelica, self.model.name)
+    def files(self) -> dict[str, Path | None]:
+        """The parameter values, the system, the spring's record in the Modelica library, its C file; None if not asked
+        for.
+        """
+        name = self.model.name
+        return {
+            "ssv": self.ssv,
+            "ssp": self.ssp,
+            "modelica": None if self.modelica is None else record_path(self.modelica, name),
+            "c": None if self.c is None else law_path(self.c, name),
+        }
 
     def refuse_unwritable(self) -> None:
         """Raise StrandspringError if a file or the folder cannot be written."""
-        for path in (self.ssv, self.ssp, self.record, self.law):
+        for path in self.files.values():
             if path is not None:
                 refuse_unwritable(path)
 
     def write(self, progress: Progress = unseen) -> list[Path]:
-        """Write the files; the parameter values, the system, the spring's record in the Modelica library, its C file.
+        """Write `files`, and return them.
 
         Raises
         ------
@@ -68,13 +71,11 @@ class Exports:
         BuildError          If the FMU of the system cannot be built.
         """
         content, _ = placed(self.model, self.zero)
-        written = []
         # The library first: it may be refused.
         if self.modelica is not None:
             write_library(self.modelica, content, self.zero)
         if self.ssv is not None:
             write_text(self.ssv, parameter_values(content))
-            written.append(self.ssv)
         if self.ssp is not None and self.ssp_mass is not None:
             from ...exchange.ssp import ShakenMassValues, write_system
             from ...fmu.native.native_fmu import build_native_fmu
@@ -83,12 +84,9 @@ class Exports:
             with TemporaryFolder() as folder:
                 fmu = build_native_fmu(self.model, folder, zero=self.zero)
                 write_system(self.ssp, fmu, content, ShakenMassValues.suited(content.parameters, self.ssp_mass))
-            written.append(self.ssp)
-        if self.record is not None:
-            written.append(self.record)
         if self.c is not None:
-            written.append(write_c_sources(self.c, content, self.zero))
-        return written
+            write_c_sources(self.c, content, self.zero)
+        return [path for path in self.files.values() if path is not None]
 
 
 def export(

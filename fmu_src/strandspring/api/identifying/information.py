@@ -27,11 +27,11 @@ from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_js
 from ...records.given import records_of
 from ...records.record import Record
 from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
+from ..common.model_source import ModelSource, model_of, origin_of, source_of
 from ..common.plotting import some_axes
 from ..common.result import Result
 from ..common.text import counted, parameter_lines, verdict_json
 from ..common.text_table import table_lines
-from ..spring import ModelSource, model_of, origin_of, source_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,19 +10,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...campaigns.batches.batch import BatchSummary, identify_batch
-from ...campaigns.batches.figures_in_batch import FIGURES, JUDGED
-from ...campaigns.batches.outliers import FEWEST, LIMIT
+from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
 from ...campaigns.batches.sources import TABLE, find_springs
 from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
-from ...campaigns.jobs.cluster import Cluster, cluster_of
-from ...campaigns.jobs.runners import Local
+from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...errors import RecordError
-from ...ground.arguments import optional_number, workers_of
+from ...ground.arguments import optional_number
 from ...identification.methods.method import Method, checked_method
 from ...identification.methods.refined import RefinedOptions
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...records.given import checked_units
+from ..common.progress import Progress, unseen
 from ..common.result import Result
 from ..common.text import counted
 
@@ -150,7 +149,7 @@ class ManyResult(Result):
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
             "cautions": [vars(kind) for kind in batch.cautions.ranked],
             "notes": [vars(kind) for kind in batch.notes.ranked],
-            "left_out": list(self.left_out),
+            "left_out": self.left_out,
             "seconds": self.seconds,
         }
 
@@ -165,8 +164,8 @@ def identify_many(
     workers: int | None = None,
     scheduler: str | Cluster | None = None,
     save_anyway: bool = False,
-    progress: Callable[[int, int], None] | None = None,
-    notify: Callable[[str], None] | None = None,
+    progress: Progress = unseen,
+    notify: Callable[[str], None] = lambda _: None,
     **columns: Any,
 ) -> ManyResult:
     """Identify many springs, each from a file of its own, on all cores.
@@ -192,8 +191,8 @@ def identify_many(
         Address of a dask.distributed scheduler whose workers are used instead, or a `Cluster` with certificates.
     save_anyway : bool          Whether a spring that follows its record worse than a straight line is saved with a
                                 caution, not refused.
-    progress : callable or None Called with the numbers of finished files and of all files.
-    notify : callable or None   Called with sentences while the files are identified.
+    progress : callable         Called with what is being done, the number of finished files, and how many there are.
+    notify : callable           Called with sentences while the files are identified.
     **columns                   Fields of `strandspring.loops.wanted.Wanted`, for all files.
 
     Returns
@@ -229,26 +228,21 @@ def identify_many(
     >>> result.problem
     '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """
-    if workers is not None and scheduler is not None:
-        raise TypeError("`workers` and `scheduler` exclude each other; give one of them.")
-    workers = workers_of(workers)
+    runner = runner_of(workers, scheduler, notify, TypeError, default=None)
     given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
     amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
     begin = time.monotonic()
     target = Path(folder)
-    listed = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
-    say = notify or (lambda _: None)
-    total = len(listed.springs)
-    advance = progress or (lambda done, total: None)  # noqa: ARG005
+    springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     batch = identify_batch(
-        listed.springs,
+        springs,
         target,
         BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
-        Local(workers) if scheduler is None else cluster_of(scheduler, say),
+        runner,
         amplitude,
-        lambda done: advance(done, total),
-        say,
+        lambda done: progress("Identifying", done, len(springs)),
+        notify,
     )
-    return ManyResult(target, batch, listed.left_out, time.monotonic() - begin)
+    return ManyResult(target, batch, left_out, time.monotonic() - begin)

@@ -32,10 +32,10 @@ from ..common.caution_text import (
     smoothing_caution,
     unrecorded_cautions,
 )
+from ..common.model_source import ModelSource, model_of, source_of
 from ..common.plotting import some_axes
 from ..common.result import Result
 from ..common.text import fit_json, fit_lines
-from ..spring import ModelSource, model_of, source_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -15,7 +15,7 @@ from ...kernel.path import PathSolver
 from ...peers.ni import PAPER_NI, sine_period, with_noise
 from ...records.record import Record
 from ..common.caution_text import outside_cautions
-from ..spring import ModelSource, model_of
+from ..common.model_source import ModelSource, model_of
 
 _MOST_SAMPLES = 20_000_000
 

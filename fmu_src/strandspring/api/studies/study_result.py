@@ -8,15 +8,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from ...campaigns.jobs.cluster import Cluster, cluster_of
-from ...campaigns.jobs.runners import Local, Runner
+from ...campaigns.jobs.runners import Runner
 from ...campaigns.studies.execution import run_study
-from ...campaigns.studies.runs import Runs, StudyFigure
+from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
-from ...errors import StrandspringError
-from ...ground.arguments import workers_of
+from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
 from ..common.result import Result
@@ -32,52 +30,31 @@ _TITLES = {"median": "median", "q05": "5 %", "q95": "95 %"}
 Planned = TypeVar("Planned", bound=Runs[Any])
 
 
-class Executed(NamedTuple):
-    """What the runs of a study gave.
-
-    Attributes
-    ----------
-    summaries : DataFrame    See `summaries`.
-    output : Path or None    The file with the rows.
-    rows : DataFrame or None   The rows, where there is no file.
-    """
-
-    summaries: pd.DataFrame
-    output: Path | None
-    rows: pd.DataFrame | None
-
-
 def executed(
     study: Runs[Any],
     runner: Runner,
     output: str | os.PathLike[str] | None,
     progress: Progress,
     notify: Callable[[str], None],
-) -> Executed:
-    """Execute a study with its results in a file, a temporary one if none is asked for."""
+) -> tuple[pd.DataFrame, Path | None, pd.DataFrame | None]:
+    """Execute a study with its results in a file, a temporary one if none is asked for.
+
+    Returns
+    -------
+    DataFrame           See `summaries`.
+    Path or None        The file with the rows.
+    DataFrame or None   The rows, where there is no file.
+    """
 
     def run(results: Path) -> pd.DataFrame:
         run_study(study, results, runner, lambda runs: progress("Running", runs, len(study)), notify)
         return summaries(study, results)
 
     if output is not None:
-        return Executed(run(Path(output)), Path(output), None)
+        return run(Path(output)), Path(output), None
     with TemporaryFolder() as folder:
         results = folder / "results.csv"
-        return Executed(run(results), None, read_results(study, results))
-
-
-def runner_of(
-    workers: int | None,
-    scheduler: str | Cluster | None,
-    notify: Callable[[str], None],
-    refusal: type[StrandspringError],
-) -> Runner:
-    """Processes of this machine or a cluster; raises `refusal` if both are asked for."""
-    workers = workers_of(workers)
-    if workers not in (None, 1) and scheduler is not None:
-        raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
-    return Local(workers) if scheduler is None else cluster_of(scheduler, notify)
+        return run(results), None, read_results(study, results)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,30 +64,27 @@ class AnyStudyResult(Result, Generic[Planned]):
     Attributes
     ----------
     study : Runs
+    output : Path or None     File with one line for each run, if one was asked for.
     cautions : tuple of str   What limits the worth of the result.
     """
 
     _rows: ClassVar[str] = "grid points"  # what the rows of the table are
 
     study: Planned
-    _executed: Executed
+    _summaries: pd.DataFrame
+    output: Path | None
+    _frame: pd.DataFrame | None
     cautions: tuple[str, ...]
-
-    @property
-    def output(self) -> Path | None:
-        """File with one line for each run, if one was asked for."""
-        return self._executed.output
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units."""
-        rows = self._executed.rows
-        return rows.copy() if rows is not None else read_results(self.study, Path(self.output or ""))
+        return self._frame.copy() if self._frame is not None else read_results(self.study, Path(self.output or ""))
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each candidate at each grid point: what it is, what was counted, and 5, 50 and 95 % quantiles of
         the figures in SI units.
         """
-        return self._executed.summaries.copy()
+        return self._summaries.copy()
 
     @property
     @abstractmethod
@@ -129,13 +103,13 @@ class AnyStudyResult(Result, Generic[Planned]):
         """Lines about one row of the table."""
         if not point["refused"]:
             return []
-        runs = len(self.study) // len(self._executed.summaries)
+        runs = len(self.study) // len(self._summaries)
         return [f"  {where}: {point['refused']} of {runs} refused, most often: {point['reason']}"]
 
     def lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
-        shown = list(_records(self._executed.summaries.head(_MOST_SHOWN)))
-        printed = [figure for figure in self.study.figures if figure.heading]
+        shown = list(_records(self._summaries.head(_MOST_SHOWN)))
+        printed = [figure for figure in self.study.figures if figure.short]
         titles = _TITLES if self.study.draws else {"median": ""}
         rows = []
         head: dict[str, str] = {}
@@ -150,7 +124,7 @@ class AnyStudyResult(Result, Generic[Planned]):
         lines = [self.headline, *table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)]
         for point in shown:
             lines += self._notes(point, self._where(point))
-        more = len(self._executed.summaries) - len(shown)
+        more = len(self._summaries) - len(shown)
         lines += [f"  and {more} more {self._rows}, all of them in the results file"] if more else []
         return [*lines, *(f"  Caution: {sentence}" for sentence in self.cautions)]
 
@@ -160,7 +134,7 @@ class AnyStudyResult(Result, Generic[Planned]):
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""
-        columns = {f"{figure.name}_{end}" for figure in self.study.figures for end in QUANTILES}
+        columns = {f"{figure.key}_{end}" for figure in self.study.figures for end in QUANTILES}
         return {
             "runs": len(self.study),
             "draws": self.study.draws,
@@ -169,9 +143,9 @@ class AnyStudyResult(Result, Generic[Planned]):
             "points": [
                 {
                     **{name: value for name, value in point.items() if name not in columns},
-                    "figures": {figure.name: _quantiles(point, figure) for figure in self.study.figures},
+                    "figures": {figure.key: _quantiles(point, figure) for figure in self.study.figures},
                 }
-                for point in _records(self._executed.summaries)
+                for point in _records(self._summaries)
             ],
         }
 
@@ -186,11 +160,11 @@ def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
         yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
 
 
-def _quantiles(point: dict[str, Any], figure: StudyFigure) -> dict[str, float] | None:
-    quantiles = {end: point[f"{figure.name}_{end}"] for end in QUANTILES}
+def _quantiles(point: dict[str, Any], figure: ResultColumn) -> dict[str, float] | None:
+    quantiles = {end: point[f"{figure.key}_{end}"] for end in QUANTILES}
     return None if None in quantiles.values() else quantiles
 
 
-def _cell(point: dict[str, Any], figure: StudyFigure, end: str) -> str:
-    value = point[f"{figure.name}_{end}"]
+def _cell(point: dict[str, Any], figure: ResultColumn, end: str) -> str:
+    value = point[f"{figure.key}_{end}"]
     return "-" if value is None else f"{round(figure.factor * value, _DECIMALS):.4g}"

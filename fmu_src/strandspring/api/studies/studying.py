@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from ...campaigns.jobs.cluster import Cluster
+from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
@@ -23,9 +23,9 @@ from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
 from ..common.caution_text import outside_range
 from ..common.levels import given_levels
+from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of, path_of
-from .study_result import AnyStudyResult, executed, runner_of
+from .study_result import AnyStudyResult, executed
 
 _DEFAULT_SHARE = 0.01  # of the free travel
 
@@ -50,7 +50,7 @@ class StudyResult(AnyStudyResult[Study]):
     @property
     def headline(self) -> str:
         """What was run, in words."""
-        planned, refused = self.study, int(self._executed.summaries["refused"].sum())
+        planned, refused = self.study, int(self._summaries["refused"].sum())
         springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
         return f"{len(planned)} runs: {springs} at each of {planned.grid_size} grid points, {refused} refused"
 
@@ -199,7 +199,7 @@ def study(
     )
 
     execution = executed(planned, runner, output, progress, notify)
-    return StudyResult(planned, execution, tuple(cautions_in_use(content.name, content)), content, origin)
+    return StudyResult(planned, *execution, tuple(cautions_in_use(content.name, content)), content, origin)
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> JointCovariance:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...campaigns.jobs.cluster import Cluster
+from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...campaigns.studies.summaries import QUANTILES
 from ...campaigns.studies.system_planning import planned_study, undrawn
 from ...campaigns.studies.system_study import SystemStudy
@@ -23,7 +23,7 @@ from ..common.plotting import save_plot, some_axes
 from ..common.progress import Progress, unseen
 from ..common.text import counted
 from ..vibration.simulating import refuse_wrong_run
-from .study_result import AnyStudyResult, executed, runner_of
+from .study_result import AnyStudyResult, executed
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,7 +59,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units but for the varied values; the columns are those of the results file."""
-        return super().to_frame().set_axis([column.heading for column in self.study.columns], axis="columns")
+        return super().to_frame().set_axis([column.file_heading for column in self.study.columns], axis="columns")
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""
@@ -80,7 +80,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         """
         (axes,) = some_axes(axes, 1, 1, _SIZE)
         names = [name for _, name in self.study.candidates]
-        summaries = self._executed.summaries.dropna(subset=["stroke_median", "acceleration_median"])
+        summaries = self._summaries.dropna(subset=["stroke_median", "acceleration_median"])
         for verdict, color in _COLORS.items():
             for number, name in enumerate(names):
                 chosen = summaries[(summaries["verdict"] == verdict.value) & (summaries["candidate"] == name)]
@@ -115,7 +115,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     @property
     def headline(self) -> str:
         """What was run, in words, and how many candidates at grid points have each verdict."""
-        study, summaries = self.study, self._executed.summaries
+        study, summaries = self.study, self._summaries
         springs = f"{study.draws} draws (seed {study.seed})" if study.draws else "the identified springs"
         counts = ((verdict.value, (summaries["verdict"] == verdict.value).sum()) for verdict in CaseVerdict)
         verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts if count)
@@ -202,4 +202,4 @@ def study_system(
         raise MountedSystemError(f"{where}, {problem}") from None
 
     execution = executed(planned, runner, output, progress, notify)
-    return SystemStudyResult(planned, execution, cautions, content["name"])
+    return SystemStudyResult(planned, *execution, cautions, content["name"])

@@ -34,9 +34,9 @@ from ...vibration.one_mass.system import (
 )
 from ..common.caution_text import outside_range
 from ..common.levels import checked_count, given_levels
+from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
-from ..spring import ModelSource, model_of, origin_of, path_of
 from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
 
 if TYPE_CHECKING:

@@ -18,8 +18,7 @@ from ...kernel.arrays import FloatArray
 from ...model.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.runners import JobError, Runner, finished_rows
-from .figures_in_batch import FIGURES, JUDGED, common_amplitude, figures_at, outlying
-from .outliers import FEWEST
+from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .sources import COLUMNAR_TABLE, TABLE, SpringFile
 from .spring_log import SpringLog
 from .spring_row import IDENTIFIED, BatchWork, Finished, SpringRow, digest
@@ -160,7 +159,7 @@ def _written(log: SpringLog, files: int, earlier: int, folder: Path, amplitude: 
     def rows() -> Iterator[TableRow]:
         for place, row in enumerate(_rows(log, files)):
             known = [None if math.isnan(value) else value for value in figures[place, : len(FIGURES)].tolist()]
-            yield TableRow(row, known, tuple(outliers.get(place, ())))
+            yield row, known, outliers.get(place, ())
 
     layout = Layout(summary.amplitude, coefficients["kE"], coefficients["kA"])
     write_table(summary.table, layout, rows())

@@ -6,7 +6,6 @@ import hashlib
 import os
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -40,22 +39,9 @@ class SpringFile(NamedTuple):
     name: str
 
 
-@dataclass(frozen=True)
-class Sources:
-    """The springs of a batch.
-
-    Attributes
-    ----------
-    springs : tuple of SpringFile   In the order given, the files of a folder by name.
-    left_out : tuple of str         Sentences about files of folders that are no records by their names, and about
-                                    files given twice.
-    """
-
-    springs: tuple[SpringFile, ...]
-    left_out: tuple[str, ...]
-
-
-def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sources:
+def find_springs(
+    sources: Iterable[str | os.PathLike[str]], folder: Path
+) -> tuple[tuple[SpringFile, ...], tuple[str, ...]]:
     """Files of a batch: those given, and those of given folders whose names end like a record's.
 
     Folders within folders are not searched. A folder whose own name ends like a record's is taken for a damaged file.
@@ -64,6 +50,12 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sou
     ----------
     sources : iterable of paths
     folder : Path                Of the results, which are not taken for records.
+
+    Returns
+    -------
+    tuple of SpringFile          In the order given, the files of a folder by name.
+    tuple of str                 Sentences about files of folders that are no records by their names, and about files
+                                 given twice.
 
     Raises
     ------
@@ -94,7 +86,7 @@ def find_springs(sources: Iterable[str | os.PathLike[str]], folder: Path) -> Sou
         left_out.append(f"{_files(len(others))} not named like a record left out, first: {readable(others[0])}")
     if twice:
         left_out.append(f"{_files(len(twice))} given more than once, first: {readable(twice[0])}")
-    return Sources(springs, tuple(left_out))
+    return springs, tuple(left_out)
 
 
 def _files_of(given: str, others: list[str], outputs: set[str]) -> Sequence[str]:

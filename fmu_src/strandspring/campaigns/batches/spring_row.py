@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -16,6 +15,7 @@ from ..._version import __version__
 from ...core.parameters import SpringParameters
 from ...errors import RecordError, StrandspringError
 from ...ground.files import opened, readable
+from ...ground.strict_json import finite
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
 from ...identification.methods.method import Method
@@ -178,27 +178,23 @@ def _figures(identified: IdentifiedModel) -> dict[str, Any]:
     known = identified.uncertainty
     interval = known.get("interval_95", {})
     uncertainty: dict[str, tuple[float | None, ...]] = {
-        name: tuple(_finite(value) for value in (known.get(name), *interval.get(name, (None, None))))
+        name: tuple(finite(value) for value in (known.get(name), *interval.get(name, (None, None))))
         for name in HYSTERETIC_UNITS
     }
     for name in ("kE", "kA"):
-        uncertainty[name] = tuple(_finite(value) for value in known.get(name) or ())
+        uncertainty[name] = tuple(finite(value) for value in known.get(name) or ())
     misfit = identified.lack_of_fit
     return {
-        "rmse": _finite(identified.rmse),
-        "rnl": _finite(identified.rnl),
-        "energy_ratio": _finite(energy_ratio(identified.figures)),
-        "fitted_rnl": _finite(identified.fitted_figures["rnl"]),
-        "over_noise": None if misfit is None else _finite(misfit.over_noise),
-        "of_hysteresis": None if misfit is None else _finite(misfit.beyond_noise),
+        "rmse": finite(identified.rmse),
+        "rnl": finite(identified.rnl),
+        "energy_ratio": finite(energy_ratio(identified.figures)),
+        "fitted_rnl": finite(identified.fitted_figures["rnl"]),
+        "over_noise": None if misfit is None else finite(misfit.over_noise),
+        "of_hysteresis": None if misfit is None else finite(misfit.beyond_noise),
         "parameters": identified.parameters.as_dict(),
         "uncertainty": uncertainty,
         "cautions": tuple(outcome.name.lower() for outcome in identified.outcomes),
     }
-
-
-def _finite(value: float | None) -> float | None:
-    return float(value) if value is not None and math.isfinite(value) else None
 
 
 def _without_path(text: str, path: str) -> str:

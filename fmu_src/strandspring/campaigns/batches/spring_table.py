@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...ground.files import readable, replacing, write_csv
 from ...model.joint import HYSTERETIC_UNITS
@@ -21,19 +21,8 @@ _FLAGS = {"has times"}
 _UNCERTAINTY = ("standard error", "low 95 %", "high 95 %")
 
 
-class TableRow(NamedTuple):
-    """A row with what only the whole batch decides.
-
-    Attributes
-    ----------
-    row : SpringRow
-    figures : sequence of float or None   See `FIGURES`.
-    outlier : tuple of str                Figures in which it differs from the batch.
-    """
-
-    row: SpringRow
-    figures: Sequence[float | None]
-    outlier: tuple[str, ...]
+# A row, its `FIGURES`, and the names of those in which it differs from the batch.
+TableRow = tuple[SpringRow, Sequence[float | None], Sequence[str]]
 
 
 @dataclass(frozen=True)
@@ -54,17 +43,17 @@ class Layout:
     def headings(self) -> list[str]:
         """Of the columns."""
         nothing = SpringRow("", None, None, "", "", UNREADABLE)
-        return list(self.cells(TableRow(nothing, [None] * len(FIGURES), ())))
+        return list(self.cells((nothing, [None] * len(FIGURES), ())))
 
     def cells(self, table_row: TableRow) -> dict[str, Any]:
         """Values of a row by heading; None where there is none."""
-        row = table_row.row
+        row, figures, outlier = table_row
         cells: dict[str, Any] = {
             "file": readable(row.file),
             "sha256": row.sha256,
             "status": row.status,
             "reason": readable(row.reason) or None,
-            "outlier": "; ".join(table_row.outlier) or None,
+            "outlier": "; ".join(outlier) or None,
             "cautions": "; ".join(row.cautions) or None,
             "model": None if row.model_sha256 is None else f"{row.model}.json",
             "samples": row.samples,
@@ -75,11 +64,9 @@ class Layout:
             "RNL as fitted [1]": row.fitted_rnl,
             "misfit over noise [1]": row.over_noise,
             "misfit over hysteretic force [1]": row.of_hysteresis,
-            "amplitude [m]": None if table_row.figures[0] is None else self.amplitude,
+            "amplitude [m]": None if figures[0] is None else self.amplitude,
         }
-        cells |= {
-            f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), table_row.figures, strict=True)
-        }
+        cells |= {f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), figures, strict=True)}
         for name, unit in HYSTERETIC_UNITS.items():
             cells[f"{name} [{unit}]"] = row.number(name)
             known = row.uncertainty.get(name, (None, None, None))

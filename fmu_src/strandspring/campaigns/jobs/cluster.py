@@ -18,8 +18,9 @@ from typing import TYPE_CHECKING, Any
 from threadpoolctl import threadpool_limits
 
 from ..._version import __version__
+from ...ground.arguments import workers_of
 from .cluster_security import protocol_of, secured
-from .runners import JobError, Pool
+from .runners import JobError, Local, Pool, Runner
 
 if TYPE_CHECKING:
     from distributed.security import Security
@@ -200,8 +201,25 @@ class _Watch:
         )
 
 
-def cluster_of(scheduler: str | Cluster, notify: Callable[[str], None]) -> Cluster:
-    """The cluster of a scheduler, with its cautions and reports sent to `notify`."""
+def runner_of(
+    workers: int | None,
+    scheduler: str | Cluster | None,
+    notify: Callable[[str], None],
+    refusal: type[Exception],
+    default: int | None = 1,
+) -> Runner:
+    """Processes of this machine, or a cluster that sends its cautions and reports to `notify`.
+
+    Raises
+    ------
+    refusal      If there are a scheduler and other than the default workers.
+    ValueError   If the number of workers is below 1.
+    """
+    workers = workers_of(workers)
+    if scheduler is None:
+        return Local(workers)
+    if workers not in (None, default):
+        raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
     return replace(Cluster(scheduler) if isinstance(scheduler, str) else scheduler, notify=notify)
 
 

@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...model.joint import JointCovariance
+from ...ground.result_columns import ResultColumn
+from ...ground.strict_json import finite
+from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...vibration.one_mass.band import band_frequencies, checked_limits
 from ...vibration.one_mass.response import frequency_response
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from .runs import DONE, Place, RunColumn, Runs, StudyFigure, finite
+from .runs import DONE, Place, Runs
 from .summaries import most_frequent
 
 if TYPE_CHECKING:
@@ -73,15 +75,26 @@ class GridPoint:
     stiffness_factor: float
 
 
-# Of the fields of a row, with the unit of the level to be filled in.
-_HEADINGS = (
-    "run", "draw", "mass [kg]", "level [{}]", "stiffness factor [1]", "kappa_omega [N]", "rho [1/m]", "sigma [1]",
-    "n [1]", "static equilibrium [m]", "sag [m]", "resonance frequency [Hz]", "transmissibility [1]", "amplitude [m]",
-    "stiffness [N/m]", "loss factor [1]", "isolation frequency [Hz]", "resonance inside the band",
-    "beyond the identified range", "outcome",
-)  # fmt: skip
-_NAMES = tuple(field.name for field in fields(RunRow))
-_cells = attrgetter(*_NAMES)
+_COLUMNS = (
+    ResultColumn("run", "", "run"),
+    ResultColumn("draw", "", "draw"),
+    ResultColumn("mass", "kg", "mass"),
+    ResultColumn("level", "", "level"),  # in the unit of the excitation
+    ResultColumn("stiffness_factor", "1", "stiffness factor"),
+    *(ResultColumn(name, unit, name) for name, unit in HYSTERETIC_UNITS.items()),
+    ResultColumn("static_equilibrium", "m", "static equilibrium"),
+    ResultColumn("sag", "m", "sag"),
+    ResultColumn("frequency", "Hz", "resonance frequency", "resonance", "Hz"),
+    ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
+    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
+    ResultColumn("stiffness", "N/m", "stiffness"),
+    ResultColumn("loss_factor", "1", "loss factor", "loss factor"),
+    ResultColumn("isolation_frequency", "Hz", "isolation frequency", "isolates from", "Hz"),
+    ResultColumn("inside", "", "resonance inside the band"),
+    ResultColumn("extrapolating", "", "beyond the identified range"),
+    ResultColumn("outcome", "", "outcome"),
+)
+_cells = attrgetter(*(column.key for column in _COLUMNS))
 
 
 @dataclass(frozen=True)
@@ -115,16 +128,7 @@ class Study(Runs[RunRow]):
     row_type = RunRow
     refusal = IsolationError
     largest_batch = 32  # the parent needs some 25 us for a run, of batches of 8 twice as much
-    figures = (
-        StudyFigure("static_equilibrium"),
-        StudyFigure("sag"),
-        StudyFigure("frequency", "resonance Hz"),
-        StudyFigure("transmissibility", "transmissibility"),
-        StudyFigure("amplitude", "amplitude mm", 1e3),
-        StudyFigure("stiffness"),
-        StudyFigure("loss_factor", "loss factor"),
-        StudyFigure("isolation_frequency", "isolates from Hz"),
-    )
+    figures = _COLUMNS[9:17]
 
     spring: SpringParameters
     excitation: Excitation
@@ -177,10 +181,9 @@ class Study(Runs[RunRow]):
         return self.grid_size * max(self.draws, 1)
 
     @property
-    def columns(self) -> list[RunColumn]:
+    def columns(self) -> list[ResultColumn]:
         """See `Runs`."""
-        headings = (heading.format(self.excitation.unit) for heading in _HEADINGS)
-        return [RunColumn(*pair) for pair in zip(_NAMES, headings, strict=True)]
+        return [replace(column, unit=self.excitation.unit) if column.key == "level" else column for column in _COLUMNS]
 
     @property
     def identity(self) -> tuple[Any, dict[str, Any]]:
@@ -203,7 +206,7 @@ class Study(Runs[RunRow]):
     @property
     def summed_up(self) -> list[str]:
         """See `Runs`."""
-        return [*(figure.name for figure in self.figures), "inside", "extrapolating", "outcome"]
+        return [*(figure.key for figure in self.figures), "inside", "extrapolating", "outcome"]
 
     def grid(self) -> pd.DataFrame:
         """See `Runs`."""
@@ -225,7 +228,7 @@ class Study(Runs[RunRow]):
         refused = runs[~is_done]
         counts = flags.groupby("group").sum()
         counts.insert(2, "reason", most_frequent(refused["outcome"], refused["group"]))
-        return counts, runs[[figure.name for figure in self.figures]].where(is_done).assign(group=runs["group"])
+        return counts, runs[[figure.key for figure in self.figures]].where(is_done).assign(group=runs["group"])
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""

@@ -45,13 +45,15 @@ def run_study(
     try:
         if journal.dropped:
             notify(f"{journal.name}: {journal.dropped_sentence}; their runs are executed again.")
+        if journal.finished:
+            notify(f"{journal.finished} of {len(study)} runs were finished before.")
         progress(journal.finished)
         with closing(finished_rows(study, journal.missing(), study.largest_batch, runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)
         cells = (study.cells(journal[run]) for run in range(len(study)))
-        write_csv(results, [column.heading for column in study.columns], cells)
+        write_csv(results, [column.file_heading for column in study.columns], cells)
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:

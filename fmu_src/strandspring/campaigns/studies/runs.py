@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from ...errors import StrandspringError
+from ...ground.result_columns import ResultColumn
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,28 +16,6 @@ DONE = "done"
 _MOST_RUNS = 1_000_000
 
 Row = TypeVar("Row")
-
-
-class RunColumn(NamedTuple):
-    """A column of the results: its name in Python, and its heading in the file, with the unit."""
-
-    name: str
-    heading: str
-
-
-class StudyFigure(NamedTuple):
-    """A figure of which a study gives quantiles over the draws.
-
-    Attributes
-    ----------
-    name : str       In data frames and in JSON, where it is in SI units.
-    heading : str    Where it is printed, with its unit; empty if it is not.
-    factor : float   From SI to that unit.
-    """
-
-    name: str
-    heading: str = ""
-    factor: float = 1.0
 
 
 class Place(NamedTuple):
@@ -58,7 +36,7 @@ class Runs(ABC, Generic[Row]):
     row_type : type                 Dataclass of a row.
     refusal : type                  Error that is raised where the study or its execution is refused.
     largest_batch : int             Runs of about a second together.
-    figures : tuple of StudyFigure
+    figures : tuple of ResultColumn Those with quantiles over the draws.
     draws, seed : int               Draws at each grid point, 0 for none.
     """
 
@@ -66,7 +44,7 @@ class Runs(ABC, Generic[Row]):
     row_type: ClassVar[type[Any]]
     refusal: ClassVar[type[StrandspringError]]
     largest_batch: ClassVar[int]
-    figures: ClassVar[tuple[StudyFigure, ...]]
+    figures: ClassVar[tuple[ResultColumn, ...]]
     draws: int
     seed: int
 
@@ -75,7 +53,7 @@ class Runs(ABC, Generic[Row]):
 
     @property
     @abstractmethod
-    def columns(self) -> Sequence[RunColumn]:
+    def columns(self) -> Sequence[ResultColumn]:
         """Of the results."""
 
     @property
@@ -125,8 +103,3 @@ class Runs(ABC, Generic[Row]):
                 raise self.refusal(f"`{name}` must be >= 0, got {getattr(self, name)!r}.")
         if not 0 < len(self) <= _MOST_RUNS:
             raise self.refusal(f"A study must have from 1 to {_MOST_RUNS} runs, got {len(self)}{advice}.")
-
-
-def finite(value: float | None) -> float | None:
-    """A number; None if it is not finite."""
-    return float(value) if value is not None and math.isfinite(value) else None

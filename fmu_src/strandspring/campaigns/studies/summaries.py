@@ -20,7 +20,7 @@ def read_results(study: Runs[Any], results: Path, names: list[str] | None = None
     """The results of a study, all columns or some by their names."""
     import pandas as pd
 
-    return pd.read_csv(results, header=0, names=[column.name for column in study.columns], usecols=names)
+    return pd.read_csv(results, header=0, names=[column.key for column in study.columns], usecols=names)
 
 
 def summaries(study: Runs[Any], results: Path) -> pd.DataFrame:
@@ -43,9 +43,9 @@ def summaries(study: Runs[Any], results: Path) -> pd.DataFrame:
     place = study.place(np.arange(len(runs)))
     group = place.point * (np.max(place.candidate) + 1) + place.candidate
     counts, figures = study.sum_up(runs.assign(group=group, draw=place.draw, case=place.case))
-    of_groups = figures.groupby("group")[[figure.name for figure in study.figures]]
+    of_groups = figures.groupby("group")[[figure.key for figure in study.figures]]
     quantiles = {end: of_groups.quantile(share) for end, share in QUANTILES.items()}
-    columns = {f"{figure.name}_{end}": quantiles[end][figure.name] for figure in study.figures for end in QUANTILES}
+    columns = {f"{figure.key}_{end}": quantiles[end][figure.key] for figure in study.figures for end in QUANTILES}
     return study.grid().join(counts).join(pd.DataFrame(columns))
 
 

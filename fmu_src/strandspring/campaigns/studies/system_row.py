@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ...ground.strict_json import finite
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
-from .runs import DONE, finite
+from .runs import DONE
 
 OUTSIDE = "outside"
 # Figures of which the worst subject stands in a row; those with limits come first.
@@ -59,32 +60,24 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     if answer.refusal:
         return SystemRow(run, outcome=answer.refusal)
     worst = {
-        quantity: max((figure.value for figure in answer.figures_of(quantity)), default=None) for quantity in FigureKind
+        kind.name.lower(): finite(max((figure.value for figure in answer.figures_of(kind)), default=None))
+        for kind in FigureKind
+        if kind is not FigureKind.ACCELERATION
     }
     stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.value)
-    margins = {
-        quantity: min(
-            (figure.margin for figure in answer.figures_of(quantity) if figure.margin is not None), default=None
-        )
-        for quantity in LIMITED
-    }
+    margins: dict[str, float | None] = {}
+    for kind in LIMITED:
+        shares = [figure.margin for figure in answer.figures_of(kind) if figure.margin is not None]
+        margins[f"{kind.name.lower()}_margin"] = finite(min(shares, default=None))
     limited = [figure for figure in answer.figures if figure.margin is not None]
     nearest = min(limited, key=lambda figure: figure.margin or 0.0, default=None)
     return SystemRow(
         run=run,
         accelerations=tuple(figure.value for figure in answer.figures_of(FigureKind.ACCELERATION)),
-        sway=worst[FigureKind.SWAY],
-        tilt=worst[FigureKind.TILT],
-        stroke=finite(worst[FigureKind.STROKE]),
         mount=stroke.subject,
-        force=worst[FigureKind.FORCE],
-        rms_acceleration=worst[FigureKind.RMS_ACCELERATION],
-        rms_sway=worst[FigureKind.RMS_SWAY],
         error=finite(_error(answer)),
-        acceleration_margin=margins[FigureKind.ACCELERATION],
-        sway_margin=margins[FigureKind.SWAY],
-        tilt_margin=margins[FigureKind.TILT],
-        stroke_margin=finite(margins[FigureKind.STROKE]),
+        **worst,
+        **margins,
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
         verdict=answer.verdict.value,
         outcome=OUTSIDE if answer.verdict is CaseVerdict.OUTSIDE else DONE,

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...errors import MountedSystemError, StrandspringError
-from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import SHARES
 from ...vibration.description.named_files import HeldFiles
@@ -21,8 +21,8 @@ from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.verdicts import CaseVerdict
-from .runs import Place, RunColumn, Runs, StudyFigure
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
+from .runs import Place, Runs
 from .summaries import most_frequent
 from .system_row import SystemRow, system_row
 from .varied import Varied, with_texts
@@ -32,26 +32,20 @@ if TYPE_CHECKING:
 
 _VERDICTS = [verdict.value for verdict in CaseVerdict]  # from the best to the worst
 
-
 # Of the fields of a row after the accelerations.
-_HEADINGS = {
-    "sway": "sway [m]",
-    "tilt": "tilt [rad]",
-    "stroke": "stroke [1]",
-    "mount": "mount of the stroke",
-    "force": "force [N]",
-    "rms_acceleration": "rms acceleration [m/s^2]",
-    "rms_sway": "rms sway [m]",
-    "error": "numerical error [1]",
-    "acceleration_margin": "margin of acceleration [1]",
-    "sway_margin": "margin of sway [1]",
-    "tilt_margin": "margin of tilt [1]",
-    "stroke_margin": "margin of stroke [1]",
-    "governing": "least margin",
-    "verdict": "verdict",
-    "outcome": "outcome",
-}
-_MARGINS = [name for name in _HEADINGS if name.endswith("_margin")]
+_COLUMNS = (
+    FigureKind.SWAY.column,
+    FigureKind.TILT.column,
+    replace(FigureKind.STROKE.column, unit="1"),
+    ResultColumn("mount", "", "mount of the stroke"),
+    *(kind.column for kind in (FigureKind.FORCE, FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)),
+    ResultColumn("error", "1", "numerical error"),
+    *(ResultColumn(f"{name}_margin", "1", f"margin of {name}") for name in ("acceleration", "sway", "tilt", "stroke")),
+    ResultColumn("governing", "", "least margin"),
+    ResultColumn("verdict", "", "verdict"),
+    ResultColumn("outcome", "", "outcome"),
+)
+_MARGINS = [column.key for column in _COLUMNS if column.key.endswith("_margin")]
 
 
 @dataclass(frozen=True)
@@ -80,11 +74,9 @@ class SystemStudy(Runs[SystemRow]):
     refusal = MountedSystemError
     largest_batch = 8  # a shock takes some 15 ms, random vibration seconds
     figures = (  # the worst of all cases; margins are shares of limits that are left
-        StudyFigure("margin", "margin %", 100.0),
-        StudyFigure("acceleration", "acceleration g", 1.0 / STANDARD_GRAVITY),
-        StudyFigure("sway", "sway mm", 1e3),
-        StudyFigure("tilt", "tilt deg", math.degrees(1.0)),
-        StudyFigure("stroke", "stroke %", 100.0),
+        ResultColumn("margin", "1", "margin", "margin", "%", 100.0),
+        FigureKind.ACCELERATION.column,
+        *_COLUMNS[:3],
     )
 
     content: Mapping[str, Any]
@@ -111,23 +103,18 @@ class SystemStudy(Runs[SystemRow]):
         """Number of grid points."""
         return math.prod(len(axis.values) for axis in self.varied)
 
-    @property
-    def runs_per_point(self) -> int:
-        """Draws, candidates and cases of a grid point."""
-        return max(self.draws, 1) * len(self.candidates) * len(self.cases)
-
     def __len__(self) -> int:
-        return self.grid_size * self.runs_per_point
+        return self.grid_size * max(self.draws, 1) * len(self.candidates) * len(self.cases)
 
     @property
-    def columns(self) -> list[RunColumn]:
+    def columns(self) -> list[ResultColumn]:
         """See `Runs`."""
         return [
-            RunColumn("run", "run"),
-            *(RunColumn(axis.path, axis.heading) for axis in self.varied),
-            *(RunColumn(name, name) for name in ("draw", "candidate", "case")),
-            *(RunColumn(f"acceleration of {name}", f"acceleration of {name} [m/s^2]") for name in self.points),
-            *(RunColumn(name, heading) for name, heading in _HEADINGS.items()),
+            ResultColumn("run", "", "run"),
+            *(ResultColumn(axis.path, axis.unit, axis.path) for axis in self.varied),
+            *(ResultColumn(name, "", name) for name in ("draw", "candidate", "case")),
+            *(ResultColumn(name, "m/s^2", name) for name in (f"acceleration of {point}" for point in self.points)),
+            *_COLUMNS,
         ]
 
     @property
@@ -151,7 +138,7 @@ class SystemStudy(Runs[SystemRow]):
         return [
             row.run, *self.values(place.point), place.draw if self.draws else None,
             self.candidates[place.candidate][1], self.cases[place.case][1], *accelerations,
-            *(getattr(row, name) for name in _HEADINGS),
+            *(getattr(row, column.key) for column in _COLUMNS),
         ]  # fmt: skip
 
     @property

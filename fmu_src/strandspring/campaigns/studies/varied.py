@@ -129,7 +129,7 @@ def varied(path: str, given: Given, content: Mapping[str, Any], table: SystemTab
         numbers = _numbers(given)
         first = value_at(table, places[0])
         if isinstance(first, str) and (numbers is None or numbers[1]):
-            axis = Varied(path, "", _texts(given), places)
+            axis = Varied(path, "", tuple(map(str, _listed(given))), places)
         elif numbers is None:
             raise ValueError(f"got {given!r:.60}; {_HOW}")
         else:
@@ -183,10 +183,6 @@ def _listed(given: Given) -> list[str | float]:
     if isinstance(given, str):
         return [text.strip() for text in given.split(",")]
     return [given] if isinstance(given, int | float) else [np.asarray(value).item() for value in given]
-
-
-def _texts(given: Given) -> tuple[str, ...]:
-    return tuple(map(str, _listed(given)))
 
 
 def _of_one_unit(given: Sequence[str | float]) -> tuple[tuple[float, ...], str] | None:

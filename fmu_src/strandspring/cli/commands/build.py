@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from ...records.given import bundled_record
 from ...vibration.description.system_file import is_system_file
 from ..shared.cautions import note_most_harmful
 from ..shared.options import (
+    checked_by,
     identification_options,
     identifier,
     method_options,
@@ -51,20 +53,6 @@ _PURPOSES = {
     "states": "native with states: model exchange for optimal control, linearisation and functional importers",
     "python": "Python-backed: the model as readable Python, for simulators that run on Python",
 }
-
-
-def _platforms(_context: click.Context, _parameter: click.Parameter, names: str | None) -> tuple[Platform, ...] | None:
-    try:
-        return None if names is None else chosen_platforms(names)
-    except BuildError as refusal:
-        raise click.BadParameter(str(refusal)) from None
-
-
-def _author(_context: click.Context, _parameter: click.Parameter, author: str) -> str:
-    try:
-        return checked_author(author)
-    except BuildError as refusal:
-        raise click.BadParameter(str(refusal)) from None
 
 
 @click.command()
@@ -99,7 +87,7 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
     "--platform",
     "platforms",
     metavar="NAME,...",
-    callback=_platforms,
+    callback=checked_by(chosen_platforms),
     help=f"Of the binaries of native FMUs: host, all, or some of {', '.join(PLATFORMS)}.  "
     "[default: all in an installed package, host in a source checkout]",
 )
@@ -119,7 +107,9 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 @name_option("Name of the model identified from records.  [default: from the first record]")
 @click.option("--description", default="", help="Free text for the model identified from records.")
 @zero_option
-@click.option("--author", default="", callback=_author, help="Author of the FMU, for its model description.")
+@click.option(
+    "--author", default="", callback=checked_by(checked_author), help="Author of the FMU, for its model description."
+)
 @click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml: the candidate; needed if it has several.")
 @record_options
 @identification_options
@@ -127,18 +117,12 @@ def _author(_context: click.Context, _parameter: click.Parameter, author: str) -
 def build(
     sources: tuple[str, ...],
     output: str,
-    backend: str | None,
     states: bool,
-    fmi: str | None,
-    real_time: bool,
-    no_energy: bool,
     platforms: tuple[Platform, ...] | None,
-    needs_execution_tool: bool,
     models: str,
     name: str | None,
     description: str,
     zero: str | float | None,
-    author: str,
     candidate: str | None,
     save_anyway: bool,
     as_json: bool,
@@ -166,15 +150,15 @@ def build(
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
+    fmi = options.pop("fmi")
+    names = [field.name for field in fields(BuildOptions) if field.name != "fmi"]
+    settings = BuildOptions(**{name: options.pop(name) for name in names}, fmi=None if fmi is None else int(fmi))
     if len(sources) == 1 and is_system_file(sources[0]):
         _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
-        _build_system(sources[0], Path(output), candidate, platforms, author, int(fmi or 2), as_json)
+        _build_system(sources[0], Path(output), candidate, platforms, settings, as_json)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
-    settings = BuildOptions(
-        backend, author, needs_execution_tool, None if fmi is None else int(fmi), real_time, no_energy
-    )
     if len(sources) == 1:
         settings = settings.with_those_of(sources[0])
     kinds = _kinds(settings, states, platforms, bool(sources))
@@ -274,19 +258,23 @@ def _build_system(
     folder: Path,
     candidate: str | None,
     platforms: tuple[Platform, ...] | None,
-    author: str,
-    fmi: int,
+    settings: BuildOptions,
     as_json: bool,
 ) -> None:
     refuse_unwritable(folder, is_folder=True)
-    building = SystemToBuild.load(source, candidate, author, fmi)
+    building = SystemToBuild.load(source, candidate, settings.author, settings.version)
     refuse_overwriting([source], {"--output": building.target(folder)})
     with reporting() as progress:
         built = building.build(folder, platforms, progress)
     inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
     step, stable = building.options.step, building.options.largest_step
     if as_json:
-        fmu = {"path": str(built.path), "backend": "native", "fmi": fmi, "binaries": binary_sizes(built.path)}
+        fmu = {
+            "path": str(built.path),
+            "backend": "native",
+            "fmi": settings.version,
+            "binaries": binary_sizes(built.path),
+        }
         result_json(
             {
                 "system": source,
@@ -303,7 +291,7 @@ def _build_system(
     result(f"Inputs: {', '.join(inputs)}")
     result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
     purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
-    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(BuildOptions("native", fmi=fmi)))))
+    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(settings))))
     result(f"Check: {built.check.summary}")
 
 

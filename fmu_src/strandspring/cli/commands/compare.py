@@ -6,14 +6,12 @@ from typing import Any
 
 import click
 
-from ...api.comparing.alignment import Align
 from ...api.comparing.comparison import DRAWS
 from ...api.comparing.comparison import compare as compare_springs
 from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.mount import positive
-from ..shared.options import FiniteRange, read_records, record_files, record_options, values_as_usage
+from ..shared.options import loop_amplitudes, positive, read_records, record_files, record_options, values_as_usage
 from ..shared.output import result, result_json, result_lines, working
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 
@@ -30,14 +28,7 @@ from ..shared.paths import PLOT_FILE, refuse_overwriting
     help="Displacements as in the records of both; or each counted from the middle of its own range, where the zero "
     "was moved between the tests.",
 )
-@click.option(
-    "--amplitude",
-    "amplitudes",
-    type=FiniteRange(1e-6, 1e6, unit="mm"),
-    multiple=True,
-    metavar="MM",
-    help="Amplitude of a loop about the middle of the shared range [mm]; repeat for more.  [default: its quarters]",
-)
+@loop_amplitudes("middle of the shared range", "its quarters")
 @click.option(
     "--mass",
     type=positive("kg"),
@@ -64,14 +55,10 @@ def compare(
     a: str,
     b: str,
     records: tuple[str, ...],
-    align: Align,
     amplitudes: tuple[float, ...],
-    mass: float | None,
-    draws: int,
-    seed: int,
     plot: str | None,
     as_json: bool,
-    **columns: Any,
+    **options: Any,
 ) -> None:
     """Compare two springs, such as two lots, or one before and after fatigue.
 
@@ -89,19 +76,11 @@ def compare(
     refuse_overwriting([a, b, *record_files(records)], {"--plot": plot})
     for path in (a, b):
         load_model(path)  # a bad model is refused before long records are read
-    group = read_records(records, columns)
+    of_springs = {name: options.pop(name) for name in ("align", "mass", "draws", "seed")}
+    group = read_records(records, options)
     note_assumptions(group)
     with working("Comparing"), values_as_usage():
-        comparison = compare_springs(
-            a,
-            b,
-            group,
-            align=align,
-            amplitudes=[1e-3 * amplitude for amplitude in amplitudes] or None,
-            mass=mass,
-            draws=draws,
-            seed=seed,
-        )
+        comparison = compare_springs(a, b, group, amplitudes=amplitudes or None, **of_springs)
         if plot is not None:
             comparison.save_plot(plot)
     note_cautions(comparison.cautions)

@@ -13,7 +13,7 @@ from ...exchange.modelica import LIBRARY, record_name
 from ...ground.files import reason_of
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import load_model
-from ..shared.options import FiniteRange
+from ..shared.options import positive
 from ..shared.output import note, reporting, result, result_json
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
@@ -23,7 +23,7 @@ from ..shared.zero import origin_of, zero_option
 @click.argument("model", metavar="MODEL.json")
 @click.option("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @click.option("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
-@click.option("--mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG", help="Mass for --ssp [kg].")
+@click.option("--mass", type=positive("kg"), metavar="KG", help="Mass for --ssp [kg].")
 @click.option("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @click.option("--c", "as_c", is_flag=True, help="Write C sources of the spring for targets without FMI.")
 @click.option(
@@ -78,22 +78,19 @@ def export(
         modelica=Path(output) if modelica else None,
         c=Path(output) if as_c else None,
     )
-    refuse_overwriting(
-        [model], {"--ssv": exports.ssv, "--ssp": exports.ssp, "--modelica": exports.record, "--c": exports.law}
-    )
+    refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     exports.refuse_unwritable()
     with reporting() as progress:
         exports.write(progress)
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
     if as_json:
-        written = {"ssv": exports.ssv, "ssp": exports.ssp, "modelica": exports.record, "c": exports.law}
         result_json(
             {
                 "model": model,
                 "name": content.name,
                 "zero": exports.zero,
-                **{kind: None if path is None else str(path) for kind, path in written.items()},
+                **{kind: None if path is None else str(path) for kind, path in exports.files.items()},
             }
         )
         return
@@ -106,8 +103,8 @@ def export(
     if exports.modelica is not None:
         name = record_name(content.name)
         result(f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}")
-    if exports.law is not None:
-        result(f"C sources: {exports.law} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
+    if exports.c is not None:
+        result(f"C sources: {exports.files['c']} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
 
 
 def _check_folder(output: str, what: str) -> None:

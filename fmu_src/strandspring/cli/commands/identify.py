@@ -8,8 +8,8 @@ from typing import Any
 import click
 
 from ...api.common.text import verdict_json
-from ...api.identifying.identification import Identification
-from ...api.identifying.identification import identify as identify_records
+from ...api.identification import Identification
+from ...api.identification import identify as identify_records
 from ...identification.methods.method import Method
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model

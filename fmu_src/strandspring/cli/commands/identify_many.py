@@ -21,7 +21,7 @@ from ..shared.options import (
     wanted_of,
     worker_options,
 )
-from ..shared.output import note, reporting, result, result_json
+from ..shared.output import note, reporting_kept, result, result_json
 
 
 @click.command("identify-many")
@@ -29,7 +29,7 @@ from ..shared.output import note, reporting, result, result_json
 @click.option("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
 @click.option(
     "--amplitude",
-    type=FiniteRange(1e-6, 1e6, unit="mm"),
+    type=FiniteRange(1e-6, 1e6, unit="mm", factor=1e-3),
     metavar="MM",
     help="Amplitude at which stiffness, energy and loss factor are compared [mm].  [default: the largest that all "
     "springs have in common]",
@@ -65,34 +65,19 @@ def identify_many(
     """
     method = method_options(options)
     scheduler = cluster_option(workers, options)
-    finished = total = 0
-    try:
-        with reporting("springs/s") as report:
-
-            def progress(done: int, files: int) -> None:
-                nonlocal finished, total
-                finished, total = done, files
-                report("Identifying", done, files)
-
-            many = identify_all(
-                sources,
-                output,
-                options=method,
-                amplitude=None if amplitude is None else 1e-3 * amplitude,
-                workers=workers,
-                scheduler=scheduler,
-                save_anyway=save_anyway,
-                progress=progress,
-                notify=note,
-                **asdict(wanted_of(options)),
-            )
-    except KeyboardInterrupt:
-        if finished:
-            note(
-                f"{finished} of {total} files are kept in {Path(output) / JOURNAL}; the same command continues from "
-                "there."
-            )
-        raise
+    with reporting_kept("files", Path(output) / JOURNAL, "springs/s") as report:
+        many = identify_all(
+            sources,
+            output,
+            options=method,
+            amplitude=amplitude,
+            workers=workers,
+            scheduler=scheduler,
+            save_anyway=save_anyway,
+            progress=report,
+            notify=note,
+            **asdict(wanted_of(options)),
+        )
     _print(many, as_json)
     if not many.is_complete:
         note(f"strandspring: {many.problem}")

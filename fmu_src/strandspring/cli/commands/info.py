@@ -9,7 +9,7 @@ import click
 from ...api.identifying.information import info as information_of
 from ...model.modelfile import load_model, save_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import FiniteRange, read_records, record_files, record_options
+from ..shared.options import loop_amplitudes, read_records, record_files, record_options
 from ..shared.output import result, result_json, result_lines, working
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
@@ -18,15 +18,7 @@ from ..shared.zero import origin_of, zero_option
 @click.command()
 @click.argument("model", metavar="MODEL.json|X.fmu")
 @click.argument("records", nargs=-1, metavar="[RECORD...]")
-@click.option(
-    "--amplitude",
-    "amplitudes",
-    type=FiniteRange(1e-6, 1e6, unit="mm"),
-    multiple=True,
-    metavar="MM",
-    help="Amplitude of a loop about the offset [mm]; repeat for more.  [default: those of the records, or quarters "
-    "of the identified range]",
-)
+@loop_amplitudes("offset", "those of the records, or quarters of the identified range")
 @zero_option
 @click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
 @record_options
@@ -62,7 +54,7 @@ def info(
     group = read_records(records, columns)
     note_assumptions(group)
     with working("Measuring loops"):
-        information = information_of(model, group, amplitudes=[a * 1e-3 for a in amplitudes], zero=origin)
+        information = information_of(model, group, amplitudes=amplitudes, zero=origin)
     note_cautions(information.cautions)
     if as_json:
         result_json({"model": model, **information.as_json(), "saved": save})

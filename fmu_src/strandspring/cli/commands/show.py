@@ -11,6 +11,7 @@ import click
 from ...api.common.text import counted
 from ...api.showing import show as write_page
 from ...ground.files import user_cache
+from ...loops.cycles import Cycle
 from ...loops.overview import overview
 from ..shared.cautions import note_assumptions
 from ..shared.options import read_records, record_files, record_options
@@ -48,24 +49,35 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
                 "page": str(page),
                 "records": [
                     {
-                        "path": seen_record.path,
-                        "samples": seen_record.samples,
-                        "strokes": len(seen_record.strokes),
-                        "cycles": [vars(cycle) for cycle in seen_record.cycles],
-                        "left_out": {part.reason: int(part.samples.size) for part in seen_record.left_out},
-                        "notes": list(seen_record.notes),
+                        "path": record.path,
+                        "samples": len(record),
+                        "strokes": seen_record.strokes.count,
+                        "cycles": [_cycle(*numbered) for numbered in enumerate(seen_record.cycles, 1)],
+                        "left_out": {reason: int(samples.size) for reason, samples in seen_record.left_out.items()},
+                        "notes": list(record.notes),
                     }
-                    for seen_record in seen
+                    for record, seen_record in zip(group, seen, strict=True)
                 ],
             }
         )
     else:
-        for seen_record in seen:
-            left_out = "".join(f", {part.samples.size} {part.reason}" for part in seen_record.left_out)
+        for record, seen_record in zip(group, seen, strict=True):
+            left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen_record.left_out.items())
             result(
-                f"{seen_record.path}: {seen_record.samples} samples, {counted(len(seen_record.strokes), 'stroke')}, "
+                f"{record.path}: {len(record)} samples, {counted(seen_record.strokes.count, 'stroke')}, "
                 f"{counted(len(seen_record.cycles), 'whole cycle')}{left_out}"
             )
         result(f"Page: {page}")
     if output is None:
         webbrowser.open(page.resolve().as_uri())
+
+
+def _cycle(number: int, cycle: Cycle) -> dict[str, Any]:
+    """A cycle for JSON, numbered as --cycles counts them."""
+    return {
+        "number": number,
+        "first_sample": cycle.first_sample,
+        "last_sample": cycle.last_sample,
+        "amplitude": cycle.figures.amplitude,
+        "frequency": cycle.frequency,
+    }

@@ -17,7 +17,7 @@ from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from ..shared.options import FiniteRange, cluster_option, together, worker_options
-from ..shared.output import note, reporting, result, result_json, terminal_width
+from ..shared.output import note, reporting_kept, result, result_json, terminal_width
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 from ..shared.zero import zero_option
 
@@ -147,35 +147,18 @@ def study(
     refuse_overwriting([model], outputs, ".csv")
     of_system = {name: options.pop(name) for name in ("vary", "cases", "candidates", "step")}
     of_both: dict[str, Any] = {name: options.pop(name) for name in ("draws", "seed")}
-    kept: tuple[float, int] = (0, 0)
     study_result: StudyResult | SystemStudyResult
-    try:
-        with reporting() as show:
-
-            def progress(task: str, runs: float, total: int) -> None:
-                nonlocal kept
-                if runs and not kept[1]:
-                    note(f"{runs} of {total} runs were finished before.")
-                kept = runs, total
-                show(task, runs, total)
-
-            where: dict[str, Any] = {
-                "output": output, "workers": workers, "scheduler": scheduler, "progress": progress, "notify": note,
-            }  # fmt: skip
-            if is_system(model):
-                vary = _varied_paths(of_system.pop("vary"))
-                chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
-                study_result = study_system(model, vary, **chosen, **of_both, **where)
-            else:
-                given = {name: value for name, value in of_both.items() if value is not None}
-                study_result = _of_model(model, options, **given, **where)
-    except KeyboardInterrupt:
-        if kept[0]:
-            note(
-                f"{kept[0]} of {kept[1]} runs are kept in {journal_path(Path(output))}; the same command continues "
-                "from there."
-            )
-        raise
+    with reporting_kept("runs", journal_path(Path(output))) as progress:
+        where: dict[str, Any] = {
+            "output": output, "workers": workers, "scheduler": scheduler, "progress": progress, "notify": note,
+        }  # fmt: skip
+        if is_system(model):
+            vary = _varied_paths(of_system.pop("vary"))
+            chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
+            study_result = study_system(model, vary, **chosen, **of_both, **where)
+        else:
+            given = {name: value for name, value in of_both.items() if value is not None}
+            study_result = _of_model(model, options, **given, **where)
     if isinstance(study_result, SystemStudyResult) and plot is not None:
         study_result.save_plot(plot)
     if as_json:

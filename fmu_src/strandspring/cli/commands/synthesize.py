@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import click
 
 from ...api.common.caution_text import outside_cautions
@@ -12,9 +15,23 @@ from ...model.modelfile import load_model
 from ...peers.ni import PAPER_NI
 from ...records.record import Record
 from ..shared.cautions import note_cautions
-from ..shared.options import FiniteRange, values_as_usage
+from ..shared.options import Command, FiniteRange, positive, together, values_as_usage
 from ..shared.output import note, result
 from ..shared.paths import refuse_overwriting
+
+
+def _sampling(cycles: int, noise: float) -> Callable[[Command], Command]:
+    """Options of all records, with their defaults."""
+    return together(
+        click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write."),
+        click.option("--cycles", type=click.IntRange(1, 100_000), default=cycles, show_default=True,
+                     help="For each amplitude."),
+        click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True,
+                     help="Per cycle."),
+        click.option("--noise", type=FiniteRange(0.0, 10.0), default=noise, show_default=True, metavar="EPS",
+                     help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31)."),
+        click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise."),
+    )  # fmt: skip
 
 
 @click.group()
@@ -24,40 +41,29 @@ def synthesize() -> None:
 
 @synthesize.command()
 @click.argument("model", metavar="MODEL.json")
-@click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write.")
 @click.option(
     "--amplitude",
     "amplitudes",
-    type=FiniteRange(min=0.0, min_open=True, unit="mm"),
+    type=positive("mm", 1e-3),
     multiple=True,
     metavar="MM",
     help="Amplitude of the sine [mm]; repeat for a sequence.  [default: the identified range]",
 )
 @click.option(
     "--mean",
-    type=FiniteRange(unit="mm"),
+    type=FiniteRange(unit="mm", factor=1e-3),
     metavar="MM",
     help="Mean displacement [mm].  [default: mid-stroke]",
 )
-@click.option("--cycles", type=click.IntRange(1, 100_000), default=3, show_default=True, help="For each amplitude.")
-@click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
+@_sampling(cycles=3, noise=0.0)
 @click.option(
     "--frequency",
-    type=FiniteRange(min=0.0, min_open=True, unit="Hz"),
+    type=positive("Hz"),
     default=1.0,
     show_default=True,
     metavar="HZ",
     help="Frequency of the time column; the force does not depend on it.",
 )
-@click.option(
-    "--noise",
-    type=FiniteRange(0.0, 10.0),
-    default=0.0,
-    show_default=True,
-    metavar="EPS",
-    help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
-)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise.")
 @click.option(
     "--drift",
     type=FiniteRange(-1.0, 1.0),
@@ -68,7 +74,7 @@ def synthesize() -> None:
 )
 @click.option(
     "--displacement-resolution",
-    type=FiniteRange(min=0.0, unit="mm"),
+    type=FiniteRange(min=0.0, unit="mm", factor=1e-3),
     default=0.0,
     metavar="MM",
     help="Resolution of the displacement sensor.",
@@ -80,20 +86,7 @@ def synthesize() -> None:
     metavar="N",
     help="Resolution of the force sensor.",
 )
-def spring(
-    model: str,
-    output: str,
-    amplitudes: tuple[float, ...],
-    mean: float | None,
-    cycles: int,
-    samples: int,
-    frequency: float,
-    noise: float,
-    seed: int,
-    drift: float,
-    displacement_resolution: float,
-    force_resolution: float,
-) -> None:  # fmt: skip
+def spring(model: str, output: str, amplitudes: tuple[float, ...], **options: Any) -> None:
     """Compute the record of a model's spring under sinusoidal displacement.
 
     \b
@@ -104,28 +97,15 @@ def spring(
     refuse_overwriting([model], {"--output": output}, ".csv")
     content = load_model(model)
     with values_as_usage():
-        record = synthesize_spring(
-            content,
-            [a * 1e-3 for a in amplitudes] or None,
-            None if mean is None else mean * 1e-3,
-            cycles,
-            samples,
-            frequency,
-            noise,
-            seed,
-            drift,
-            1e-3 * displacement_resolution,
-            force_resolution,
-        )
+        record = synthesize_spring(content, amplitudes or None, **options)
     note_cautions(outside_cautions(output, record.displacement, content.parameters))
-    _write(output, record, noise, seed)
+    _write(output, record, options)
 
 
 @synthesize.command()
-@click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write.")
 @click.option(
     "--amplitude",
-    type=FiniteRange(min=0.0, min_open=True, max=100.0, unit="mm"),
+    type=FiniteRange(min=0.0, min_open=True, max=100.0, unit="mm", factor=1e-3),
     default=5.0,
     show_default=True,
     metavar="MM",
@@ -139,28 +119,9 @@ def spring(
     metavar="N",
     help="n of eq. (29), which the paper does not print.",
 )
-@click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True, help="Per cycle.")
-@click.option("--cycles", type=click.IntRange(1, 100_000), default=1, show_default=True)
-@click.option(
-    "--noise",
-    type=FiniteRange(0.0, 10.0),
-    default=0.03,
-    show_default=True,
-    metavar="EPS",
-    help="Force noise as r*(1 + EPS*R), R standard normal (paper eq. 31).",
-)
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the noise.")
+@_sampling(cycles=1, noise=0.03)
 @click.option("--clean", metavar="FILE.csv", help="Also write the record without noise.")
-def ni(
-    output: str,
-    amplitude: float,
-    exponent: float,
-    samples: int,
-    cycles: int,
-    noise: float,
-    seed: int,
-    clean: str | None,
-) -> None:  # fmt: skip
+def ni(output: str, clean: str | None, **options: Any) -> None:
     """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
 
     The record holds whole periods without their closing sample; the periods before the steady state are omitted.
@@ -172,15 +133,15 @@ def ni(
     """
     refuse_overwriting((), {"--output": output, "--clean": clean}, ".csv")
     with values_as_usage():
-        record = synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, noise, seed)
-    _write(output, record, noise, seed)
+        record = synthesize_ni(**options)
+    _write(output, record, options)
     if clean is not None:
-        synthesize_ni(1e-3 * amplitude, exponent, cycles, samples, 0.0).save(clean, "mm")
+        synthesize_ni(**{**options, "noise": 0.0}).save(clean, "mm")
         result(f"Without noise: {clean}")
 
 
-def _write(output: str, record: Record, noise: float, seed: int) -> None:
-    if noise > 0.0:
-        note(f"Noise level {noise:g}, seed {seed}")
+def _write(output: str, record: Record, options: dict[str, Any]) -> None:
+    if options["noise"] > 0.0:
+        note(f"Noise level {options['noise']:g}, seed {options['seed']}")
     record.save(output, "mm")
     result(f"Record: {output} ({len(record)} samples)")

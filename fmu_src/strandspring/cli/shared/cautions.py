@@ -9,7 +9,7 @@ from ...records.record import Record
 from .output import note, with_flags
 
 if TYPE_CHECKING:
-    from ...api.identifying.identification import Identification
+    from ...api.identification import Identification
 
 _SHOWN = 3  # cautions of an identification on the terminal
 _WORDS = 46  # of each of them

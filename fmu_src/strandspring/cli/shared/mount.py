@@ -8,21 +8,11 @@ from typing import Any
 import click
 
 from ...vibration.one_mass.band import checked_limits
-from ...vibration.one_mass.system import MOST_SPRINGS, Excitation, IsolationError
-from .options import Command, FiniteRange, together
+from ...vibration.one_mass.system import MOST_SPRINGS, Excitation
+from .options import Command, FiniteRange, checked_by, together
+from .options import positive as positive
 
-# Excitation, factor from the unit of the option to SI.
-EXCITATIONS = {
-    "base_displacement": (Excitation.BASE_DISPLACEMENT, 1e-3),
-    "base_acceleration": (Excitation.BASE_ACCELERATION, 1.0),
-    "force": (Excitation.FORCE, 1.0),
-}
-
-
-def positive(unit: str) -> FiniteRange:
-    """Type of an option: a number above 0 in a unit."""
-    return FiniteRange(min=0.0, min_open=True, unit=unit)
-
+EXCITATIONS = {excitation.value.replace(" ", "_"): excitation for excitation in Excitation}
 
 # Options of the mount and its load, named as in `IsolatedMass`.
 mount_options = together(
@@ -47,7 +37,7 @@ def level_options(values: Callable[[FiniteRange], Any], how: str, default: str =
     default : str         The default, for the help.
     """
     return together(
-        click.option("--base-displacement", type=values(positive("mm")), multiple=True, metavar="MM",
+        click.option("--base-displacement", type=values(positive("mm", 1e-3)), multiple=True, metavar="MM",
                      help=f"Displacement amplitude of the base [mm]; {how}.{default}"),
         click.option("--base-acceleration", type=values(positive("m/s^2")), multiple=True, metavar="M/S2",
                      help=f"Acceleration amplitude of the base [m/s^2]; {how}."),
@@ -59,7 +49,7 @@ def level_options(values: Callable[[FiniteRange], Any], how: str, default: str =
 def curve_options(points: int) -> Callable[[Command], Command]:
     """Options of the frequency band, with the default number of points."""
     return together(
-        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=_rising,
+        click.option("--band", type=(float, float), metavar="LOW HIGH", callback=checked_by(checked_limits),
                      help="Frequency band [Hz].  [default: 0.23 to 5 times the natural frequency of small "
                      "motion]"),
         click.option("--points", type=click.IntRange(2, 100_000), default=points, show_default=True,
@@ -69,22 +59,12 @@ def curve_options(points: int) -> Callable[[Command], Command]:
     )  # fmt: skip
 
 
-def _rising(
-    _context: click.Context, _option: click.Parameter, limits: tuple[float, float] | None
-) -> tuple[float, float] | None:
-    try:
-        return None if limits is None else checked_limits(limits)
-    except IsolationError as refusal:
-        raise click.BadParameter(str(refusal)) from None
-
-
 def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:
-    """The excitation for which levels are given, and these in SI; None if there are none."""
+    """The excitation for which levels are given, and these; None if there are none."""
     options = [option for option, levels in given.items() if levels]
     if len(options) > 1:
         names = " and ".join("--" + option.replace("_", "-") for option in options)
         raise click.UsageError(f"{names} exclude each other; give one of them.")
     if not options:
         return None
-    excitation, factor = EXCITATIONS[options[0]]
-    return excitation, [factor * level for level in given[options[0]]]
+    return EXCITATIONS[options[0]], list(given[options[0]])

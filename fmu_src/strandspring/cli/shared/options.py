@@ -13,7 +13,7 @@ import click
 
 from ...campaigns.jobs.cluster import PATIENCE, Cluster
 from ...campaigns.jobs.runners import JobError
-from ...errors import ModelError, RecordError, StrandspringError
+from ...errors import RecordError, StrandspringError
 from ...identification.methods.method import Method
 from ...identification.methods.refined import KEEP, RefinedOptions
 from ...identification.methods.scan_options import ScanOptions
@@ -30,7 +30,7 @@ from .output import progress
 
 
 class FiniteRange(click.FloatRange):
-    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` accepts."""
+    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` accepts; values are times `factor`."""
 
     def __init__(
         self,
@@ -38,9 +38,10 @@ class FiniteRange(click.FloatRange):
         max: float | None = None,  # noqa: A002
         min_open: bool = False,
         unit: str = "",
+        factor: float = 1.0,
     ) -> None:
         super().__init__(min, max, min_open)
-        self.unit = unit
+        self.unit, self.factor = unit, factor
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         try:
@@ -49,7 +50,7 @@ class FiniteRange(click.FloatRange):
             number = math.nan
         if not math.isfinite(number):
             self.fail(f"must be {self.allowed}, got {value}.", param, ctx)
-        return number
+        return self.factor * number
 
     def _describe_range(self) -> str:
         """The range for the help, where `click.FloatRange` says "x<=None" without bounds."""
@@ -61,6 +62,11 @@ class FiniteRange(click.FloatRange):
         low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
         high = "" if self.max is None else f" <= {self.max:g}"
         return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
+
+
+def positive(unit: str, factor: float = 1.0) -> FiniteRange:
+    """Type of an option: a number above 0 in a unit, with the factor to SI."""
+    return FiniteRange(min=0.0, min_open=True, unit=unit, factor=factor)
 
 
 @contextmanager
@@ -90,6 +96,18 @@ def together(*options: Callable[[Command], Command]) -> Callable[[Command], Comm
         return command
 
     return decorate
+
+
+def checked_by(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
+    """Callback of an option: what a check makes of its value, None for None; a refusal is wrong usage."""
+
+    def checked(_context: click.Context, _option: click.Parameter, value: Any) -> Any:
+        try:
+            return None if value is None else check(value)
+        except StrandspringError as refusal:
+            raise click.BadParameter(str(refusal)) from None
+
+    return checked
 
 
 def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
@@ -123,16 +141,9 @@ def _refuse_wrong(name: str, text: str | None) -> None:
         raise click.BadParameter(str(problem)) from None
 
 
-def _name(_context: click.Context, _option: click.Parameter, name: str | None) -> str | None:
-    try:
-        return None if name is None else check_name(name)
-    except ModelError as problem:
-        raise click.BadParameter(str(problem)) from None
-
-
 def name_option(text: str) -> Callable[[Command], Command]:
     """The name of a model, with its help."""
-    return click.option("--name", callback=_name, help=text)
+    return click.option("--name", callback=checked_by(check_name), help=text)
 
 
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
@@ -144,19 +155,19 @@ def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tu
     return int(match[1]), int(match[2])
 
 
-def _fixture_stiffness(_context: click.Context, _option: click.Parameter, stiffness: float | None) -> float:
-    return math.inf if stiffness is None else 1e3 * stiffness
-
-
-def _delay(_context: click.Context, _option: click.Parameter, delay: float | None) -> float | None:
-    return None if delay is None else 1e-3 * delay
-
-
 def _keep(_context: click.Context, _option: click.Parameter, names: str | None) -> tuple[str, ...]:
     kept = tuple(name.strip() for name in (names or "").split(",") if name.strip())
     if unknown := [name for name in kept if name not in KEEP]:
         raise click.BadParameter(f"must be some of {', '.join(KEEP)}, got {unknown[0]!r}.")
     return kept
+
+
+def loop_amplitudes(about: str, default: str) -> Callable[[Command], Command]:
+    """Amplitudes of loops about some displacement [m], with what they are by default."""
+    return click.option(
+        "--amplitude", "amplitudes", type=FiniteRange(1e-6, 1e6, unit="mm", factor=1e-3), multiple=True, metavar="MM",
+        help=f"Amplitude of a loop about the {about} [mm]; repeat for more.  [default: {default}]",
+    )  # fmt: skip
 
 
 # Options that say how records are read and what of them is used.
@@ -210,11 +221,10 @@ identification_options = together(
                  "thousand steps; needs pip install strandspring[posterior]."),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
                  help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
-    click.option("--fixture-stiffness", type=FiniteRange(min=0.0, min_open=True, unit="N/mm"), metavar="N/MM",
-                 callback=_fixture_stiffness,
+    click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM",
                  help="Refined: stiffness of what yields between displacement sensor and spring, whose deflection is "
                  "removed [N/mm]."),
-    click.option("--delay", type=FiniteRange(unit="ms"), metavar="MS", callback=_delay,
+    click.option("--delay", type=FiniteRange(unit="ms", factor=1e-3), metavar="MS",
                  help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
                  "[default: sought in the records]"),
     click.option("--keep", metavar="EFFECT,...", callback=_keep,
@@ -266,6 +276,7 @@ def method_options(chosen: dict[str, Any]) -> Method:
     known = {field.name for field in fields(method)}
     owners = {field.name: (other.name, field.default) for other in METHODS.values() for field in fields(other)}
     values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
+    values["fixture_stiffness"] = values["fixture_stiffness"] or math.inf
     for name, value in values.items():
         owner, default = owners[name]
         if name not in known and value != default:

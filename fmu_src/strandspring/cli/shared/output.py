@@ -88,6 +88,26 @@ def reporting(rate: str = "") -> Iterator[Callable[[str, float, int], None]]:
         yield lambda what, done, total: bar.update(task, description=what, completed=done, total=total)
 
 
+@contextmanager
+def reporting_kept(noun: str, journal: Path, rate: str = "") -> Iterator[Callable[[str, float, int], None]]:
+    """The same for work that is kept in a journal, which an interrupt names."""
+    finished: float = 0
+    total = 0
+
+    def progress(what: str, done: float, count: int) -> None:
+        nonlocal finished, total
+        finished, total = done, count
+        report(what, done, count)
+
+    try:
+        with reporting(rate) as report:
+            yield progress
+    except KeyboardInterrupt:
+        if finished:
+            note(f"{finished} of {total} {noun} are kept in {journal}; the same command continues from there.")
+        raise
+
+
 def _bar(rate: str = "") -> Progress:
     """A bar of which spinner and time passed move while one part takes long."""
     from rich import progress as rich

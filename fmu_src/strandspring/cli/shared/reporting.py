@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import click
 
-from ...api.identifying.identification import Identification
+from ...api.identification import Identification
 from ...model.modelfile import ModelFile
 from ...report.details import ReportDetails
 from ...report.figure import write_figure
 from ...report.rendering.page import SUFFIXES as REPORT_SUFFIXES
 from ...report.rendering.page import check_report_path
 from ...report.report_content import write_report
-from .options import FiniteRange, together
+from .options import positive, together
 from .output import working
 from .paths import PLOT_FILE, FileOfFormat
 
@@ -33,9 +32,9 @@ report_options = together(
     click.option("--date", default="", metavar="TEXT", help="Date in the report.  [default: a line to fill in]"),
     click.option("--operator", default="", metavar="TEXT", help="Who ran the test, likewise."),
     click.option("--specimen", default="", metavar="TEXT", help="Which spring was tested, likewise."),
-    click.option("--field", "report_fields", multiple=True, metavar="LABEL=TEXT", callback=_fields,
+    click.option("--field", "fields", multiple=True, metavar="LABEL=TEXT", callback=_fields,
                  help="A further line of the report; repeat for more."),
-    click.option("--report-mass", type=FiniteRange(min=0.0, min_open=True, unit="kg"), metavar="KG",
+    click.option("--report-mass", "mass", type=positive("kg"), metavar="KG",
                  help="Mass of the report's transmissibility [kg].  [default: one that suits the spring]"),
     click.option("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf",
                  help="Also draw the loops as a figure for a paper."),
@@ -52,15 +51,12 @@ class Reporting:
     """
 
     def __init__(self, options: dict[str, Any]) -> None:
-        names = ("date", "operator", "specimen", "report_fields", "report_mass")
         self.report: str | None = options.pop("report")
         self.figure: str | None = options.pop("figure")
-        given: Mapping[str, Any] = {name: options.pop(name) for name in names}
+        given = {name: options.pop(name) for name in ("date", "operator", "specimen", "fields", "mass")}
         if self.report is None and any(given.values()):
             raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-        self.details = ReportDetails(
-            given["date"], given["operator"], given["specimen"], given["report_fields"], given["report_mass"]
-        )
+        self.details = ReportDetails(**given)
         if self.report is not None:
             check_report_path(self.report)
 

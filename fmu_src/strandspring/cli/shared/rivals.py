@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...api.identifying.identification import Identification
+from ...api.identification import Identification
 from ...peers.rivals.classes import RIVALS
 from ...peers.rivals.ranking import Ranking, RankingEntry
 from .output import advancing, note, result, result_table

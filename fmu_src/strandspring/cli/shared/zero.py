@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from ...api.spring import origin_of as origin_of
+from ...api.common.model_source import origin_of as origin_of
 from ...core.parameters import LARGEST_DISPLACEMENT
 
 

@@ -6,7 +6,5 @@
 #include "fmu_all.c"
 #include "fmi2/fmi2_arguments.c"
 #include "fmi2/fmi2_derivatives.c"
-#include "fmi2/fmi2_fmustate.c"
 #include "fmi2/fmi2_life.c"
-#include "fmi2/fmi2_log.c"
 #include "fmi2/fmi2_model_exchange.c"

@@ -3,11 +3,9 @@
 
 #include "fmu/fmu_block.c"
 #include "fmi/fmu_bytes.c"
-#include "fmu/fmu_derivatives.c"
 #include "fmu/fmu_instance.c"
 #include "fmi/fmu_life.c"
 #include "fmi/fmu_log.c"
-#include "fmu/fmu_model_exchange.c"
 #include "fmi/fmu_modes.c"
 #include "fmi/fmu_snapshots.c"
 #include "fmu/fmu_state.c"

@@ -73,14 +73,20 @@ class CheckReport:
         )
 
 
-def examine_fmu(path: Path) -> CheckReport:
-    """Validate an FMU and compare a short run with the model; the report holds its problems."""
+def validated(path: Path) -> CheckReport:
+    """The report on an FMU that has not been run."""
     try:
         problems = tuple(str(problem).strip() for problem in validate_fmu(str(path)))
     except (OSError, zipfile.BadZipFile) as problem:
         problems = (f"It cannot be read: {problem}.",)
-    if problems:
-        return CheckReport(path, problems, "an invalid FMU is not run")
+    return CheckReport(path, problems, "an invalid FMU is not run" if problems else None)
+
+
+def examine_fmu(path: Path) -> CheckReport:
+    """Validate an FMU and compare a short run with the model; the report holds its problems."""
+    report = validated(path)
+    if report.problems:
+        return report
     description = fmpy.read_model_description(str(path))
     try:
         parameters = described_spring(description)

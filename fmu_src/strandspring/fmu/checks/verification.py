@@ -120,13 +120,12 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     if SYSTEM_REFERENCE in contents:
         return _against_table(path, contents)
     try:
-        stimuli, reference = _columns(contents[STIMULI], "displacement"), _whole(contents[REFERENCE])
+        displacement, reference = _whole(contents[STIMULI])["displacement"], _whole(contents[REFERENCE])
         columns = [reference["force"], *(reference[name] for name in OUTPUTS[1:] if name in reference)]
         expected = np.transpose(columns)
     except (KeyError, TypeError, ValueError, csv.Error):
-        stimuli = expected = np.empty((0, 1))
-    displacement = stimuli[:, 0]
-    if not (1 < displacement.size == len(expected) and np.isfinite(stimuli).all() and np.isfinite(expected).all()):
+        displacement, expected = np.empty(0), np.empty((0, 1))
+    if not (1 < displacement.size == len(expected) and np.isfinite(displacement).all() and np.isfinite(expected).all()):
         return [Finding("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
     return _findings(compare_run(path, displacement, expected))
 
@@ -164,9 +163,3 @@ def _whole(table: bytes) -> dict[str, FloatArray]:
     header, *rows = csv.reader(io.StringIO(table.decode("ascii")))
     columns = np.array(rows, dtype=np.float64).reshape(-1, len(header)).T
     return dict(zip(header, columns, strict=True))
-
-
-def _columns(table: bytes, *names: str) -> FloatArray:
-    """Columns of a table, shape (K, len(names))."""
-    rows = list(csv.DictReader(io.StringIO(table.decode("ascii"))))
-    return np.array([[float(row[name]) for name in names] for row in rows], dtype=np.float64).reshape(-1, len(names))

@@ -26,6 +26,7 @@ class Backend:
     sources : tuple of str                                  The C files below ``sources/`` to be compiled.
     author, version : str                                   Of the FMU.
     with_states : bool                                      Whether it is the form with continuous states.
+    real_time : bool                                        Whether nothing is allocated after instantiation.
     fmi : int                                               Version of FMI, 2 or 3.
     left_out : set of str                                   Variables that are not described; others keep their value
                                                             references.
@@ -37,6 +38,7 @@ class Backend:
     author: str = ""
     version: str = ""
     with_states: bool = False
+    real_time: bool = False
     fmi: int = 2
     left_out: frozenset[str] = frozenset()
 

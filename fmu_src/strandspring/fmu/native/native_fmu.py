@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...compiled.images import FMU, FMU3, fmi_headers
+from ...compiled.images import FMU, FMU3
 from ...errors import BuildError
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
@@ -133,6 +133,7 @@ def native_contents(
         author=author,
         version=model_version(of_record),
         with_states=with_states,
+        real_time=real_time,
         fmi=fmi,
         left_out=frozenset({"absorbed_energy"} if no_energy else ()),
     )
@@ -149,11 +150,8 @@ def native_contents(
                 model,
                 zero,
                 model_description(model, guid, tool, backend),
+                backend,
                 platforms=tuple(sorted({folder for platform in platforms for folder in platform.folders(fmi)})),
-                with_states=with_states,
-                fmi=fmi,
-                left_out=backend.left_out,
-                real_time=real_time,
             ),
             **related_files(of_record, settings),
             **binaries(model.name, platforms, unit, lambda image: filled(image, spring, guid, form), fmi),
@@ -168,6 +166,5 @@ def _backend_name(with_states: bool) -> str:
 
 
 def _fixed_sources(fmi: int) -> dict[str, bytes]:
-    """The C files that are the same for every model, by path; importers of FMI 3.0 have its headers."""
-    headers = {} if fmi == 3 else fmi_headers(fmi)
-    return {path.removeprefix(_C): content for path, content in {**_UNITS[fmi].sources(), **headers}.items()}
+    """The C files that are the same for every model, by path."""
+    return {path.removeprefix(_C): content for path, content in _UNITS[fmi].sources_in_fmu().items()}

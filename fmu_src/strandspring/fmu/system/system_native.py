@@ -9,7 +9,7 @@ import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...compiled.images import SYSTEM, SYSTEM3, fmi_headers
+from ...compiled.images import SYSTEM, SYSTEM3
 from ...model.names import LONGEST_NAME, identifier
 from ...vibration.bodies.mounted import MountedSystem
 from ..archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
@@ -86,7 +86,7 @@ def system_contents(
 ) -> dict[str, bytes]:
     """Every file of the FMU by its path inside it."""
     fmi, block = options.fmi, system_block(system, options)
-    name, unit, fixed = system_identifier(system, fmi), UNITS[fmi], _fixed_sources(fmi)
+    name, unit, fixed = system_identifier(system, fmi), UNITS[fmi], UNITS[fmi].sources_in_fmu()
     table = system_variables(system, options)
     tool = f"strandspring {installed_version('strandspring')}"
     content = DescriptionContent(
@@ -122,9 +122,3 @@ def system_contents(
 
 def _version(block: SystemBlock) -> str:
     return hashlib.sha256(block.source("").encode("ascii")).hexdigest()[:12]
-
-
-def _fixed_sources(fmi: int) -> dict[str, bytes]:
-    """The C files that are the same for every system, by path; importers of FMI 3.0 have its headers."""
-    ours = UNITS[fmi].sources()
-    return ours if fmi == 3 else {**ours, **fmi_headers(fmi)}

@@ -1,5 +1,4 @@
-#include "generalised.h"
-
+/* The generalised Bouc-Wen model of Song and Der Kiureghian (2006), a rival of the spring's own law. */
 #include <math.h>
 
 /* Step of the travel over the length in which z changes, most steps between two displacements, rate below which z
@@ -39,6 +38,12 @@ static double generalised_travel(double z, double xi, double d, double c, double
     return z;
 }
 
+/* z at each of `count` displacements, z = 0 at the first, of
+ *
+ *     dz/dx = rho*(1 - |z|^n * psi),   psi = b1*s*y + b2*c*s + b3*c*y + b4*s + b5*y + b6*c,
+ *
+ * s = sgn(dx), y = sgn(z), c = sgn(x). Between two displacements x goes straight; Runge-Kutta steps of order 4 are
+ * short against the length over which z saturates and end where x changes sign. */
 void generalised_path(size_t count, const double *displacement, double rho, double n, const double *beta, double *z)
 {
     z[0] = 0.0;

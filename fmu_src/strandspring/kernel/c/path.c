@@ -7,13 +7,6 @@
 
 enum { BLOCK = 512 };
 
-/* The stroke that a path is on. */
-typedef struct {
-    double displacement, omega; /* where the path has come to */
-    double start, start_xi;
-    int direction;
-} Stroke;
-
 /* W at xi = side*z, most often on the piece where the last one was. */
 static double saturation_near(const SpringBranch *branch, double side, double z, int *piece)
 {
@@ -47,25 +40,8 @@ static void polynomials(const double *coefficients, int coefficient_count, size_
         value[i] = polynomial(coefficients, coefficient_count, x[i]);
 }
 
-/* omega where the path moves on to a displacement, which may be back. */
-static void step(const SpringLaw *law, Stroke *at, double displacement)
-{
-    double travel = displacement - at->displacement;
-    if (travel == 0.0)
-        return;
-    int way = travel > 0.0 ? 1 : -1;
-    if (way != at->direction) {
-        at->start_xi = spring_inverse(law->table, way * at->omega);
-        at->start = at->displacement;
-        at->direction = way;
-    }
-    double xi = at->start_xi + law->parameters.rho * fabs(displacement - at->start);
-    at->omega = way * spring_saturation(law->table, xi);
-    at->displacement = displacement;
-}
-
 /* The number of the next displacements that neither turn back nor leave a piece of W, with theta at each. */
-static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiece *piece, double side, double low,
+static size_t run_along(const SpringLaw *law, const SpringMemory *at, const SpringPiece *piece, double side, double low,
                         double high, size_t count, const double *displacement, double *theta)
 {
     double rho = law->parameters.rho, way = at->direction, last = at->displacement;
@@ -81,12 +57,12 @@ static size_t run_along(const SpringLaw *law, const Stroke *at, const SpringPiec
 }
 
 /* omega and direction at the samples of a block. */
-static void follow(const SpringLaw *law, Stroke *stroke, size_t count, const double *displacement, double *omega,
+static void follow(const SpringLaw *law, SpringMemory *stroke, size_t count, const double *displacement, double *omega,
                    int *direction)
 {
     double theta[BLOCK];
     for (size_t i = 0; i < count;) {
-        step(law, stroke, displacement[i]);
+        spring_commit(law, stroke, NULL, displacement[i]);
         omega[i] = stroke->omega;
         if (direction != NULL)
             direction[i] = stroke->direction;
@@ -203,8 +179,7 @@ void spring_path(const SpringLaw *law, size_t count, const double *displacement,
 {
     if (count == 0)
         return;
-    Stroke stroke = {.displacement = displacement[0], .omega = omega_start, .start = displacement[0]};
-    SpringMemory memory = spring_start(displacement[0], omega_start);
+    SpringMemory stroke = spring_start(displacement[0], omega_start), memory = stroke;
     double block_omega[BLOCK];
     int block_direction[BLOCK];
     Polynomials at;

@@ -194,13 +194,8 @@ class RivalProblem:
 
         # A stop that never slips is a polynomial: rounding is all that FE leaves of it.
         scaled[:, np.sum(scaled**2, axis=0) < _TINY] = 0.0
-        return np.asarray(nnls(*_reduced(scaled, target))[0] / scale)
-
-
-def _reduced(matrix: FloatArray, target: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The same least-squares problem with as many rows as columns."""
-    ortho, triangle = np.linalg.qr(matrix)
-    return np.asarray(triangle), np.asarray(ortho.T @ target)
+        ortho, triangle = np.linalg.qr(scaled)  # the same problem with as many rows as columns
+        return np.asarray(nnls(triangle, ortho.T @ target)[0] / scale)
 
 
 def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[RivalFit]:

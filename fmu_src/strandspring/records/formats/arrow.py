@@ -7,8 +7,9 @@ from typing import Any
 import pyarrow as pa
 from pyarrow import feather, parquet
 
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import FileContent
+from ..record import FloatArray
 from .named_arrays import seconds
 
 _UNITS = (b"unit", b"units")

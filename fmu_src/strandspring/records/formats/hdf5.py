@@ -28,7 +28,7 @@ def read_tables(content: FileContent) -> list[Channel]:
 
 def _channels(group: h5py.Group, path: str = "", depth: int = 0) -> Iterator[Channel]:
     for name, member in _members(group):
-        if _is_group(member):
+        if isinstance(member, h5py.Group):
             if depth < _DEEPEST:
                 yield from _channels(member, f"{path}/{name}" if path else name, depth + 1)
         else:
@@ -43,12 +43,10 @@ def _members(group: h5py.Group) -> Iterator[tuple[str, Any]]:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
             continue
         member = group[name]
-        if _is_group(member) or (isinstance(member, h5py.Dataset) and not member.external and not member.is_virtual):
+        if isinstance(member, h5py.Group) or (
+            isinstance(member, h5py.Dataset) and not member.external and not member.is_virtual
+        ):
             yield name, member
-
-
-def _is_group(member: Any) -> bool:
-    return isinstance(member, h5py.Group)
 
 
 def _unit(dataset: h5py.Dataset) -> str | None:
@@ -74,7 +72,7 @@ def _matlab_group(file: h5py.File, group: h5py.Group, depth: int = 0) -> Mapping
         if name.startswith("#"):
             continue
         kind = _text(member.attrs.get("MATLAB_class"))
-        if _is_group(member):
+        if isinstance(member, h5py.Group):
             if depth < _DEEPEST:
                 variables[name] = _matlab_group(file, member, depth + 1)
         elif kind == "char" and member.dtype.kind in "ui" and member.size < 1000:

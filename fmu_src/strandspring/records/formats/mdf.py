@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from asammdf import MDF
 
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import FileContent
+from ..record import FloatArray
 
 _MASTER_TYPES = {3: (1,), 4: (2, 3)}  # by the first digit of the version; virtual masters too
 _TIME = 1  # type of synchronisation in version 4

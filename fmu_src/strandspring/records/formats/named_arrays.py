@@ -7,7 +7,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..channels import Channel, FloatArray
+from ..channels import Channel
+from ..record import FloatArray
 
 # An array (of NumPy or in an HDF5 file), a text, a group, or several groups of one form.
 Variable: TypeAlias = "Array | str | Mapping[str, Variable] | Sequence[Mapping[str, Variable]]"

@@ -16,7 +16,6 @@ import subprocess
 import sys
 import weakref
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import IO, Any
 
 import numpy as np
@@ -25,10 +24,9 @@ from ...errors import RecordError
 from ...ground.files import reason_of
 from ...ground.isolated import ISOLATED
 from ...ground.scratch import TemporaryFolder
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import FileContent
-from ..tables import Sheet
-from .guarding import damaged
+from ..record import FloatArray
 
 _MEMORY = 900 * 1024**2  # two channels of the most values that a record may have
 _SECONDS, _BYTES_PER_SECOND = 6.0, 5e6  # of processor time, and more of it for large files
@@ -40,13 +38,7 @@ _PROGRAM = (
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "ARROW_IO_THREADS": "1", "MALLOC_ARENA_MAX": "2"}
 
 
-@dataclass(frozen=True)
-class _Answer:
-    header: dict[str, Any]
-    parts: list[bytearray]
-
-
-def read_in_process(module: str, kind: str, content: FileContent) -> list[Channel] | list[Sheet]:
+def read_in_process(module: str, kind: str, content: FileContent) -> tuple[dict[str, bytes], list[Channel]]:
     """What a module of this folder reads in a file, in another process, where values of channels stay until wanted.
 
     Parameters
@@ -54,6 +46,10 @@ def read_in_process(module: str, kind: str, content: FileContent) -> list[Channe
     module : str        Name of the module.
     kind : str          Of the file, with its article, for messages.
     content : FileContent
+
+    Returns
+    -------
+    (dict, list of Channel)   Texts of sheets by their names, and channels; one of them is empty.
 
     Raises
     ------
@@ -68,18 +64,16 @@ def read_in_process(module: str, kind: str, content: FileContent) -> list[Channe
         ) from None
     size = len(content.data)
     limits = {"memory": _MEMORY + 4 * size, "seconds": _SECONDS + size / _BYTES_PER_SECOND}
-    request = {"module": module, "kind": kind, "path": content.path, "size": size, **limits}
-    answer = reader.ask(request, content.data)
-    if "sheets" in answer.header:
-        return [Sheet(name, bytes(data)) for name, data in zip(answer.header["sheets"], answer.parts, strict=True)]
-    return [_channel(reader, number, fields) for number, fields in enumerate(answer.header["channels"])]
+    header, parts = reader.ask({"module": module, "path": content.path, "size": size, **limits}, content.data)
+    sheets = {name: bytes(text) for name, text in zip(header.get("sheets", ()), parts, strict=True)}
+    return sheets, [_channel(reader, number, fields) for number, fields in enumerate(header.get("channels", ()))]
 
 
 def _channel(reader: _Reader, number: int, fields: Mapping[str, Any]) -> Channel:
     """A channel of which all but the values has been read."""
 
     def load() -> tuple[FloatArray, FloatArray | None]:
-        values, times = (np.frombuffer(part) for part in reader.ask({"channel": number}).parts)
+        values, times = (np.frombuffer(part) for part in reader.ask({"channel": number})[1])
         return values, times if fields["timed"] else None
 
     return Channel(**fields, load=load)
@@ -103,8 +97,8 @@ class _Reader:
         self._process = _idle_process()
         weakref.finalize(self, _give_back, self._process, len(content.data))
 
-    def ask(self, request: Mapping[str, Any], data: bytes = b"") -> _Answer:
-        """The answer to a request; raises RecordError if it is a refusal, or the process ends."""
+    def ask(self, request: Mapping[str, Any], data: bytes = b"") -> tuple[dict[str, Any], list[bytearray]]:
+        """The answer to a request, and what follows it; raises RecordError if it is a refusal, or the process ends."""
         process = self._process
         assert process.stdin is not None  # noqa: S101 - both are pipes
         assert process.stdout is not None  # noqa: S101
@@ -117,14 +111,31 @@ class _Reader:
                 raise BrokenPipeError
             header = json.loads(line)
             parts = [_received(process.stdout, size) for size in header["sizes"]]
-        except BaseException as problem:
+        except OSError:
+            _stop(process)
+            is_slow = process.returncode == -getattr(signal, "SIGXCPU", 0) != 0
+            raise self._damaged(
+                "reading it takes too long" if is_slow else "the library that reads it crashed"
+            ) from None
+        except BaseException:
             _stop(process)  # it may be in the midst of an answer
-            if isinstance(problem, OSError):
-                raise damaged(self._kind, self._path, _reason(process.returncode)) from None
             raise
         if "refusal" in header:
             raise RecordError(header["refusal"])
-        return _Answer(header, parts)
+        if "missing" in header:
+            raise RecordError(
+                f"{self._path}: is {self._kind}, which needs {header['missing']} to be read; "
+                'install it with pip install "strandspring[formats]".'
+            )
+        if "damage" in header:
+            raise self._damaged(header["damage"])
+        return header, parts
+
+    def _damaged(self, reason: str) -> RecordError:
+        return RecordError(
+            f"{self._path}: is {self._kind} that is damaged or cut off, or of a kind that cannot be read ({reason}); "
+            "export the record again, or as CSV."
+        )
 
 
 def _received(stream: IO[bytes], size: int) -> bytearray:
@@ -132,11 +143,6 @@ def _received(stream: IO[bytes], size: int) -> bytearray:
     if stream.readinto(data) != size:  # type: ignore[attr-defined]
         raise BrokenPipeError
     return data
-
-
-def _reason(status: int) -> str:
-    limits = {-getattr(signal, "SIGXCPU", 0): "reading it takes too long"}
-    return limits.get(status, "the library that reads it crashed")
 
 
 _idle: list[subprocess.Popen[bytes]] = []
@@ -155,7 +161,7 @@ def _idle_process() -> subprocess.Popen[bytes]:
     folder = TemporaryFolder()
     try:
         process = subprocess.Popen(  # noqa: S603 - this module, without a shell
-            [sys.executable, *ISOLATED, "-c", _PROGRAM, json.dumps(sys.path)],
+            [sys.executable, "-W", "ignore", *ISOLATED, "-c", _PROGRAM, json.dumps(sys.path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,

@@ -9,10 +9,11 @@ from __future__ import annotations
 import gc
 import json
 import os
+import re
 import signal
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -21,10 +22,11 @@ from typing import IO, Any
 import numpy as np
 
 from ...errors import RecordError
+from ...ground.quoting import quoted
 from ..channels import Channel
 from ..content import FileContent
-from ..tables import Sheet
-from .guarding import guarded
+
+_OBJECT = re.compile(r"<[\w.]+ object at 0x[0-9a-fA-F]+>")  # the bytes of the file, as libraries name them
 
 
 def serve() -> None:
@@ -37,6 +39,8 @@ def serve() -> None:
     reader = _Reader()
     while line := requests.readline():
         header, parts = reader.answer(json.loads(line), requests)
+        if "damage" in header:
+            gc.collect()  # what libraries leave open
         views = [memoryview(part) for part in parts]
         answers.write(json.dumps({**header, "sizes": [view.nbytes for view in views]}).encode() + b"\n")
         for view in views:
@@ -48,35 +52,40 @@ class _Reader:
     """Reads a file, and keeps its channels until the next."""
 
     def __init__(self) -> None:
-        self._kind = self._path = ""
         self._channels: Sequence[Channel] = ()
 
-    def answer(self, request: Mapping[str, Any], data: IO[bytes]) -> tuple[dict[str, Any], Sequence[Any]]:
-        """What a request asks for: a header, and buffers that follow it."""
+    def answer(self, request: dict[str, Any], data: IO[bytes]) -> tuple[dict[str, Any], Sequence[Any]]:
+        """What a request asks for, or why there is none: a header, and buffers that follow it."""
         try:
             if "module" in request:
-                self._kind, self._path, self._channels = request["kind"], request["path"], ()
+                self._channels = ()
                 return self._read(request, data.read(request["size"]))
             return {}, self._values(request["channel"])
         except RecordError as refusal:
             return {"refusal": str(refusal)}, ()
+        except ImportError as problem:
+            return {"missing": problem.name or "a library"}, ()
+        except MemoryError:
+            return {"damage": "it declares more data than fits into memory"}, ()
+        # Libraries report damaged files by exceptions of every kind, those in Rust by a BaseException.
+        except BaseException as problem:
+            text = " ".join(_OBJECT.sub("the file", str(problem)).split())
+            return {"damage": quoted(text) if text else type(problem).__name__}, ()
 
-    def _read(self, request: Mapping[str, Any], data: bytes) -> tuple[dict[str, Any], Sequence[bytes]]:
+    def _read(self, request: dict[str, Any], data: bytes) -> tuple[dict[str, Any], Sequence[bytes]]:
         """Names and texts of the sheets of a file, or its channels without their values."""
-        with guarded(self._kind, self._path):
-            module = _imported(f"{__package__}.{request['module']}")
-            _limit(request["memory"], request["seconds"])
-            tables = module.read_tables(FileContent(self._path, data, ""))
-        if tables and isinstance(tables[0], Sheet):
-            return {"sheets": [sheet.name for sheet in tables]}, [sheet.data for sheet in tables]
-        self._channels = tables
-        return {"channels": [_described(channel) for channel in tables]}, ()
+        module = _imported(f"{__package__}.{request['module']}")
+        _limit(request["memory"], request["seconds"])
+        read = module.read_tables(FileContent(request["path"], data, ""))
+        if isinstance(read, dict):
+            return {"sheets": list(read)}, list(read.values())
+        self._channels = read
+        return {"channels": [_described(channel) for channel in read]}, ()
 
     def _values(self, number: int) -> Sequence[Any]:
         """Values and times of a channel, ndarrays of shape (K,); no times have shape (0,)."""
-        with guarded(self._kind, self._path):
-            arrays = self._channels[number].load()
-            return [np.ascontiguousarray([] if part is None else part, dtype=np.float64) for part in arrays]
+        arrays = self._channels[number].load()
+        return [np.ascontiguousarray([] if part is None else part, dtype=np.float64) for part in arrays]
 
 
 def _imported(name: str) -> ModuleType:

@@ -7,8 +7,9 @@ import io
 import nptdms
 import numpy as np
 
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import FileContent
+from ..record import FloatArray
 from .named_arrays import seconds
 
 

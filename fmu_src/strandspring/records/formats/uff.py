@@ -12,13 +12,12 @@ import pyuff
 
 from ...errors import RecordError
 from ...ground.scratch import TemporaryFolder
-from ..channels import Channel, FloatArray
+from ..channels import Channel
 from ..content import FileContent
 
 _FUNCTION = 58
 _UNITS = 164
 _OF_TIME = (0, 1)  # types of functions: general, time response
-_EVEN = 1  # spacing of the abscissa
 _TIME = 17  # what the abscissa holds; 0 is unknown
 _DISPLACEMENT, _FORCES = 8, (9, 13)  # what the ordinate holds: displacement; reaction and excitation force
 # Length and force of the systems of units in data set 164 of which both are known here.
@@ -62,10 +61,7 @@ def _channel(function: Mapping[str, Any], number: int, system: tuple[str, str] |
     timed = int(function["abscissa_spec_data_type"]) in (0, _TIME)
     times = np.asarray(function["x"], dtype=np.float64) if timed else None
 
-    def load() -> tuple[FloatArray, FloatArray | None]:
-        return values, times
-
-    return Channel("", next(filter(None, names)), unit or None, values.size, load, timed)
+    return Channel("", next(filter(None, names)), unit or None, values.size, lambda: (values, times), timed)
 
 
 def _label(text: Any) -> str:

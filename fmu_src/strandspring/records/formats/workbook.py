@@ -12,7 +12,6 @@ from python_calamine import CalamineWorkbook
 
 from ...errors import RecordError
 from ..content import ZIP, FileContent, check_members
-from ..tables import Sheet
 
 _MOST_CELLS = 50_000_000
 _REFERENCE = re.compile(rb'<c r="([A-Z]{1,3})([0-9]{1,7})"')
@@ -24,8 +23,8 @@ _BREAKS = re.compile(r"[\t\r\n\v\f\x1c-\x1e\x85\u2028\u2029\0]")
 _OVERLAP = 64
 
 
-def read_tables(content: FileContent) -> list[Sheet]:
-    """The sheets that are not empty.
+def read_tables(content: FileContent) -> dict[str, bytes]:
+    """The sheets that are not empty: a line per row in UTF-8, tabs between the cells.
 
     Raises
     ------
@@ -34,7 +33,7 @@ def read_tables(content: FileContent) -> list[Sheet]:
     sheets = _zipped_sheets(content) if content.data.startswith(ZIP) else _old_sheets(content)
     texts = {name: "\n".join("\t".join(map(_cell, row)) for row in rows) for name, rows in sheets.items()}
     filled = {name: text.rstrip("\t\n") for name, text in texts.items()}
-    return [Sheet(name, f"{text}\n".encode("utf-8", "replace")) for name, text in filled.items() if text]
+    return {name: f"{text}\n".encode("utf-8", "replace") for name, text in filled.items() if text}
 
 
 def _zipped_sheets(content: FileContent) -> dict[str, list[list[Any]]]:

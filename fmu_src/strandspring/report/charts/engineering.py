@@ -13,14 +13,15 @@ from ...identification.identified_model import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle
-from ...loops.loop import LoopFigures, group_by_amplitude, mean_figures
-from ...loops.measured import FigureSpread
+from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures
+from ...loops.measured import FigureSpread, spread_of
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import JointCovariance
 from ...model.outcomes import Outcome
-from .evaluation import Evaluation, RecordView
+from .evaluation import Evaluation
 
-NAMES = ("secant_stiffness", "energy_per_cycle", "loss_factor")
+NAMES = tuple(column.key for column in PANELS)
+KINDS = ("stiffness", "energy", "")  # of their units; empty of pure numbers
 _NEARLY = 0.9  # share of an amplitude that counts as that amplitude
 _STEP = 0.01  # of the differences for the model's intervals, in standard deviations
 _SHARES = np.linspace(0.05, 1.0, 20)  # amplitudes of the model's curve, of half the identified range
@@ -36,14 +37,12 @@ class MeasuredFigures:
     figures : LoopFigures          Of the mean cycle.
     spread : FigureSpread or None  From cycle to cycle; None for a single one.
     cycles : int
-    names : tuple of str           Of the records.
     frequencies : tuple of float   Least and greatest [Hz]; empty without times.
     """
 
     figures: LoopFigures
     spread: FigureSpread | None
     cycles: int
-    names: tuple[str, ...]
     frequencies: tuple[float, ...]
 
 
@@ -80,9 +79,8 @@ class EngineeringFigures:
     @cached_property
     def measured(self) -> tuple[MeasuredFigures, ...]:
         """All amplitudes measured, rising; cycles of all records whose turning points agree are one."""
-        cycles = [(cycle, view) for view in self._evaluation.views for cycle in view.measured_cycles]
-        of_cycle = {id(cycle): view for cycle, view in cycles}
-        return tuple(_together(group, of_cycle) for group in group_by_amplitude(cycle for cycle, _ in cycles))
+        cycles = (cycle for view in self._evaluation.views for cycle in view.measured_cycles)
+        return tuple(map(_together, group_by_amplitude(cycles)))
 
     @cached_property
     def table(self) -> tuple[AmplitudeComparison, ...]:
@@ -162,12 +160,7 @@ def _figures(solver: PathSolver, ends: list[tuple[float, float]]) -> FloatArray:
     return np.array([[getattr(figures, name) for name in NAMES] for figures in loops])
 
 
-def _together(group: list[Cycle], of_cycle: dict[int, RecordView]) -> MeasuredFigures:
+def _together(group: list[Cycle]) -> MeasuredFigures:
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
-    names = dict.fromkeys(of_cycle[id(cycle)].name for cycle in group)
-    spread = None
-    if len(group) > 1:
-        values = {name: [getattr(cycle.figures, name) for cycle in group] for name in FigureSpread.__dataclass_fields__}
-        spread = FigureSpread(**{name: float(np.std(column, ddof=1)) for name, column in values.items()})
     ends = (min(frequencies), max(frequencies)) if frequencies else ()
-    return MeasuredFigures(mean_figures(group), spread, len(group), tuple(names), ends)
+    return MeasuredFigures(mean_figures(group), spread_of(group), len(group), ends)

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...loops.loop import group_by_amplitude
+from ...loops.loop import PANELS, group_by_amplitude
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
 from ..content.quantities import NUMBER, number, percent, unit_of
-from .engineering import EngineeringFigures
+from .engineering import KINDS, EngineeringFigures
 from .evaluation import Evaluation, RecordView
 
 _TREND_CYCLES = 400  # of a record, in the trend
 # Attribute of LoopFigures, its name, kind of unit (a pure number if empty).
-FIGURES = (
-    ("secant_stiffness", "secant stiffness", "stiffness"),
-    ("energy_per_cycle", "energy per cycle", "energy"),
-    ("loss_factor", "loss factor", ""),
-)
+FIGURES = tuple((column.key, column.words, kind) for column, kind in zip(PANELS, KINDS, strict=True))
 _TRENDS = (FIGURES[0], FIGURES[1], ("mean_force", "mean force", "force"))
 
 

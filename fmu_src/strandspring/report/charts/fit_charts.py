@@ -58,21 +58,17 @@ def loops(evaluation: Evaluation) -> Chart:
     least = min(float(view.record.force.min()) for view in evaluation.views)
     greatest = max(float(view.record.force.max()) for view in evaluation.views)
     whole = evaluation.identification
+    fitted_words = f" As fitted: {evaluation.beside}." if any(view.differs for view in evaluation.shown) else ""
     sentence = (
         "Measured force, and that of the saved spring alone along the displacement as recorded, over "
         f"{span(low, high, unit[0])} and {span(least, greatest, unit[1])}; rms error "
         f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}."
-        f"{_fitted(evaluation)}{_shown(evaluation)}"
+        f"{fitted_words}{_shown(evaluation)}"
     )
     return Chart(
         "loops", "Measured and predicted loops", Axis("displacement", unit[0]), Axis("force", unit[1]),
         tuple(traces), sentence, wide=True,
     )  # fmt: skip
-
-
-def _fitted(evaluation: Evaluation) -> str:
-    """What the line of the fit is, in a sentence; empty where there is none."""
-    return f" As fitted: {evaluation.beside}." if any(view.differs for view in evaluation.shown) else ""
 
 
 def _shown(evaluation: Evaluation) -> str:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...model.joint import JointCovariance, joint_names
+from ...model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from ..content.chart import Axis, Chart, ChartForm, HeatMap, Role, Trace
 from ..content.quantities import NUMBER, number, span
 from .evaluation import Evaluation
 from .fit_charts import over_cycles
 
 _POINTS = 401
-_MAIN = ("kappa_omega", "rho", "sigma", "n")
 
 
 def _parts(evaluation: Evaluation) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -102,7 +101,7 @@ def correlations(evaluation: Evaluation) -> HeatMap | None:
     values = np.clip(root @ root.T, -1.0, 1.0)
     pairs = np.triu(np.abs(values), 1)
     a, b = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
-    main = [k for k, label in enumerate(labels) if label in _MAIN]
+    main = [k for k, label in enumerate(labels) if label in HYSTERETIC_UNITS]
     between = max((float(pairs[i, j]) for i in main for j in main), default=0.0)
     sentence = (
         f"Correlations between the {len(labels)} coefficients. The strongest is {number(float(values[a, b]), 3)}, "

@@ -9,11 +9,10 @@ import numpy as np
 
 from ...errors import RecordError
 from ...kernel.arrays import FloatArray
-from ...records.choosing import asked_column
-from ...records.columns import Column, choose_unit, listed_columns, named_columns
+from ...records.columns import Column, asked_column, choose_unit, listed_columns, named_columns
 from ...records.content import FileContent
 from ...records.formats.opening import tables_of
-from ...records.tables import SourceTable
+from ...records.tables import Table
 from .quantity_text import QuantityError, QuantityKind, unit_in_si
 
 MOST_ROWS = 10_000_000
@@ -68,10 +67,10 @@ def read_timed_columns(
     return values.pop("time"), values
 
 
-def _table(content: FileContent, asked: Mapping[str, int | str | None]) -> tuple[SourceTable, dict[str, Column], str]:
+def _table(content: FileContent, asked: Mapping[str, int | str | None]) -> tuple[Table, dict[str, Column], str]:
     """The first table that has all columns."""
     refusals = []
-    for table in tables_of(content):
+    for table in tables_of(content).tables:
         try:
             columns = {name: _column(table, column, name, content.path) for name, column in asked.items()}
         except RecordError as refusal:
@@ -84,7 +83,7 @@ def _table(content: FileContent, asked: Mapping[str, int | str | None]) -> tuple
     raise refusals[0]
 
 
-def _column(table: SourceTable, wanted: int | str | None, name: str, where: str) -> Column:
+def _column(table: Table, wanted: int | str | None, name: str, where: str) -> Column:
     if wanted is not None:
         return asked_column(table.columns, wanted, name, where)
     matching = named_columns(table.columns, "time")
@@ -110,7 +109,7 @@ def _factor(column: Column, wanted: RecordColumn, where: str) -> float:
 
 
 def _read(
-    table: SourceTable, columns: Mapping[str, Column], factors: Mapping[str, float], where: str
+    table: Table, columns: Mapping[str, Column], factors: Mapping[str, float], where: str
 ) -> dict[str, FloatArray]:
     arrays, _ = table.read(columns.values())
     values = {name: arrays[column.number] for name, column in columns.items()}

@@ -16,4 +16,10 @@ typedef enum { VARIABLE_REAL, VARIABLE_INTEGER, VARIABLE_BOOLEAN, VARIABLE_STRIN
 
 typedef enum { VARIABLE_INPUT, VARIABLE_OUTPUT, VARIABLE_LOCAL, VARIABLE_PARAMETER } VariableCausality;
 
+/* The elements of one variable by their references in FMI 2.0, each of which is a variable there; in FMI 3.0 the time and
+ * the event indicator follow them. */
+typedef struct {
+    unsigned first, count; /* 0: there is no such variable */
+} Elements;
+
 #endif

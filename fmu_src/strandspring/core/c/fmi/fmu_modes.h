@@ -49,16 +49,24 @@ static inline int fmu_of_kind(int mode, int modes)
 /* For the list of calls of a version: the modes in which each is legal, as ALLOWED_call. */
 #define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 
-/* Declares `instance`, which c is; the call must be allowed in its present mode. FMI_PREFIX and FMI_ERROR are those of
- * the version. */
+/* Declares `instance`, which c is; the call must be allowed in its present mode. FMI and FMI_PREFIX are those of the
+ * version. */
 #define FMU_REQUIRE(c, call) \
     Instance *instance = (c); \
     do { \
         if (instance == NULL) \
-            return FMI_ERROR; \
+            return FMI(Error); \
         if (!(instance->state.mode & ALLOWED_##call)) \
             return fmu_refuse_call(&instance->log, instance->state.mode, FMI_PREFIX #call, ALLOWED_##call); \
     } while (0)
+
+/* A call that does nothing but `answer`, an expression of `instance` and the parameters, where it is allowed. */
+#define FMU_CALL(call, parameters, answer) \
+    FMI(Status) FMI(call) parameters \
+    { \
+        FMU_REQUIRE(c, call); \
+        return answer; \
+    }
 
 /* A pointer to `count` elements may be NULL if there are none. */
 #define FMU_REQUIRE_ARRAY(instance, call, pointer, count) \

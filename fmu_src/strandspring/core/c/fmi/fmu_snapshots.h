@@ -17,4 +17,16 @@ SPRING_LOCAL FmuStatus fmu_write_snapshot(
 SPRING_LOCAL FmuStatus fmu_read_snapshot(
     const Instance *instance, const char *call, const unsigned char *bytes, size_t size, void **held);
 
+/* The calls, by the names that a version of FMI gives them. */
+#define FMU_SNAPSHOT_CALLS(take, return_to, release, size_of, write, read) \
+    FMU_CALL(take, (FmiInstance c, void **state), fmu_take_snapshot(instance, FMI_PREFIX #take, state)) \
+    FMU_CALL(return_to, (FmiInstance c, void *state), fmu_return_to_snapshot(instance, FMI_PREFIX #return_to, state)) \
+    FMU_CALL(release, (FmiInstance c, void **state), fmu_free_snapshot(instance, FMI_PREFIX #release, state)) \
+    FMU_CALL(size_of, (FmiInstance c, void *state, size_t *size), \
+             fmu_size_of_snapshot(instance, FMI_PREFIX #size_of, state, size)) \
+    FMU_CALL(write, (FmiInstance c, void *state, FMI(Byte) bytes[], size_t size), \
+             fmu_write_snapshot(instance, FMI_PREFIX #write, state, (unsigned char *)bytes, size)) \
+    FMU_CALL(read, (FmiInstance c, const FMI(Byte) bytes[], size_t size, void **state), \
+             fmu_read_snapshot(instance, FMI_PREFIX #read, (const unsigned char *)bytes, size, state))
+
 #endif

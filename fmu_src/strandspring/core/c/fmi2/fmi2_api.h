@@ -12,7 +12,9 @@
 #define fmi2FullName(name) FMU_PREFIXED(FMI2_FUNCTION_PREFIX, name)
 #endif
 
+/* For calls that both versions share: the names of this one. */
+#define FMI(name) fmi2##name
 #define FMI_PREFIX "fmi2"
-#define FMI_ERROR fmi2Error
+typedef fmi2Component FmiInstance;
 
 #endif

@@ -1,16 +1,36 @@
 /* The calls of FMI 2.0 that the FMU of a spring and that of a system answer alike. */
 #include "fmi2_arguments.h"
-#include "fmi2_calls.h"
-#include "fmi2_log.h"
+#include "../fmi/fmu_calls.c"
+
+#include <math.h>
+
+static void write_message(const Log *log, FmuStatus status, const char *category, const char *text)
+{
+    /* The logger takes a format, which text that holds a value of the host must not be. */
+    ((fmi2CallbackLogger)log->logger)(log->environment, log->instance_name, status, category, "%s", text);
+}
+
+/* Where messages go; the name is not copied. Warnings and errors are no debug logging: fmi2SetDebugLogging can silence
+ * them. */
+static Log first_log(fmi2String name, const fmi2CallbackFunctions *functions)
+{
+    int named = name != NULL && name[0] != '\0';
+    return (Log){
+        .write = functions->logger == NULL ? NULL : write_message,
+        .logger = (void (*)(void))functions->logger,
+        .environment = functions->componentEnvironment,
+        .instance_name = named ? name : "unnamed",
+        .categories = LOG_ALL,
+    };
+}
 
 fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2String fmuGUID,
                               fmi2String fmuResourceLocation, const fmi2CallbackFunctions *functions,
                               fmi2Boolean visible, fmi2Boolean loggingOn)
 {
-    /* Warnings and errors are no debug logging, whatever `loggingOn`: fmi2SetDebugLogging can silence them. */
     if (functions == NULL)
         return NULL;
-    Log log = fmi2_log(instanceName, functions);
+    Log log = first_log(instanceName, functions);
     const Memory memory = {functions->allocateMemory, functions->freeMemory};
     if (fmuType != fmi2ModelExchange && fmuType != fmi2CoSimulation)
         return FMU_REFUSE_POINTER(&log, "The type must be fmi2ModelExchange (0) or fmi2CoSimulation (1), got %d.",
@@ -22,37 +42,9 @@ fmi2Component fmi2Instantiate(fmi2String instanceName, fmi2Type fmuType, fmi2Str
     return fmu_instantiate(&log, instanceName, fmuGUID, "GUID", &memory, mode);
 }
 
-void fmi2FreeInstance(fmi2Component c)
-{
-    fmu_free(c);
-}
-
-fmi2Status fmi2EnterInitializationMode(fmi2Component c)
-{
-    FMU_REQUIRE(c, EnterInitializationMode);
-    instance->state.mode = fmu_of_kind(instance->state.mode, INITIALIZATION);
-    return fmi2OK;
-}
-
-fmi2Status fmi2ExitInitializationMode(fmi2Component c)
-{
-    FMU_REQUIRE(c, ExitInitializationMode);
-    return fmu_end_initialization(instance);
-}
-
-fmi2Status fmi2Terminate(fmi2Component c)
-{
-    FMU_REQUIRE(c, Terminate);
-    instance->state.mode = fmu_of_kind(instance->state.mode, TERMINATED);
-    return fmi2OK;
-}
-
-fmi2Status fmi2Reset(fmi2Component c)
-{
-    FMU_REQUIRE(c, Reset);
-    fmu_begin(instance, fmu_of_kind(instance->state.mode, INSTANTIATED));
-    return fmi2OK;
-}
+FMU_CALL(EnterInitializationMode, (fmi2Component c), enter(instance, INITIALIZATION))
+FMU_SNAPSHOT_CALLS(GetFMUstate, SetFMUstate, FreeFMUstate, SerializedFMUstateSize, SerializeFMUstate,
+                   DeSerializeFMUstate)
 
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nvr, fmi2Real value[])
 {
@@ -120,3 +112,54 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real currentCommunicationPoint, fmi2R
         return fmi2Error;
     return fmu_step(instance, currentCommunicationPoint, communicationStepSize);
 }
+
+const char *fmi2GetTypesPlatform(void)
+{
+    return fmi2TypesPlatform;
+}
+
+fmi2Status fmi2SetDebugLogging(
+    fmi2Component c, fmi2Boolean loggingOn, size_t nCategories, const fmi2String categories[])
+{
+    FMU_REQUIRE(c, SetDebugLogging);
+    FMU_REQUIRE_ARRAY(instance, SetDebugLogging, categories, nCategories);
+    int chosen = 0;
+    if (fmu_find_categories(&instance->log, nCategories, categories, &chosen) != FMU_OK)
+        return fmi2Error;
+    instance->log.categories = loggingOn ? chosen : 0;
+    return fmi2OK;
+}
+
+fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean toleranceDefined, fmi2Real tolerance, fmi2Real startTime,
+                               fmi2Boolean stopTimeDefined, fmi2Real stopTime)
+{
+    FMU_REQUIRE(c, SetupExperiment);
+    double stop = stopTimeDefined ? stopTime : INFINITY;
+    if (fmu_require_experiment(&instance->log, startTime, stop) != FMU_OK)
+        return fmi2Error;
+    instance->state.time = startTime;
+    instance->state.stop_time = stop;
+    return fmi2OK;
+}
+
+FMU_CALL(CancelStep, (fmi2Component c), fmi2OK)
+
+/* No step is ever pending, so that few kinds of status are known. */
+#define GET_STATUS(call, Type, known, answer) \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind s, Type *value) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_ARRAY(instance, call, value, 1); \
+        if (!(known)) \
+            return fmu_report(&instance->log, fmi2Discard, \
+                              "%s has no status of kind %d, since steps of this FMU are never pending.", "fmi2" #call, \
+                              (int)s); \
+        *value = (answer); \
+        return fmi2OK; \
+    }
+
+GET_STATUS(GetStatus, fmi2Status, 0, fmi2OK)
+GET_STATUS(GetRealStatus, fmi2Real, s == fmi2LastSuccessfulTime, instance->state.time)
+GET_STATUS(GetIntegerStatus, fmi2Integer, 0, 0)
+GET_STATUS(GetBooleanStatus, fmi2Boolean, s == fmi2Terminated, fmi2False)
+GET_STATUS(GetStringStatus, fmi2String, 0, NULL)

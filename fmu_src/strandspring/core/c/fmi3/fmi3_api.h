@@ -4,7 +4,9 @@
 
 #include "fmi3Functions.h"
 
+/* For calls that both versions share: the names of this one. */
+#define FMI(name) fmi3##name
 #define FMI_PREFIX "fmi3"
-#define FMI_ERROR fmi3Error
+typedef fmi3Instance FmiInstance;
 
 #endif

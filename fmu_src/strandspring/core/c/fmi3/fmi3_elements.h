@@ -10,12 +10,6 @@
 #include "fmi3_states.h"
 #include "../fmi/fmu_interface.h"
 
-/* The elements of one variable by their references in FMI 2.0, beyond whose last are the time and the event
- * indicator. */
-typedef struct {
-    unsigned first, count; /* 0: there is no such variable */
-} Elements;
-
 /* The name of the variable that an element belongs to, or of the element where FMI 2.0 has one. */
 SPRING_LOCAL VariableName fmi3_name(const Instance *instance, unsigned element);
 

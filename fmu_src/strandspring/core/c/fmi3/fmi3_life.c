@@ -1,5 +1,6 @@
 /* The calls of FMI 3.0 that the FMU of a spring and that of a system answer alike. */
 #include "fmi3_arguments.h"
+#include "../fmi/fmu_calls.c"
 
 #include <math.h>
 
@@ -46,11 +47,6 @@ fmi3Instance fmi3InstantiateCoSimulation(
     return fmu_instantiate(&log, instanceName, instantiationToken, "instantiation token", &C_LIBRARY, CS_INSTANTIATED);
 }
 
-void fmi3FreeInstance(fmi3Instance c)
-{
-    fmu_free(c);
-}
-
 fmi3Instance fmi3InstantiateScheduledExecution(
     fmi3String instanceName, fmi3String instantiationToken, fmi3String resourcePath, fmi3Boolean visible,
     fmi3Boolean loggingOn, fmi3InstanceEnvironment instanceEnvironment, fmi3LogMessageCallback logMessage,
@@ -60,11 +56,6 @@ fmi3Instance fmi3InstantiateScheduledExecution(
     Log log = first_log(instanceName, instanceEnvironment, logMessage, loggingOn);
     return FMU_REFUSE_POINTER(
         &log, "This FMU has no clocks for scheduled execution; instantiate it for co-simulation.");
-}
-
-const char *fmi3GetVersion(void)
-{
-    return fmi3Version;
 }
 
 fmi3Status fmi3SetDebugLogging(
@@ -89,29 +80,11 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean toleranceDefi
         return fmi3Error;
     instance->state.time = startTime;
     instance->state.stop_time = stop;
-    instance->state.mode = fmu_of_kind(instance->state.mode, INITIALIZATION);
-    return fmi3OK;
+    return enter(instance, INITIALIZATION);
 }
 
-fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
-{
-    FMU_REQUIRE(c, ExitInitializationMode);
-    return fmu_end_initialization(instance);
-}
-
-fmi3Status fmi3Terminate(fmi3Instance c)
-{
-    FMU_REQUIRE(c, Terminate);
-    instance->state.mode = fmu_of_kind(instance->state.mode, TERMINATED);
-    return fmi3OK;
-}
-
-fmi3Status fmi3Reset(fmi3Instance c)
-{
-    FMU_REQUIRE(c, Reset);
-    fmu_begin(instance, fmu_of_kind(instance->state.mode, INSTANTIATED));
-    return fmi3OK;
-}
+FMU_SNAPSHOT_CALLS(GetFMUState, SetFMUState, FreeFMUState, SerializedFMUStateSize, SerializeFMUState,
+                   DeserializeFMUState)
 
 static FmuStatus read_element(Instance *instance, unsigned element, double *value)
 {

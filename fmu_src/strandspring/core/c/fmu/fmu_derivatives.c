@@ -1,10 +1,19 @@
-#include "fmu_derivatives.h"
+/* Derivatives of outputs and of rates of states, by elements of variables, with respect to variables, whose sums over
+ * knowns or over unknowns the versions of FMI ask for, and to time. The version says which elements a variable has. */
+#include "fmu_instance.h"
 
 #include "../spring/spring_number.h"
 
 #include <math.h>
 
-FmuStatus fmu_gradients(Instance *instance, Gradients *at)
+/* What derivatives are made of where the path to the displacement set last ends, or where the states are. */
+typedef struct {
+    SpringGradient of_force, of_stiffness;
+    SpringOmegaSlope slope;
+    double force;
+} Gradients;
+
+static FmuStatus gradients(Instance *instance, Gradients *at)
 {
     const SpringMemory *reached = fmu_reach(instance);
     if (reached == NULL)
@@ -53,7 +62,7 @@ static double partial_of_states_form(const Gradients *at, unsigned unknown, unsi
     return unknown == first_own + OWN_POWER ? state->velocity * derivative : derivative;
 }
 
-double fmu_partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known)
+static double partial(const Instance *instance, const Gradients *at, unsigned unknown, unsigned known)
 {
     const State *state = &instance->state;
     if (instance->has_states)
@@ -61,7 +70,8 @@ double fmu_partial(const Instance *instance, const Gradients *at, unsigned unkno
     return partial_of_usual_form(at, unknown, known, &state->settings, state->mode & INITIALIZATION);
 }
 
-FmuStatus fmu_require_unknown(const Instance *instance, unsigned unknown)
+/* Of an output or the rate of a state. */
+static FmuStatus require_unknown(const Instance *instance, unsigned unknown)
 {
     const Settings *settings = &instance->state.settings;
     int is_left_out = unknown == SPRING_ABSORBED_ENERGY && settings->no_energy;
@@ -71,7 +81,8 @@ FmuStatus fmu_require_unknown(const Instance *instance, unsigned unknown)
     return FMU_OK;
 }
 
-FmuStatus fmu_require_known(const Instance *instance, unsigned known)
+/* Of an input, a state or a parameter. */
+static FmuStatus require_known(const Instance *instance, unsigned known)
 {
     const Settings *settings = &instance->state.settings;
     VariableCausality causality = fmu_causality(settings, known);
@@ -88,7 +99,8 @@ FmuStatus fmu_require_known(const Instance *instance, unsigned known)
     return FMU_OK;
 }
 
-FmuStatus fmu_require_pair(const Instance *instance, unsigned unknown, unsigned known)
+/* `absorbed_energy` is the sum over a path, of which derivatives by parameters are not kept. */
+static FmuStatus require_pair(const Instance *instance, unsigned unknown, unsigned known)
 {
     const Settings *settings = &instance->state.settings;
     if (unknown == SPRING_ABSORBED_ENERGY && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
@@ -100,7 +112,7 @@ FmuStatus fmu_require_pair(const Instance *instance, unsigned unknown, unsigned 
     return FMU_OK;
 }
 
-FmuStatus fmu_require_seed(const Instance *instance, unsigned reference, double seed)
+static FmuStatus require_seed(const Instance *instance, unsigned reference, double seed)
 {
     if (isfinite(seed))
         return FMU_OK;
@@ -108,7 +120,8 @@ FmuStatus fmu_require_seed(const Instance *instance, unsigned reference, double 
                       fmu_variable_name(instance, reference).text, spring_number(seed).text);
 }
 
-FmuStatus fmu_require_sum(const Instance *instance, unsigned reference, double sum)
+/* Sums with huge seeds may overflow. */
+static FmuStatus require_sum(const Instance *instance, unsigned reference, double sum)
 {
     if (isfinite(sum))
         return FMU_OK;
@@ -116,9 +129,78 @@ FmuStatus fmu_require_sum(const Instance *instance, unsigned reference, double s
                       fmu_variable_name(instance, reference).text);
 }
 
-FmuStatus fmu_require_rate(const Instance *instance, unsigned output, int order)
+/* A list of variables, as the host gives it. */
+typedef struct {
+    const FMI(ValueReference) *references;
+    size_t count;
+} List;
+
+/* One by one the elements of a list: begins at 0, ends when `next` returns 0. */
+typedef struct {
+    const List *list;
+    size_t variable;
+    unsigned place, element;
+} Walk;
+
+static int next(const Instance *instance, Walk *walk)
 {
-    if (fmu_require_unknown(instance, output) != FMU_OK)
+    if (walk->variable == walk->list->count)
+        return 0;
+    Elements elements = FMI(_elements)(instance, walk->list->references[walk->variable]);
+    walk->element = elements.first + walk->place;
+    if (++walk->place == elements.count) {
+        walk->place = 0;
+        walk->variable++;
+    }
+    return 1;
+}
+
+/* Whether all these derivatives can be given. */
+static FmuStatus require_derivatives(const Instance *instance, const List *unknowns, const List *knowns)
+{
+    for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
+        if (require_unknown(instance, unknown.element) != FMU_OK)
+            return FMU_ERROR;
+    for (Walk known = {.list = knowns}; next(instance, &known);) {
+        if (require_known(instance, known.element) != FMU_OK)
+            return FMU_ERROR;
+        for (Walk unknown = {.list = unknowns}; next(instance, &unknown);)
+            if (require_pair(instance, unknown.element, known.element) != FMU_OK)
+                return FMU_ERROR;
+    }
+    return FMU_OK;
+}
+
+/* For each element of `of` the sum over those of `over` of seed times partial derivative; `adjoint`: `over` are the
+ * unknowns. */
+static FmuStatus sums(Instance *instance, const List *of, const List *over, int adjoint, const double seeds[],
+                      double values[])
+{
+    Gradients at;
+    const double *seed = seeds;
+    for (Walk seeded = {.list = over}; next(instance, &seeded);)
+        if (require_seed(instance, seeded.element, *seed++) != FMU_OK)
+            return FMU_ERROR;
+    if (gradients(instance, &at) != FMU_OK)
+        return FMU_ERROR;
+    for (Walk one = {.list = of}; next(instance, &one);) {
+        double sum = 0.0;
+        seed = seeds;
+        for (Walk other = {.list = over}; next(instance, &other);)
+            sum += *seed++ * (adjoint ? partial(instance, &at, other.element, one.element)
+                                      : partial(instance, &at, one.element, other.element));
+        if (require_sum(instance, one.element, sum) != FMU_OK)
+            return FMU_DISCARD;
+        *values++ = sum;
+    }
+    return FMU_OK;
+}
+
+/* Derivatives by time of outputs at the end of the last step, whatever displacement has been set since: first of all
+ * whether the output has one of this order, then d(output)/dt. */
+static FmuStatus require_rate(const Instance *instance, unsigned output, int order)
+{
+    if (require_unknown(instance, output) != FMU_OK)
         return FMU_ERROR;
     if (order != 1)
         return FMU_REFUSE(&instance->log, "The order of the derivative of `%s` must be 1, got %d.",
@@ -126,7 +208,7 @@ FmuStatus fmu_require_rate(const Instance *instance, unsigned output, int order)
     return FMU_OK;
 }
 
-FmuStatus fmu_gradients_of_path(Instance *instance, Gradients *at)
+static FmuStatus gradients_of_path(Instance *instance, Gradients *at)
 {
     const State *state = &instance->state;
     if (fmu_reach(instance) == NULL) /* makes the law */
@@ -142,7 +224,7 @@ FmuStatus fmu_gradients_of_path(Instance *instance, Gradients *at)
     return FMU_OK;
 }
 
-double fmu_rate(const Instance *instance, const Gradients *at, unsigned output)
+static double rate_of(const Instance *instance, const Gradients *at, unsigned output)
 {
     double by_displacement = output == SPRING_FORCE       ? at->of_force.by_displacement
                              : output == SPRING_STIFFNESS ? at->of_stiffness.by_displacement

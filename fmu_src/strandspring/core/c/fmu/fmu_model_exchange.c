@@ -4,29 +4,44 @@
 
 #include <math.h>
 
-FmuStatus fmu_enter_continuous_time(Instance *instance)
+FMI(Status) FMI(EnterEventMode)(FmiInstance c)
 {
+    FMU_REQUIRE(c, EnterEventMode);
+    instance->state.mode = ME_EVENT;
+    return FMI(OK);
+}
+
+FMI(Status) FMI(EnterContinuousTimeMode)(FmiInstance c)
+{
+    FMU_REQUIRE(c, EnterContinuousTimeMode);
     if (fmu_accept(instance, 1) != FMU_OK)
-        return FMU_ERROR;
+        return FMI(Error);
     instance->state.extrapolating = fmu_extrapolating(instance);
     instance->state.mode = ME_CONTINUOUS_TIME;
-    return FMU_OK;
+    return FMI(OK);
 }
 
-FmuStatus fmu_complete_step(Instance *instance, int *needs_event)
+/* Accepts a point. `extrapolating`, which is discrete, may change at events only. */
+FMI(Status) FMI(CompletedIntegratorStep)(FmiInstance c, FMI(Boolean) noSetFMUStatePriorToCurrentPoint,
+                                         FMI(Boolean) *enterEventMode, FMI(Boolean) *terminateSimulation)
 {
+    FMU_REQUIRE(c, CompletedIntegratorStep);
+    FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, enterEventMode, 1);
+    FMU_REQUIRE_ARRAY(instance, CompletedIntegratorStep, terminateSimulation, 1);
     if (fmu_accept(instance, 0) != FMU_OK)
-        return FMU_ERROR;
-    *needs_event = (instance->state.side != 0) != instance->state.extrapolating;
-    return FMU_OK;
+        return FMI(Error);
+    *enterEventMode = (instance->state.side != 0) != instance->state.extrapolating;
+    *terminateSimulation = 0;
+    return FMI(OK);
 }
 
-FmuStatus fmu_set_time(Instance *instance, double time)
+FMI(Status) FMI(SetTime)(FmiInstance c, double time)
 {
+    FMU_REQUIRE(c, SetTime);
     if (!isfinite(time))
         return FMU_REFUSE(&instance->log, "The time must be finite [s], got %s.", spring_number(time).text);
     instance->state.time = time;
-    return FMU_OK;
+    return FMI(OK);
 }
 
 size_t fmu_indicators(const Instance *instance)
@@ -40,7 +55,7 @@ double fmu_indicator(const Instance *instance)
     return fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
 }
 
-FmuStatus fmu_get_indicators(const Instance *instance, double values[])
+static FmuStatus get_indicators(const Instance *instance, double values[])
 {
     if (!instance->has_states)
         values[0] = fmu_indicator(instance);
@@ -55,7 +70,7 @@ size_t fmu_states(const Instance *instance)
     return instance->has_states ? MOST_STATES : 0;
 }
 
-FmuStatus fmu_set_states(Instance *instance, const double values[])
+static FmuStatus set_states(Instance *instance, const double values[])
 {
     size_t count = fmu_states(instance);
     for (size_t i = 0; i < count; i++)
@@ -67,19 +82,19 @@ FmuStatus fmu_set_states(Instance *instance, const double values[])
     return fmu_apply_changes(instance);
 }
 
-FmuStatus fmu_get_states(Instance *instance, double values[])
+static FmuStatus get_states(Instance *instance, double values[])
 {
     return fmu_read(instance, STATES, fmu_states(instance), values);
 }
 
-FmuStatus fmu_get_rates(Instance *instance, double values[])
+static FmuStatus get_rates(Instance *instance, double values[])
 {
     unsigned first_own = fmu_first_own(&instance->state.settings);
     const unsigned rates[MOST_STATES] = {first_own + OWN_POWER, first_own + OWN_OMEGA_RATE};
     return fmu_read(instance, rates, fmu_states(instance), values);
 }
 
-FmuStatus fmu_get_nominals(const Instance *instance, double values[])
+static FmuStatus get_nominals(const Instance *instance, double values[])
 {
     Settings start = fmu_start_settings();
     const SpringParameters *spring = &start.spring;
@@ -89,3 +104,18 @@ FmuStatus fmu_get_nominals(const Instance *instance, double values[])
         values[i] = nominals[i];
     return FMU_OK;
 }
+
+/* Of arrays that must have as many elements as `expected` says. */
+#define EXCHANGE_ARRAY(call, Value, values, expected, exchange) \
+    FMI(Status) FMI(call)(FmiInstance c, Value values[], size_t count) \
+    { \
+        FMU_REQUIRE(c, call); \
+        FMU_REQUIRE_COUNT(instance, call, values, count, expected(instance)); \
+        return exchange(instance, values); \
+    }
+
+EXCHANGE_ARRAY(GetEventIndicators, double, eventIndicators, fmu_indicators, get_indicators)
+EXCHANGE_ARRAY(SetContinuousStates, const double, continuousStates, fmu_states, set_states)
+EXCHANGE_ARRAY(GetContinuousStates, double, continuousStates, fmu_states, get_states)
+EXCHANGE_ARRAY(GetNominalsOfContinuousStates, double, nominals, fmu_states, get_nominals)
+EXCHANGE_ARRAY(FMI_GET_RATES, double, derivatives, fmu_states, get_rates)

@@ -35,6 +35,17 @@ static inline int derivative(const double *coefficients, int count, double *of)
     return slope_count(count);
 }
 
+/* The last of the rising values at low .. high that is <= x, or low. */
+static inline int last_below(const double *values, int low, int high, double x)
+{
+    /* Without branches, which cannot be foreseen. */
+    for (int left = high - low; left > 0; left /= 2) {
+        int half = (left + 1) / 2;
+        low = values[low + half] <= x ? low + half : low;
+    }
+    return low;
+}
+
 static inline double clip(double value, double low, double high)
 {
     value = low > value ? low : value;

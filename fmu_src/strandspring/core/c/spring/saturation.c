@@ -2,6 +2,7 @@
 #include "spring_library.h"
 
 #include <float.h>
+#include <stdint.h>
 
 /* ln 2; multiples of the first part are exact. */
 static const double LN_2_HIGH = 6.93147180369123816490e-01, LN_2_LOW = 1.90821492927058770002e-10;
@@ -21,18 +22,9 @@ static double polynomial_slope(const double *c, double t)
 
 /* ---- pieces ---- */
 
-static int find(const SpringIndex *index, const double *edges, double value)
-{
-    int bucket = spring_bucket(fabs(value)) - index->first;
-    int here = index->piece[bucket], next = index->piece[bucket + 1];
-    return value >= 0.0 ? spring_search(edges, here, next, value) : spring_search(edges, next, here, value);
-}
-
 int spring_piece(const SpringBranch *branch, double z)
 {
-    if (z < branch->edges[1])
-        return 0;
-    return z < branch->edges[branch->pieces] ? find(&branch->of_xi, branch->edges, z) : branch->pieces;
+    return last_below(branch->edges, 0, branch->pieces, z);
 }
 
 double spring_on_piece(const SpringBranch *branch, int index, double z)
@@ -63,8 +55,8 @@ static double inverse_on(const SpringBranch *branch, double value)
     if (value >= branch->values[branch->pieces] || complement >= branch->complements[branch->pieces])
         return branch->edges[branch->pieces];
     int near_one = branch->complemented < branch->pieces && complement >= branch->complements[branch->complemented];
-    int index = near_one ? find(&branch->of_complement, branch->complements, complement)
-                         : find(&branch->of_value, branch->values, value);
+    int index = near_one ? last_below(branch->complements, branch->complemented, branch->pieces - 1, complement)
+                         : last_below(branch->values, 0, branch->pieces - 1, value);
     const SpringPiece *inverse = &branch->inverse[index], *piece = &branch->piece[index];
     double argument = index < branch->complemented ? value : complement;
     double theta = spring_polynomial(inverse->coefficients, (argument - inverse->middle) * inverse->per_half);

@@ -14,14 +14,10 @@
 #include "spring_library.h"
 #include "spring_local.h"
 
-#include <stdint.h>
-
 enum {
     SPRING_POWERS = 12,    /* coefficients of a polynomial of degree 11 */
     SPRING_PIECES = 156,   /* of a branch; 153 are taken at most */
-    SPRING_BUCKETS = 1056, /* of a branch, 16 to the octave: 66 octaves */
-    SPRING_GROUP = 8,      /* pieces over which energies are also integrated together */
-    SPRING_GROUPS = SPRING_PIECES / SPRING_GROUP
+    SPRING_GROUPS = 206    /* of 1, 4, 16 and 64 pieces */
 };
 
 /* A polynomial on a short interval: of theta = (argument - middle)*per_half, -1 <= theta <= 1. |W| is one of |xi|, and
@@ -30,13 +26,6 @@ enum {
 typedef struct {
     double middle, per_half, coefficients[SPRING_POWERS];
 } SpringPiece;
-
-/* The piece at the lower end of each bucket of |xi|, |W| or 1 - |W|. A bucket is numbered by the upper 16 bits of a
- * double, which are its exponent and four bits of its mantissa. */
-typedef struct {
-    int first;
-    unsigned char piece[SPRING_BUCKETS + 1];
-} SpringIndex;
 
 /* One branch of W, W >= 0 or W < 0. */
 typedef struct {
@@ -47,10 +36,9 @@ typedef struct {
     double complements[SPRING_PIECES + 1]; /* |W| - 1 at the edges, accurate also where |W| is 1 within rounding */
     SpringPiece piece[SPRING_PIECES];
     SpringPiece inverse[SPRING_PIECES];
-    SpringIndex of_xi, of_value, of_complement;
-    /* For energies: the integral of |W|*p over some pieces is the sum of shares*p at Gauss's nodes on them all, for every
-     * polynomial p of degree 9. These are of the pieces up to each edge, and of groups of pieces. */
-    double first_shares[SPRING_PIECES + 1][GAUSS_POINTS], group_shares[SPRING_GROUPS][GAUSS_POINTS];
+    /* For energies: the integral of |W|*p over a group of pieces is the sum of shares*p at Gauss's nodes on the group, for
+     * every polynomial p of degree 9; numbered by spring_group. */
+    double shares[SPRING_GROUPS][GAUSS_POINTS];
 #ifndef SPRING_STEPS_ONLY
     /* Derivatives of |W| by n and sigma at fixed |xi|, as polynomials of theta. */
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
@@ -98,29 +86,23 @@ static inline double spring_polynomial(const double *c, double t)
     return low + fourth * (middle + fourth * high);
 }
 
+/* The number of the group of 4^level pieces that begins with a piece. */
+static inline int spring_group(int level, int piece)
+{
+    static const int FIRST[] = {0, 156, 195, 204};
+    return FIRST[level] + (piece >> 2 * level);
+}
+
 /* The piece that holds |xi| = z >= 0, as many as there are beyond the last, and |W| there. */
 SPRING_LOCAL int spring_piece(const SpringBranch *branch, double z);
 SPRING_LOCAL double spring_on_piece(const SpringBranch *branch, int piece, double z);
 
-/* Buckets and edges, which making a table and looking it up share. Of a double that is not negative; see SpringIndex. */
-static inline int spring_bucket(double z)
+/* The shares of what lies between |xi| = a and b on one piece, or beyond the last. */
+static inline void spring_shares(const SpringBranch *branch, int piece, double a, double b, double *shares)
 {
-    uint64_t bits;
-    memcpy(&bits, &z, sizeof bits);
-    return (int)(bits >> 48);
-}
-
-/* The last of the edges low .. high that is <= value, or edge low. */
-static inline int spring_search(const double *edges, int low, int high, double value)
-{
-    while (low < high) {
-        int middle = (low + high + 1) / 2;
-        if (value < edges[middle])
-            high = middle - 1;
-        else
-            low = middle;
-    }
-    return low;
+    double half = 0.5 * (b - a);
+    for (int k = 0; k < GAUSS_POINTS; k++)
+        shares[k] = half * GAUSS_WEIGHTS[k] * spring_on_piece(branch, piece, a + half * (1.0 + GAUSS_NODES[k]));
 }
 
 #endif

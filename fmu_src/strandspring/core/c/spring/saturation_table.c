@@ -6,7 +6,6 @@
 
 #include <float.h>
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 enum { DEGREE = SPRING_POWERS - 1 };
@@ -116,33 +115,6 @@ static void make_rule(Rule *rule)
                 total += share[i][m] * integral[j][m];
             rule->integral[i][j] = total;
         }
-}
-
-/* ---- indices ---- */
-
-static double start_of_bucket(int bucket)
-{
-    uint64_t bits = (uint64_t)bucket << 48;
-    double z;
-    memcpy(&z, &bits, sizeof z);
-    return z;
-}
-
-/* Of rising edges, which are positive from edge `from` on, or negative and then indexed by their size. */
-static void make_index(SpringIndex *index, const double *edges, int from, int pieces)
-{
-    double low = fabs(edges[from]), high = fabs(edges[pieces]);
-    int up = low < high;
-    index->first = spring_bucket(up ? low : high);
-    int buckets = spring_bucket(up ? high : low) - index->first + 1;
-    for (int k = 0, piece = up ? 0 : pieces - 1; k <= buckets; k++) {
-        double start = start_of_bucket(index->first + k);
-        while (up && piece < pieces - 1 && edges[piece + 1] <= start)
-            piece++;
-        while (!up && piece > 0 && edges[piece] > -start)
-            piece--;
-        index->piece[k] = (unsigned char)piece;
-    }
 }
 
 /* ---- the branches ---- */
@@ -255,14 +227,6 @@ static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes
     branch->complements[index + 1] = nodes->complement[DEGREE];
 }
 
-static void make_indices(SpringBranch *branch)
-{
-    make_index(&branch->of_xi, branch->edges, 1, branch->pieces);
-    make_index(&branch->of_value, branch->values, 1, branch->pieces);
-    if (branch->complemented < branch->pieces)
-        make_index(&branch->of_complement, branch->complements, branch->complemented, branch->pieces);
-}
-
 /* S(u) = sum of u^(k n + 1)/(k n + 1), for a small u. */
 static double rising_series(double n, double u)
 {
@@ -307,7 +271,6 @@ static void tabulate_rising(const Rule *rule, const Fineness *is, SpringTable *t
             add_derivatives(rule, branch, 0.5 * is->width, &grid, &nodes, integrals, 1);
         add_piece(branch, &grid, &nodes, with);
     }
-    make_indices(branch);
 }
 
 static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *table, int with)
@@ -340,87 +303,52 @@ static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *
     }
     /* Exactly, so that every u from -1 on has its place. */
     branch->values[branch->pieces] = 1.0;
-    make_indices(branch);
 }
 
 /* ---- energies ---- */
 
-/* Legendre's polynomials: each is rise*t times the one before less fall times the one before that; and weight*(m + 1/2)
- * times each at Gauss's nodes, by which integrals with them give shares. */
-typedef struct {
-    double rise[GAUSS_POINTS], fall[GAUSS_POINTS], share[GAUSS_POINTS][GAUSS_POINTS];
-} Legendre;
-
-/* The polynomials at some t, times what they are to begin with. */
-static void multiply(const Legendre *rule, const double *t, const double *begin, double value[][GAUSS_POINTS])
+/* 1/(the product of a Gauss node's distances to the others): the scale of its Lagrange polynomial. */
+static void make_scales(double *scale)
 {
     for (int k = 0; k < GAUSS_POINTS; k++) {
-        value[0][k] = begin[k];
-        value[1][k] = t[k] * begin[k];
-    }
-    for (int m = 2; m < GAUSS_POINTS; m++)
-        for (int k = 0; k < GAUSS_POINTS; k++)
-            value[m][k] = rule->rise[m] * t[k] * value[m - 1][k] - rule->fall[m] * value[m - 2][k];
-}
-
-static void make_legendre(Legendre *rule)
-{
-    for (int m = 1; m < GAUSS_POINTS; m++) {
-        rule->rise[m] = 2.0 - 1.0 / m;
-        rule->fall[m] = 1.0 - 1.0 / m;
-    }
-    multiply(rule, GAUSS_NODES, GAUSS_WEIGHTS, rule->share);
-    for (int m = 0; m < GAUSS_POINTS; m++)
-        for (int k = 0; k < GAUSS_POINTS; k++)
-            rule->share[m][k] *= m + 0.5;
-}
-
-/* Adds to the integrals of |W| times Legendre's polynomials on [low, high] those over a part of it, from a to b. */
-static void add_integrals(const Legendre *rule, double low, double high, double a, double b, const double *shares,
-                          double *integrals)
-{
-    double per_half = 2.0 / (high - low), middle = 0.5 * ((a + b) - (low + high)) * per_half;
-    double t[GAUSS_POINTS], value[GAUSS_POINTS][GAUSS_POINTS];
-    for (int k = 0; k < GAUSS_POINTS; k++)
-        t[k] = middle + 0.5 * (b - a) * per_half * GAUSS_NODES[k];
-    multiply(rule, t, shares, value);
-    for (int k = 0; k < GAUSS_POINTS; k++)
+        double product = 1.0;
         for (int m = 0; m < GAUSS_POINTS; m++)
-            integrals[m] += value[m][k];
+            product *= m == k ? 1.0 : GAUSS_NODES[k] - GAUSS_NODES[m];
+        scale[k] = 1.0 / product;
+    }
 }
 
-/* The shares by which Gauss's rule gives these integrals. */
-static void make_shares(const Legendre *rule, const double *integrals, double *shares)
+/* Adds weight times each Lagrange polynomial of Gauss's nodes at t. */
+static void add_lagrange(const double *scale, double t, double weight, double *shares)
 {
-    memset(shares, 0, GAUSS_POINTS * sizeof *shares);
-    for (int m = 0; m < GAUSS_POINTS; m++)
-        for (int k = 0; k < GAUSS_POINTS; k++)
-            shares[k] += rule->share[m][k] * integrals[m];
+    double before[GAUSS_POINTS], after = weight;
+    before[0] = 1.0;
+    for (int k = 1; k < GAUSS_POINTS; k++)
+        before[k] = before[k - 1] * (t - GAUSS_NODES[k - 1]);
+    for (int k = GAUSS_POINTS - 1; k >= 0; k--) {
+        shares[k] += scale[k] * before[k] * after;
+        after *= t - GAUSS_NODES[k];
+    }
 }
 
-static void add_shares(const Legendre *rule, SpringBranch *branch)
+/* A share is the integral of |W| times a Lagrange polynomial of Gauss's nodes: of a group by the shares of its parts. */
+static void add_shares(const double *scale, SpringBranch *branch)
 {
     const double *edges = branch->edges;
-    double of_group[GAUSS_POINTS] = {0.0};
-    memset(branch->first_shares[0], 0, sizeof branch->first_shares[0]);
-    for (int piece = 0; piece < branch->pieces; piece++) {
-        int group = piece / SPRING_GROUP, begin = group * SPRING_GROUP, end = begin + SPRING_GROUP;
-        double shares[GAUSS_POINTS], of_first[GAUSS_POINTS] = {0.0}, a = edges[piece], b = edges[piece + 1];
-        for (int k = 0; k < GAUSS_POINTS; k++) {
-            double z = 0.5 * (a + b) + 0.5 * (b - a) * GAUSS_NODES[k];
-            shares[k] = 0.5 * (b - a) * GAUSS_WEIGHTS[k] * spring_on_piece(branch, piece, z);
+    for (int piece = 0; piece < branch->pieces; piece++)
+        spring_shares(branch, piece, edges[piece], edges[piece + 1], branch->shares[piece]);
+    for (int level = 1, size = 4; size <= branch->pieces; level++, size *= 4)
+        for (int begin = 0, part = size / 4; begin + size <= branch->pieces; begin += size) {
+            double *shares = branch->shares[spring_group(level, begin)];
+            double middle = 0.5 * (edges[begin] + edges[begin + size]), per_half = 1.0 / (edges[begin + size] - middle);
+            memset(shares, 0, sizeof branch->shares[0]);
+            for (int at = begin; at < begin + size; at += part)
+                for (int k = 0; k < GAUSS_POINTS; k++) {
+                    double z = edges[at] + 0.5 * (edges[at + part] - edges[at]) * (1.0 + GAUSS_NODES[k]);
+                    double share = branch->shares[spring_group(level - 1, at)][k];
+                    add_lagrange(scale, (z - middle) * per_half, share, shares);
+                }
         }
-        add_integrals(rule, 0.0, b, 0.0, a, branch->first_shares[piece], of_first);
-        add_integrals(rule, 0.0, b, a, b, shares, of_first);
-        make_shares(rule, of_first, branch->first_shares[piece + 1]);
-        if (end > branch->pieces)
-            continue;
-        add_integrals(rule, edges[begin], edges[end], a, b, shares, of_group);
-        if (piece + 1 == end) {
-            make_shares(rule, of_group, branch->group_shares[group]);
-            memset(of_group, 0, sizeof of_group);
-        }
-    }
 }
 
 void spring_tabulate(SpringTable *table, double n, double sigma, int with)
@@ -434,10 +362,10 @@ void spring_tabulate(SpringTable *table, double n, double sigma, int with)
     tabulate_falling(&rule, is, table, with);
     table->has_energies = (with & SPRING_WITH_ENERGIES) != 0;
     if (table->has_energies) {
-        Legendre legendre;
-        make_legendre(&legendre);
-        add_shares(&legendre, &table->rising);
-        add_shares(&legendre, &table->falling);
+        double scale[GAUSS_POINTS];
+        make_scales(scale);
+        add_shares(scale, &table->rising);
+        add_shares(scale, &table->falling);
     }
 }
 

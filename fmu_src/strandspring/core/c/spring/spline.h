@@ -4,6 +4,7 @@
 #ifndef SPLINE_H
 #define SPLINE_H
 
+#include "numerics.h"
 #include "spring_limits.h"
 #include "spring_local.h"
 
@@ -30,15 +31,7 @@ SPRING_LOCAL void spring_spline_gradient(
 /* The piece that holds x; the one beside the range outside it. */
 static inline int spline_piece(const SpringSpline *spline, int count, double x)
 {
-    int low = 0, high = count - 2;
-    while (low < high) {
-        int middle = (low + high + 1) / 2;
-        if (x < spline->knots[middle])
-            high = middle - 1;
-        else
-            low = middle;
-    }
-    return low;
+    return last_below(spline->knots, 0, count - 2, x);
 }
 
 /* On piece i, at t = x - knots[i]: FE, its slope, the slope's slope, and the work from the offset. */

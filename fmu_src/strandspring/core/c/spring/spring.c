@@ -62,12 +62,6 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     derivative(p->kA, p->amplifier, law->dFA);
     law->x_min = p->displacement_min - p->displacement_offset;
     law->x_max = p->displacement_max - p->displacement_offset;
-    double end[2] = {law->x_min, law->x_max};
-    for (int k = 0; k < 2; k++) {
-        law->FE_outside[k] = elastic_inside(law, end[k]);
-        law->FE_slope_outside[k] = elastic_slope(law, end[k]);
-        law->FA_outside[k] = amplifier(law, end[k]);
-    }
     antiderivative(p->kE, p->elastic, law->FE_work);
 }
 
@@ -101,10 +95,11 @@ static double elastic_work_inside(const SpringLaw *law, double x)
     return spline_work(&law->spline, i, x - law->spline.knots[i]);
 }
 
-/* Of FE outside, as if its slope stayed what it is at the end. */
-static double elastic_work_outside(const SpringLaw *law, double out)
+/* From the end of the range to x, of FE along its tangent there. */
+static double elastic_work_outside(const SpringLaw *law, double end, double x)
 {
-    return out * (law->FE_outside[out > 0.0] + 0.5 * law->FE_slope_outside[out > 0.0] * out);
+    double out = x - end;
+    return out == 0.0 ? 0.0 : out * (elastic_inside(law, end) + 0.5 * elastic_slope(law, end) * out);
 }
 
 /* Work of FE between two displacements. */
@@ -115,7 +110,7 @@ SPRING_NOINLINE static double elastic_work(const SpringLaw *law, double before, 
     now -= p->displacement_offset;
     double from = clip(before, law->x_min, law->x_max), to = clip(now, law->x_min, law->x_max);
     double work = elastic_work_inside(law, to) - elastic_work_inside(law, from);
-    return work + (elastic_work_outside(law, now - to) - elastic_work_outside(law, before - from));
+    return work + (elastic_work_outside(law, to, now) - elastic_work_outside(law, from, before));
 }
 
 /* What a stroke has still to do from xi to high, and the part of it that comes next, on one branch of W and on one side
@@ -125,29 +120,14 @@ typedef struct {
     double xi, high, x_at_zero;
     const SpringBranch *branch;
     double per_z;
-    const double *FA; /* coefficients, one where FA is constant */
-    int count;
-    int from_zero; /* whether FA may be asked for from xi = 0 on */
 } Part;
-
-/* FA at two places, which most processors compute at once. */
-static inline void amplifiers(const Part *part, const double x[2], double FA[2])
-{
-    FA[0] = FA[1] = part->FA[part->count - 1];
-    for (int i = part->count - 2; i >= 0; i--)
-        for (int k = 0; k < 2; k++)
-            FA[k] = FA[k] * x[k] + part->FA[i];
-}
 
 /* The sum of shares times FA at Gauss's nodes between |xi| = a and b. */
 SPRING_NOINLINE static double shared_work(const Part *part, double a, double b, const double shares[GAUSS_POINTS])
 {
     double middle = part->x_at_zero + 0.5 * part->per_z * (a + b), reach = 0.5 * part->per_z * (b - a), total = 0.0;
-    for (int k = 0; k < GAUSS_POINTS; k += 2) {
-        double x[2] = {middle + reach * GAUSS_NODES[k], middle + reach * GAUSS_NODES[k + 1]}, FA[2];
-        amplifiers(part, x, FA);
-        total += shares[k] * FA[0] + shares[k + 1] * FA[1];
-    }
+    for (int k = 0; k < GAUSS_POINTS; k++)
+        total += shares[k] * amplifier(part->law, middle + reach * GAUSS_NODES[k]);
     return total;
 }
 
@@ -155,18 +135,12 @@ SPRING_NOINLINE static double shared_work(const Part *part, double a, double b, 
  * degree 11. */
 SPRING_NOINLINE static double piece_work(const Part *part, int piece, double a, double b)
 {
-    double half = 0.5 * (b - a), middle = a + half, total = 0.0;
-    for (int k = 0; k < GAUSS_POINTS; k += 2) {
-        double z[2] = {middle + half * GAUSS_NODES[k], middle + half * GAUSS_NODES[k + 1]}, FA[2];
-        double x[2] = {part->x_at_zero + part->per_z * z[0], part->x_at_zero + part->per_z * z[1]};
-        amplifiers(part, x, FA);
-        for (int j = 0; j < 2; j++)
-            total += GAUSS_WEIGHTS[k + j] * spring_on_piece(part->branch, piece, z[j]) * FA[j];
-    }
-    return half * total;
+    double shares[GAUSS_POINTS];
+    spring_shares(part->branch, piece, a, b, shares);
+    return shared_work(part, a, b, shares);
 }
 
-/* The same from a to b on one branch. */
+/* The same from a to b on one branch, over as large groups of pieces as fit in between. */
 SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
 {
     const SpringBranch *branch = part->branch;
@@ -175,24 +149,16 @@ SPRING_NOINLINE static double branch_work(const Part *part, double a, double b)
     if (piece == last)
         return piece_work(part, piece, a, b);
     double total = piece_work(part, last, edges[last], b);
-    if (part->from_zero && last - piece > 2) {
-        total += shared_work(part, 0.0, edges[last], branch->first_shares[last]);
-        if (a > 0.0) {
-            total -= shared_work(part, 0.0, edges[piece], branch->first_shares[piece]);
-            total -= piece_work(part, piece, edges[piece], a);
-        }
-        return total;
+    if (a > edges[piece]) {
+        total += piece_work(part, piece, a, edges[piece + 1]);
+        piece++;
     }
-    total += piece_work(part, piece, a, edges[piece + 1]);
-    for (piece++; piece < last;) {
-        int group = piece / SPRING_GROUP, end = piece + SPRING_GROUP;
-        if (piece % SPRING_GROUP == 0 && end <= last) {
-            total += shared_work(part, edges[piece], edges[end], branch->group_shares[group]);
-            piece = end;
-        } else {
-            total += piece_work(part, piece, edges[piece], edges[piece + 1]);
-            piece++;
-        }
+    while (piece < last) {
+        int level = 0, size = 1;
+        for (; piece % (4 * size) == 0 && piece + 4 * size <= last; level++)
+            size *= 4;
+        total += shared_work(part, edges[piece], edges[piece + size], branch->shares[spring_group(level, piece)]);
+        piece += size;
     }
     return total;
 }
@@ -213,14 +179,10 @@ SPRING_NOINLINE static double part_work(Part *part, int direction)
 {
     const SpringLaw *law = part->law;
     double per_x = direction * law->parameters.rho, begin = part->xi, end = end_of_part(part, per_x);
-    double middle = part->x_at_zero + 0.5 * (begin + end) / per_x;
-    int falls = begin < 0.0, is_outside = middle < law->x_min || middle > law->x_max;
+    int falls = begin < 0.0;
     part->xi = end;
     part->branch = falls ? &law->table->falling : &law->table->rising;
     part->per_z = falls ? -1.0 / per_x : 1.0 / per_x;
-    part->FA = is_outside ? law->FA_outside + (middle > law->x_max) : law->parameters.kA;
-    part->count = is_outside ? 1 : law->parameters.amplifier;
-    part->from_zero = is_outside || (law->x_min <= part->x_at_zero && part->x_at_zero <= law->x_max);
     return falls ? -branch_work(part, -end, -begin) : branch_work(part, begin, end);
 }
 
@@ -248,7 +210,7 @@ SpringMemory spring_start(double displacement, double omega)
         .displacement = displacement, .omega = omega, .start = displacement, .energy_at = displacement};
 }
 
-SPRING_NOINLINE static double energy_now(const SpringLaw *law, const SpringMemory *memory)
+SPRING_APART double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
 {
     if (memory->energy_at == memory->displacement || law->table == NULL || !law->table->has_energies)
         return memory->energy;
@@ -256,21 +218,10 @@ SPRING_NOINLINE static double energy_now(const SpringLaw *law, const SpringMemor
     return memory->energy + elastic_work(law, memory->energy_at, memory->displacement) + hysteretic;
 }
 
-double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory)
-{
-    return energy_now(law, memory);
-}
-
-/* Integrates the energy up to now. */
-static inline void integrate_energy(const SpringLaw *law, SpringMemory *memory)
-{
-    memory->energy = energy_now(law, memory);
-    memory->energy_at = memory->displacement;
-}
-
 void spring_integrate(const SpringLaw *law, SpringMemory *memory)
 {
-    integrate_energy(law, memory);
+    memory->energy = spring_absorbed_energy(law, memory);
+    memory->energy_at = memory->displacement;
 }
 
 /* A new stroke, which goes in the other direction; the energy is integrated up to here. */
@@ -296,7 +247,7 @@ SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, doub
         return after;
     int direction = travel > 0.0 ? 1 : -1;
     if (direction != memory->direction) {
-        integrate_energy(law, &after);
+        spring_integrate(law, &after);
         reverse(law, &after, direction);
     }
     continue_stroke(law, &after, displacement);
@@ -384,7 +335,7 @@ void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity
     int direction = travel > 0.0 ? 1 : -1;
     if (direction != memory->direction) {
         /* Before the sensitivity, so that the frames of both do not add up. */
-        integrate_energy(law, memory);
+        spring_integrate(law, memory);
         if (sensitivity != NULL)
             reverse_sensitivity(law, memory, sensitivity, direction);
         else

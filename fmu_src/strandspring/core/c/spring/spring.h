@@ -36,7 +36,6 @@ typedef struct {
     double FE_work[SPRING_COEFFICIENTS + 1];
     SpringSpline spline;
     double x_min, x_max;
-    double FE_outside[2], FE_slope_outside[2], FA_outside[2]; /* at x_min and at x_max, for what lies beyond */
     const SpringTable *table;
 } SpringLaw;
 
@@ -85,7 +84,7 @@ SPRING_LOCAL SpringMemory spring_trial(const SpringLaw *law, const SpringMemory 
  * beginning [J], where the path ends. */
 SPRING_LOCAL double spring_force(const SpringLaw *law, const SpringMemory *memory);
 SPRING_LOCAL double spring_stiffness(const SpringLaw *law, const SpringMemory *memory);
-SPRING_LOCAL double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory);
+SPRING_APART double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory);
 
 /* Integrates the energy up to now, so that asking again costs little. */
 SPRING_LOCAL void spring_integrate(const SpringLaw *law, SpringMemory *memory);

@@ -8,8 +8,6 @@
 #include "system_instance.h"
 
 #include "../../../core/c/fmi2/fmi2_arguments.c"
-#include "../../../core/c/fmi2/fmi2_fmustate.c"
 #include "../../../core/c/fmi2/fmi2_life.c"
-#include "../../../core/c/fmi2/fmi2_log.c"
 #include "system_calls.c"
 #include "system_shared.c"

@@ -9,7 +9,6 @@
 
 #include "../../../core/c/fmi3/fmi3_absent.c"
 #include "../../../core/c/fmi3/fmi3_arguments.c"
-#include "../../../core/c/fmi3/fmi3_fmustate.c"
 #include "../../../core/c/fmi3/fmi3_life.c"
 #include "system_calls3.c"
 #include "system_exchange3.c"

@@ -2,13 +2,7 @@
  * FMPy runs no FMU that lacks a function. */
 #include "../../../core/c/fmi3/fmi3_arguments.h"
 
-/* The instance is never in a mode that allows the call. */
-#define OF_EXCHANGE(call, parameters) \
-    fmi3Status fmi3##call parameters \
-    { \
-        FMU_REQUIRE(c, call); \
-        return fmi3Error; \
-    }
+#define OF_EXCHANGE(call, parameters) FMU_CALL(call, parameters, fmi3Error)
 
 OF_EXCHANGE(EnterEventMode, (fmi3Instance c))
 OF_EXCHANGE(EvaluateDiscreteStates, (fmi3Instance c))

@@ -2,32 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
-from ...identification.identified_model import IdentifiedModel
-from ...identification.identify_records import identify_records
-from ...identification.methods.method import Method
-from ...identification.notes import notes_on
-from ...identification.rig.known_rig import KnownRig
-from ...model.joint import HYSTERETIC_UNITS
-from ...model.outcomes import Outcome, by_harm
-from ...model.stated_figures import differ, in_words
-from ...records.given import Source, given_records
-from ..common.result import Result
-from ..common.text import counted, fit_json, fit_lines, parameter_lines
-from ..spring import Spring
+from ..identification.identified_model import IdentifiedModel
+from ..identification.identify_records import identify_records
+from ..identification.methods.method import Method
+from ..identification.notes import notes_on
+from ..identification.rig.known_rig import KnownRig
+from ..model.joint import HYSTERETIC_UNITS
+from ..model.outcomes import Outcome, by_harm
+from ..model.stated_figures import differ, in_words
+from ..records.given import Source, given_records
+from .common.result import Result
+from .common.text import counted, fit_json, fit_lines, parameter_lines
+from .spring import Spring
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ...peers.rivals.ranking import Ranking
-    from ...report.details import ReportDetails
+    from ..peers.rivals.ranking import Ranking
+    from ..report.details import ReportDetails
 
 
 class Identification(IdentifiedModel, Result):
@@ -65,18 +65,17 @@ class Identification(IdentifiedModel, Result):
         """
         return Spring.from_model(self.model_file(name, description))
 
-    def with_rivals(self, advance: Any = None) -> tuple[Identification, Ranking]:
+    def with_rivals(self, advance: Callable[[int], None] = lambda _: None) -> tuple[Identification, Ranking]:
         """The ranking of other classes of models on the same records; the identification gains a caution where one of
         them is clearly better.
 
         Parameters
         ----------
-        advance : callable or None   Is called with the number of classes fitted so far.
+        advance : callable   Is called with the number of classes fitted so far.
         """
-        from ...peers.rivals.classes import OWN, RIVALS
-        from ...peers.rivals.ranking import rank
+        from ..peers.rivals.ranking import rank
 
-        ranking = rank(self.parts, (OWN, *RIVALS), advance or (lambda _: None))
+        ranking = rank(self.parts, advance=advance)
         if self.effects:
             removed = ", ".join(name.replace("_", " ") for name in self.effects)
             sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."
@@ -146,7 +145,7 @@ class Identification(IdentifiedModel, Result):
 
         `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
         """
-        from ...report.figure import plot_chart
+        from ..report.figure import plot_chart
 
         return plot_chart(self, axes=axes)
 
@@ -171,7 +170,7 @@ class Identification(IdentifiedModel, Result):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ...report.report_content import write_report
+        from ..report.report_content import write_report
 
         write_report(path, self, self.model_file(name), details)
 
@@ -242,5 +241,6 @@ def identify(
     """
     if isinstance(force, Method):
         force, options = None, force
-    records = given_records(data, force, time, displacement, units, reverse)
-    return Identification.from_model(identify_records(records, options, save_anyway))
+    return Identification.from_model(
+        identify_records(given_records(data, force, time, displacement, units, reverse), options, save_anyway)
+    )

@@ -1,0 +1,64 @@
+"""What functions take as a model, and what it says."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Protocol, TypeAlias
+
+from ...core.parameters import SpringParameters
+from ...model.coordinates import chosen_zero
+from ...model.modelfile import ModelFile, is_fmu, load_model
+
+
+class HoldsModel(Protocol):
+    """A `Spring`, or what else holds a model."""
+
+    model: ModelFile
+
+
+ModelSource: TypeAlias = HoldsModel | ModelFile | str | os.PathLike[str]
+
+
+def model_of(source: ModelSource) -> ModelFile:
+    """The model of a spring, of a model file, or of an FMU that holds one.
+
+    Raises
+    ------
+    ModelError   If the file is not a physically possible spring.
+    TypeError    If it is something else.
+    """
+    if isinstance(source, ModelFile):
+        return source
+    if isinstance(source, str | os.PathLike):
+        return load_model(Path(source))
+    model = getattr(source, "model", None)
+    if not isinstance(model, ModelFile):
+        raise TypeError(f"A model must be a Spring or the path of a model file or FMU, got {type(source).__name__}.")
+    return model
+
+
+def source_of(source: ModelSource) -> str:
+    """What messages call a model: the path that was given, else its name."""
+    return path_of(source) or model_of(source).name
+
+
+def path_of(source: Any) -> str | None:
+    """The path of a source; None for what is in memory."""
+    return os.fspath(source) if isinstance(source, str | os.PathLike) else None
+
+
+def origin_of(source: Any, choice: str | float | None, parameters: SpringParameters) -> float:
+    """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; by default that of an FMU from
+    which the model is read, else a sensible one.
+
+    Raises
+    ------
+    StrandspringError   If it is none of these, or the FMU is damaged.
+    """
+    path = path_of(source)
+    if choice is None and path is not None and is_fmu(path):
+        from ...fmu.related_files import BuildSettings
+
+        return BuildSettings.of_fmu(Path(path)).zero
+    return chosen_zero(choice, parameters)

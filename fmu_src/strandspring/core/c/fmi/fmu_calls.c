@@ -1,0 +1,29 @@
+/* Calls that the FMU of a spring and that of a system answer alike in both versions of FMI, whose names come from the
+ * header of the version (fmi2_states.h or fmi3_states.h). */
+#include "fmu_snapshots.h"
+
+const char *FMI(GetVersion)(void)
+{
+    return FMI(Version);
+}
+
+void FMI(FreeInstance)(FmiInstance c)
+{
+    fmu_free(c);
+}
+
+static FmuStatus enter(Instance *instance, int modes)
+{
+    instance->state.mode = fmu_of_kind(instance->state.mode, modes);
+    return FMU_OK;
+}
+
+static FmuStatus reset(Instance *instance)
+{
+    fmu_begin(instance, fmu_of_kind(instance->state.mode, INSTANTIATED));
+    return FMU_OK;
+}
+
+FMU_CALL(ExitInitializationMode, (FmiInstance c), fmu_end_initialization(instance))
+FMU_CALL(Terminate, (FmiInstance c), enter(instance, TERMINATED))
+FMU_CALL(Reset, (FmiInstance c), reset(instance))
