@@ -86,5 +86,5 @@ def test_what_cannot_be_synthesized(asked: RequiredSpectrum, duration: float, re
 def test_quality_is_damping() -> None:
     assert required((1.0, 1.0), (2.0, 1.0), quality=25.0).damping == 0.02
     for quality in (0.5, math.nan):
-        with pytest.raises(MountedSystemError, match="quality factor Q of a shock response spectrum must be above 0.5"):
+        with pytest.raises(MountedSystemError, match=r"quality factor Q of a shock .* must be above 0.5"):
             required((1.0, 1.0), (2.0, 1.0), quality=quality)

@@ -380,7 +380,7 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change("run", to={"draws": -1}), "run.draws: must be >= 0, got -1."),
     # Cases.
     (change("case", 0, "pulse"), "case[1]: must be a table with exactly one of the keys pulse, drop, accel"),
-    (change("case", 0, "pulse", to="halfsine"), "case[1].pulse: must be 'half-sine', 'versed-sine', 'terminal-sawtooth'"),
+    (change("case", 0, "pulse", to="halfsine"), "case[1].pulse: must be 'half-sine', 'versed-sine', 'term"),
     (change("case", 0, "peak"), "case[1]: a pulse has `peak` and `duration`"),
     (change("case", 0, "rise", to=0.001), "only a trapezoid has `rise` and `fall`"),
     (change("case", 0, "direction", to="x"), "case[1]: must have either `direction` or `directions`, got both"),
