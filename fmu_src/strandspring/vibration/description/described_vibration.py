@@ -112,9 +112,9 @@ def _(table: SpectrumCase, _files: NamedFiles, _afterwards: float) -> Vibration:
     levels = required.levels
     peak = max(abs(float(shock.signal.value.min())), float(shock.signal.value.max()))
     text = (
-        f"shock within {shock.lowest:+.2f} and {shock.highest:+.2f} dB of a response spectrum from {levels.lowest:.6g} to "
-        f"{levels.highest:.6g} Hz at Q = {required.quality:.4g}, synthesized by {shock.wavelets} wavelets in "
-        f"{srs.duration:.4g} s with a peak of {_in_g(peak)}"
+        f"shock within {shock.lowest:+.2f} and {shock.highest:+.2f} dB of a response spectrum from "
+        f"{levels.lowest:.6g} to {levels.highest:.6g} Hz at Q = {required.quality:.4g}, synthesized by "
+        f"{shock.wavelets} wavelets in {srs.duration:.4g} s with a peak of {_in_g(peak)}"
     )
     return Vibration("srs", (shock.signal,), shock.signal.duration, text)
 
