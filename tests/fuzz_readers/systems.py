@@ -53,6 +53,17 @@ _CASES: tuple[dict[str, Any], ...] = (
     },
     {"sweep": {"first": 5, "last": 50, "rate": "10 Hz/s", "table": [[5, "0.1 g"], [50, "1 m/s^2"]]}, "direction": "z"},
     {"random": {"file": "levels.csv", "unit": "g^2/Hz", "duration": "2 s", "seed": 1}, "direction": "x"},
+    {"random": {"psd": {"x": [[10, "3 dB/oct"], [40, "0.01 g^2/Hz"]]}, "duration": "2 s", "grms": {"x": "0.45 g"}}},
+    {
+        "random": {
+            "psd": [[10, "0.01 g^2/Hz"], [40, "-3 dB/oct"]],
+            "duration": "2 s",
+            "sine": [{"frequency": 20, "amplitude": "1 g"}, {"first": 20, "last": 30, "amplitude": "1 g"}],
+        },
+        "direction": "x",
+    },
+    {"srs": {"levels": [[20, "6 dB/oct"], [60, "20 g"]], "q": 10, "duration": "0.2 s"}, "direction": "x"},
+    {"acceleration": {"level": "2 g", "rise": "0.1 s", "duration": "0.2 s"}, "direction": "x"},
     {"record": {"file": "base.csv", "columns": {"x": "ax", "rz": 3}}},
     {"record": {"file": "base.csv", "time": 1, "columns": {"z": 2}, "units": {"z": "m/s^2"}, "scale": 2.0}},
     {"force": {"file": "base.csv", "column": "F", "place": [0, 0, "10 cm"]}, "direction": "x"},

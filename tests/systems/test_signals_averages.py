@@ -18,6 +18,7 @@ from strandspring.vibration.signals.averaging import smooth_averages
 from strandspring.vibration.signals.level_table import LevelTable, displacement_limited
 from strandspring.vibration.signals.pulses import (
     HalfSine,
+    HeldAcceleration,
     InitialSawtooth,
     Rectangle,
     TabulatedPulse,
@@ -25,6 +26,7 @@ from strandspring.vibration.signals.pulses import (
     Trapezoid,
     Triangle,
     VelocityStep,
+    VersedSine,
 )
 from strandspring.vibration.signals.random_signal import RandomVibration
 from strandspring.vibration.signals.recorded_signal import RecordedSignal
@@ -35,6 +37,7 @@ RECOIL = TabulatedPulse(((0.001, 0.0), (0.002, 3.0), (0.002, 5.0), (0.0045, 5.0)
 # Each pulse, its formula within its duration, where that bends, and its integral.
 PULSES: list[tuple[Signal, Callable[[float], float], list[float], float]] = [
     (HalfSine(-4.0, D), lambda t: -4.0 * math.sin(math.pi * t / D), [D], -8.0 * D / math.pi),
+    (VersedSine(4.0, D), lambda t: 2.0 * (1.0 - math.cos(2.0 * math.pi * t / D)), [D], 2.0 * D),
     (TerminalSawtooth(4.0, D), lambda t: 4.0 * t / D, [D], 2.0 * D),
     (InitialSawtooth(4.0, D), lambda t: 4.0 * (1.0 - t / D), [D], 2.0 * D),
     (Rectangle(4.0, D), lambda _: 4.0, [D], 4.0 * D),
@@ -58,6 +61,7 @@ RECORD = RecordedSignal(np.array([5.0, 5.001, 5.004, 5.0041, 5.02]), np.array([1
 SIGNALS: list[Signal] = [
     *(pulse for pulse, _, _, _ in PULSES),
     VelocityStep(0.3),
+    HeldAcceleration(4.0, 0.03, 0.02),
     SineDwell(4.0, 100.0, 0.03),
     SineDwell(4.0, 100.0, 0.03, soft_start=0.013),
     SineSweep(10.0, 200.0, 0.03, PROFILE),
@@ -156,6 +160,20 @@ def test_the_memory_that_quadrature_takes_changes_nothing() -> None:
     middles = step * (np.arange(count) + 0.5)
     expected = np.sin(omega * middles) * np.sinc(900.0 * step)
     assert np.abs(averages - expected).max() < 1e-10  # the phase reaches 1e5 rad: rounding of 1e-16 of it
+
+
+@pytest.mark.parametrize("step", [0.0003, 0.0031, 0.05])
+def test_averages_of_a_held_acceleration(step: float) -> None:
+    held, count = HeldAcceleration(4.0, 0.03, 0.02), int(0.04 / step) + 1
+    expected = [
+        quadrature(
+            lambda t: 2.0 * (1.0 - math.cos(math.pi * min(t / 0.02, 1.0))), [0.02, 0.03], k * step, (k + 1) * step
+        )
+        for k in range(count)
+    ]
+    assert held.averages(step, count) == pytest.approx(expected, rel=1e-12, abs=1e-12)  # rounding
+    with pytest.raises(MountedSystemError, match="rise of a constant acceleration must be at most its duration"):
+        HeldAcceleration(4.0, 0.03, 0.04)
 
 
 def test_a_velocity_step_is_within_the_first_step() -> None:

@@ -205,6 +205,7 @@ def test_one_rotation_for_each_place(folder: Path) -> None:
 
 SHAPES = {  # largest value and integral of a pulse of 2 g and 10 ms, in g and g*s
     "half-sine": (2.0, 0.02 * 2 / math.pi),
+    "versed-sine": (2.0, 0.01),
     "terminal-sawtooth": (2.0, 0.01),
     "initial-sawtooth": (2.0, 0.01),
     "rectangle": (2.0, 0.02),
@@ -386,8 +387,8 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change("run", to={"rest_omega": "none"}), "run.rest_omega: must be 'unknown', got 'none'."),
     (change("run", to={"draws": -1}), "run.draws: must be >= 16, got -1."),
     # Cases.
-    (change("case", 0, "pulse"), "case[1]: must be a table with exactly one of the keys pulse, drop, sine"),
-    (change("case", 0, "pulse", to="halfsine"), "case[1].pulse: must be 'half-sine', 'terminal-sawtooth'"),
+    (change("case", 0, "pulse"), "case[1]: must be a table with exactly one of the keys pulse, drop, accel"),
+    (change("case", 0, "pulse", to="halfsine"), "case[1].pulse: must be 'half-sine', 'versed-sine', 'term"),
     (change("case", 0, "peak"), "case[1]: a pulse has `peak` and `duration`"),
     (change("case", 0, "rise", to=0.001), "only a trapezoid has `rise` and `fall`"),
     (change("case", 0, "direction", to="x"), "case[1]: must have either `direction` or `directions`, got both"),

@@ -78,7 +78,8 @@ class LoadCase:
     Parameters
     ----------
     name : str
-    kind : str                    "pulse", "drop", "sine", "sweep", "random", "record" or "force".
+    kind : str                    "pulse", "drop", "acceleration", "srs", "sine", "sweep", "random", "record" or
+                                  "force".
     duration : float              Simulated time [s].
     channels : tuple of LoadChannel
     settling : float              From when on root mean squares and spectra are taken [s].

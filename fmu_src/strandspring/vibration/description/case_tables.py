@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from ...ground.tables import OWN, TAG, StrictTable
+from ..signals.level_table import Slope, with_slopes
 from . import quantity_text as q
 from .table_types import (
     Duration,
@@ -28,9 +30,17 @@ from .table_types import (
 
 MOST_DIRECTIONS = 26  # axes, edges and corners of a cube
 MOST_ROWS = 10_000
+MOST_TONES = 20
 
 Shape = Literal[
-    "half-sine", "terminal-sawtooth", "initial-sawtooth", "rectangle", "triangle", "trapezoid", "velocity-step"
+    "half-sine",
+    "versed-sine",
+    "terminal-sawtooth",
+    "initial-sawtooth",
+    "rectangle",
+    "triangle",
+    "trapezoid",
+    "velocity-step",
 ]
 Unit = Annotated[str, Field(min_length=1, max_length=60)]
 
@@ -52,32 +62,60 @@ ColumnName = Annotated[
 ]
 
 
-def _rows_of(*kinds: q.QuantityKind) -> ReadBy:
+_CELL = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 60}]}
+_PAIRS = {
+    "type": "array",
+    "items": {"type": "array", "items": _CELL, "minItems": 2, "maxItems": 2},
+    "minItems": 2,
+    "maxItems": MOST_ROWS,
+}
+_SLOPE = re.compile(r"\s*([+-]?\d{1,4}(?:\.\d{0,9})?)\s*dB\s*/\s*oct(?:ave)?\s*", re.IGNORECASE)
+
+
+def _read_pairs(
+    value: Any, first: q.QuantityKind, second: q.QuantityKind, has_slopes: bool = False
+) -> list[tuple[float, float | Slope]]:
+    """Rows of two quantities, or of the first and a slope."""
+    if not (isinstance(value, list) and 2 <= len(value) <= MOST_ROWS):
+        raise ValueError(f"must be a list of 2 to {MOST_ROWS} pairs of {first.name} and {second.name}")
+    rows: list[tuple[float, float | Slope]] = []
+    for number, row in enumerate(value, start=1):
+        if not (isinstance(row, list) and len(row) == 2):
+            raise ValueError(f"must be a list of pairs, but entry {number} is none")
+        slope = _SLOPE.fullmatch(row[1]) if has_slopes and isinstance(row[1], str) else None
+        try:
+            rows.append((q.in_si(row[0], first), Slope(float(slope[1])) if slope else q.in_si(row[1], second)))
+        except q.QuantityError as problem:
+            raise ValueError(f"in entry {number}: {problem}") from None
+    return rows
+
+
+def _pairs_of(first: q.QuantityKind, second: q.QuantityKind) -> ReadBy:
     """A table of pairs."""
+    return ReadBy(lambda value: tuple(_read_pairs(value, first, second)), _PAIRS)
 
-    def read(value: Any) -> tuple[tuple[float, float], ...]:
-        first, second = kinds
-        if not (isinstance(value, list) and 2 <= len(value) <= MOST_ROWS):
-            raise ValueError(f"must be a list of 2 to {MOST_ROWS} pairs of {first.name} and {second.name}")
-        rows = []
-        for number, row in enumerate(value, start=1):
-            if not (isinstance(row, list) and len(row) == 2):
-                raise ValueError(f"must be a list of pairs, but entry {number} is none")
-            try:
-                rows.append((q.in_si(row[0], first), q.in_si(row[1], second)))
-            except q.QuantityError as problem:
-                raise ValueError(f"in entry {number}: {problem}") from None
-        return tuple(rows)
 
-    cell = {"anyOf": [{"type": "number"}, {"type": "string", "maxLength": 60}]}
-    pair = {"type": "array", "items": cell, "minItems": 2, "maxItems": 2}
-    return ReadBy(read, {"type": "array", "items": pair, "minItems": 2, "maxItems": MOST_ROWS})
+def _levels_of(kind: q.QuantityKind, decibels_per_decade: float) -> ReadBy:
+    """Levels over frequency; a slope in dB per octave may lead to one."""
+    return ReadBy(
+        lambda value: with_slopes(_read_pairs(value, q.FREQUENCY, kind, has_slopes=True), decibels_per_decade), _PAIRS
+    )
 
 
 Pairs = tuple[tuple[float, float], ...]
-AmplitudeTable = Annotated[Pairs, _rows_of(q.FREQUENCY, q.ACCELERATION)]
-DensityTable = Annotated[Pairs, _rows_of(q.FREQUENCY, q.ACCELERATION_DENSITY)]
-ForceTable = Annotated[Pairs, _rows_of(q.TIME, q.FORCE)]
+AmplitudeTable = Annotated[Pairs, _levels_of(q.ACCELERATION, 20.0)]
+DensityTable = Annotated[Pairs, _levels_of(q.ACCELERATION_DENSITY, 10.0)]
+ForceTable = Annotated[Pairs, _pairs_of(q.TIME, q.FORCE)]
+Axis = Literal["x", "y", "z"]
+
+
+def _by_axis(message: str) -> Discriminator:
+    """Tells one value for the direction of a case from one for each axis."""
+
+    def kind(value: Any) -> str:
+        return f"{TAG}table" if isinstance(value, dict) else f"{TAG}one"
+
+    return Discriminator(kind, custom_error_type=OWN, custom_error_message=message)
 
 
 class CaseTable(StrictTable):
@@ -157,14 +195,43 @@ class SweepCase(DirectedCase):
     sweep: SweepTable
 
 
-class RandomTable(StrictTable):
-    """Stationary random vibration."""
+class ToneTable(StrictTable):
+    """A sine on random vibration for its whole duration, of one frequency or swept once."""
 
-    psd: DensityTable | None = Field(
-        None, description="One-sided power spectral density of acceleration over frequency, straight in log-log."
+    frequency: Frequency | None = None
+    first: Frequency | None = Field(None, description="Where a sweep at a constant rate in octaves begins.")
+    last: Frequency | None = None
+    amplitude: PositiveAcceleration
+
+
+class RandomTable(StrictTable):
+    """Stationary random vibration along one direction, or uncorrelated along x, y and z at once."""
+
+    psd: (
+        Annotated[
+            Annotated[dict[Axis, DensityTable], Tag(f"{TAG}table"), Field(min_length=1)]
+            | Annotated[DensityTable, Tag(f"{TAG}one")],
+            _by_axis(
+                "must be a list of pairs of a frequency and a density, or a table with one for each of x, y and z"
+            ),
+        ]
+        | None
+    ) = Field(
+        None,
+        description="One-sided power spectral density of acceleration over frequency, straight in log-log; slopes such "
+        "as '+3 dB/oct' may lead to the first level or away from the last.",
     )
     file: FilePath | None = Field(None, description="Table of frequency and density, instead.")
     unit: Unit | None = Field(None, description="Of the density in the file, such as 'g^2/Hz'.")
+    grms: (
+        Annotated[
+            Annotated[dict[Axis, PositiveAcceleration], Tag(f"{TAG}table")]
+            | Annotated[PositiveAcceleration, Tag(f"{TAG}one")],
+            _by_axis("must be an acceleration such as '5 g', or a table with one for each axis"),
+        ]
+        | None
+    ) = Field(None, description="Overall level as the standard states it, which the density is compared with.")
+    sine: list[ToneTable] = Field(default=[], max_length=MOST_TONES, description="Sines on random.")
     duration: Duration
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
@@ -174,6 +241,41 @@ class RandomCase(DirectedCase):
 
     random: RandomTable
     settling: Time | None = Field(None, description="From when on rms and spectra are taken; a tenth of the duration.")
+
+
+class SpectrumTable(StrictTable):
+    """A shock response spectrum: largest accelerations of oscillators over their frequency."""
+
+    levels: AmplitudeTable = Field(description="Pairs of frequency and acceleration, straight in log-log.")
+    q: Annotated[float, Field(gt=0.5, le=1000.0)] | None = Field(None, description="Quality factor; 10 if not given.")
+    damping: Annotated[float, Field(gt=0.0, lt=1.0)] | None = Field(None, description="Share of critical, instead.")
+
+
+class ShockTable(SpectrumTable):
+    """A shock of which the spectrum is given, as a synthesized acceleration."""
+
+    duration: Duration
+    seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
+
+
+class SpectrumCase(DirectedCase):
+    """A shock by its response spectrum."""
+
+    srs: ShockTable
+
+
+class HeldTable(StrictTable):
+    """A constant acceleration, reached without vibration."""
+
+    level: PositiveAcceleration
+    rise: Duration | None = Field(None, description="Ten periods of the slowest motion if not given.")
+    duration: Duration | None = Field(None, description="With the rise; five periods more if not given.")
+
+
+class HeldCase(DirectedCase):
+    """Constant acceleration of the base."""
+
+    acceleration: HeldTable
 
 
 Motion = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -227,7 +329,7 @@ class ForceCase(DirectedCase):
     force: ForceTableOfCase
 
 
-KINDS = ("pulse", "drop", "sine", "sweep", "random", "record", "force")
+KINDS = ("pulse", "drop", "acceleration", "srs", "sine", "sweep", "random", "record", "force")
 
 
 def _kind_of_case(value: Any) -> str | None:
@@ -238,6 +340,8 @@ def _kind_of_case(value: Any) -> str | None:
 AnyCase = Annotated[
     Annotated[PulseCase, Tag(f"{TAG}pulse")]
     | Annotated[DropCase, Tag(f"{TAG}drop")]
+    | Annotated[HeldCase, Tag(f"{TAG}acceleration")]
+    | Annotated[SpectrumCase, Tag(f"{TAG}srs")]
     | Annotated[SineCase, Tag(f"{TAG}sine")]
     | Annotated[SweepCase, Tag(f"{TAG}sweep")]
     | Annotated[RandomCase, Tag(f"{TAG}random")]

@@ -12,17 +12,13 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import MountedSystemError
-from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import quoted
 from ..bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from ..bodies.mounted import RigidBody, Vector
-from ..signals.level_table import LevelTable
 from ..signals.pulses import (
     TabulatedPulse,
 )
-from ..signals.random_signal import RandomVibration
 from ..signals.recorded_signal import RecordedSignal
-from ..signals.sine_signals import SineDwell, SineSweep
 from . import quantity_text as q
 from .case_tables import (
     CaseTable,
@@ -30,22 +26,17 @@ from .case_tables import (
     DropCase,
     ForceCase,
     ForceTableOfCase,
-    PulseCase,
-    RandomCase,
-    RandomTable,
     RecordCase,
-    SineCase,
-    SweepCase,
 )
-from .described_signals import pulse_of, sweep_amplitude
+from .described_signals import pulse_of
 from .described_system import body_number
+from .described_vibration import AXES, Vibration, vibration_of
 from .named_files import NamedFiles
-from .record_columns import RecordColumn, read_columns, read_timed_columns
+from .record_columns import RecordColumn, read_timed_columns
 from .system_tables import MOST_CASES
 from .table_types import Direction, located
 
 _HELD = 1e-9
-_AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True)
@@ -88,17 +79,6 @@ def load_cases(tables: Sequence[CaseTable], surroundings: Surroundings) -> tuple
     return tuple(cases)
 
 
-@dataclass(frozen=True)
-class _Vibration:
-    """Base acceleration of any direction."""
-
-    kind: str
-    signal: Signal
-    duration: float
-    text: str
-    settling: float = 0.0
-
-
 class _Builder:
     """Makes the load cases of one table at a time."""
 
@@ -111,51 +91,16 @@ class _Builder:
         raise TypeError(f"No load case is made of {type(table).__name__}.")
 
     @build.register
-    def _(self, table: PulseCase) -> list[LoadCase]:
-        signal, text = pulse_of(table, table.peak, table.velocity, "velocity", STANDARD_GRAVITY, "g")
-        return self._directed(table, _Vibration("pulse", signal, table.duration or 0.0, text))
-
-    @build.register
-    def _(self, table: SineCase) -> list[LoadCase]:
-        sine = table.sine
-        with located("sine"):
-            rate = 2.0 * math.pi * sine.frequency
-            if sine.amplitude is not None and sine.displacement is None:
-                amplitude = sine.amplitude
-            elif sine.displacement is not None and sine.amplitude is None:
-                amplitude = rate * rate * sine.displacement
-            else:
-                raise MountedSystemError("must have either `amplitude` or `displacement`; give one of them.")
-            signal = SineDwell(amplitude, sine.frequency, sine.duration, sine.soft_start)
-        text = f"sine of {_in_g(amplitude)} at {sine.frequency:.6g} Hz for {sine.duration:.4g} s"
-        settling = 0.5 * sine.duration if table.settling is None else table.settling
-        return self._directed(table, _Vibration("sine", signal, sine.duration, text, settling))
-
-    @build.register
-    def _(self, table: SweepCase) -> list[LoadCase]:
-        sweep = table.sweep
-        rate, is_logarithmic = sweep.rate
-        with located("sweep"):
-            amplitude = sweep_amplitude(sweep)
-            if is_logarithmic:
-                signal = SineSweep.at_octaves_per_minute(sweep.first, sweep.last, 60.0 * rate, amplitude)
-            else:
-                signal = SineSweep.at_hertz_per_second(sweep.first, sweep.last, rate, amplitude)
-        pace = f"{60.0 * rate:.4g} oct/min" if is_logarithmic else f"{rate:.4g} Hz/s"
-        text = f"sine sweep from {sweep.first:.6g} to {sweep.last:.6g} Hz at {pace}"
-        return self._directed(table, _Vibration("sweep", signal, signal.duration, text))
-
-    @build.register
-    def _(self, table: RandomCase) -> list[LoadCase]:
-        with located("random"):
-            density = LevelTable(self._density(table.random))
-            signal = RandomVibration(density, table.random.duration, table.random.seed)
-        text = (
-            f"random vibration of {_in_g(density.root_mean_square)} rms from {density.lowest:.6g} to "
-            f"{density.highest:.6g} Hz for {signal.duration:.4g} s"
-        )
-        settling = 0.1 * signal.duration if table.settling is None else table.settling
-        return self._directed(table, _Vibration("random", signal, signal.duration, text, settling))
+    def _(self, table: DirectedCase) -> list[LoadCase]:
+        vibration = vibration_of(table, self.around.files, self.around.afterwards)
+        if not vibration.by_axis:
+            return [
+                self._vibration(table, vibration, name, f" along {direction.text}", direction.vector)
+                for name, direction in self._directions(table, None)
+            ]
+        if table.direction is not None or table.directions is not None:
+            raise MountedSystemError("must have no direction where `psd` has one density for each axis; leave it out.")
+        return [self._vibration(table, vibration, table.name, "", (0.0, 0.0, 0.0))]
 
     @build.register
     def _(self, table: DropCase) -> list[LoadCase]:
@@ -195,7 +140,7 @@ class _Builder:
             channels = []
             for name, column in values.items():
                 kind = ChannelKind.BASE_ANGULAR_VELOCITY if name[0] == "r" else ChannelKind.BASE_ACCELERATION
-                channels.append(LoadChannel(kind, RecordedSignal(times, record.scale * column), _AXES[name[-1]]))
+                channels.append(LoadChannel(kind, RecordedSignal(times, record.scale * column), AXES[name[-1]]))
             accelerated = [c.direction for c in channels if c.kind is ChannelKind.BASE_ACCELERATION]
             if len(accelerated) == len(channels) and all(self._is_held(direction) for direction in accelerated):
                 raise MountedSystemError(f"no body can move along {' or '.join(values)}; see `motion` of the bodies.")
@@ -232,25 +177,22 @@ class _Builder:
             )
         return cases
 
-    def _directed(self, table: DirectedCase, vibration: _Vibration) -> list[LoadCase]:
-        """The cases of a base acceleration along one direction or several."""
-        cases = []
-        for name, direction in self._directions(table, None):
-            if self._is_held(direction.vector):
-                raise MountedSystemError(
-                    f"no body can move along {direction.text}, which makes the case void; see their `motion`."
-                )
-            channel = LoadChannel(ChannelKind.BASE_ACCELERATION, vibration.signal, direction.vector)
-            # Root mean squares are of the vibration alone, not of its decay.
-            settles = vibration.kind in ("sine", "random")
-            duration = self._duration(table, vibration.duration, settles)
-            if vibration.settling >= duration:
-                raise MountedSystemError(
-                    f"`settling` of {vibration.settling:.6g} s must be shorter than the simulated {duration:.6g} s."
-                )
-            text = _with_source(f"{vibration.text} along {direction.text}", table)
-            cases.append(LoadCase(name, vibration.kind, duration, (channel,), vibration.settling, text=text))
-        return cases
+    def _vibration(
+        self, table: DirectedCase, vibration: Vibration, name: str, along: str, direction: Vector
+    ) -> LoadCase:
+        """The case of a base acceleration."""
+        channels = vibration.channels(direction)
+        if all(self._is_held(channel.direction) for channel in channels):
+            where = along.removeprefix(" along ") or " or ".join(axis for axis, _ in vibration.by_axis)
+            raise MountedSystemError(f"no body can move along {where}, which makes the case void; see their `motion`.")
+        # Root mean squares are of the vibration alone, not of its decay.
+        duration = self._duration(table, vibration.duration, vibration.ends)
+        if vibration.settling >= duration:
+            raise MountedSystemError(
+                f"`settling` of {vibration.settling:.6g} s must be shorter than the simulated {duration:.6g} s."
+            )
+        text = _with_source(f"{vibration.text}{along}", table)
+        return LoadCase(name, vibration.kind, duration, channels, vibration.settling, text=text)
 
     def _directions(self, table: DirectedCase, otherwise: Direction | None) -> Iterator[tuple[str, Direction]]:
         """Names of cases with their directions."""
@@ -284,18 +226,6 @@ class _Builder:
         x, y, z = (component / strength for component in self.around.gravity)
         return Direction((x, y, z), "gravity")
 
-    def _density(self, table: RandomTable) -> tuple[tuple[float, float], ...]:
-        if (table.psd is None) == (table.file is None):
-            raise MountedSystemError("must have either `psd` or `file`; give one of them.")
-        if table.psd is not None:
-            return table.psd
-        wanted = {
-            "frequency": RecordColumn(1, q.FREQUENCY, "Hz"),
-            "density": RecordColumn(2, q.ACCELERATION_DENSITY, table.unit),
-        }
-        columns = read_columns(self.around.files.record(table.file or ""), wanted)
-        return tuple(zip(columns["frequency"].tolist(), columns["density"].tolist(), strict=True))
-
     def _force(self, table: ForceTableOfCase) -> tuple[Signal, float, str]:
         """The signal, its duration, and it in words."""
         if sum(given is not None for given in (table.pulse, table.table, table.file)) != 1:
@@ -315,10 +245,6 @@ class _Builder:
         )
         record = RecordedSignal(times, values["force"])
         return record, record.duration, f"force by {Path(file).name}"
-
-
-def _in_g(acceleration: float) -> str:
-    return f"{acceleration / STANDARD_GRAVITY:.4g} g"
 
 
 def _with_source(text: str, table: CaseTable) -> str:

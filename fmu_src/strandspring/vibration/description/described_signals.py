@@ -8,11 +8,21 @@ from collections.abc import Callable
 from ...errors import MountedSystemError
 from ..bodies.loads import Signal
 from ..signals.level_table import LevelTable, displacement_limited
-from ..signals.pulses import HalfSine, InitialSawtooth, Rectangle, TerminalSawtooth, Trapezoid, Triangle, VelocityStep
+from ..signals.pulses import (
+    HalfSine,
+    InitialSawtooth,
+    Rectangle,
+    TerminalSawtooth,
+    Trapezoid,
+    Triangle,
+    VelocityStep,
+    VersedSine,
+)
 from .case_tables import ForceTableOfCase, PulseCase, SweepTable
 
 _SHAPES: dict[str, Callable[[float, float], Signal]] = {
     "half-sine": HalfSine,
+    "versed-sine": VersedSine,
     "terminal-sawtooth": TerminalSawtooth,
     "initial-sawtooth": InitialSawtooth,
     "rectangle": Rectangle,

@@ -95,6 +95,61 @@ def _area(f: FloatArray, g: FloatArray, slope: FloatArray, end: FloatArray) -> F
     return floats(f * g * way * np.where(exponent == 0.0, 1.0, np.expm1(safe) / safe))
 
 
+@dataclass(frozen=True)
+class Slope:
+    """A straight line in logarithmic coordinates, as standards state it.
+
+    Parameters
+    ----------
+    decibels : float       Per octave.
+    """
+
+    decibels: float
+
+
+def with_slopes(
+    rows: Sequence[tuple[float, float | Slope]], decibels_per_decade: float
+) -> tuple[tuple[float, float], ...]:
+    """Points of which some are given by the slope that leads to them.
+
+    Before the first level a slope is that up to the next row, after the last level that from the row before.
+
+    Parameters
+    ----------
+    rows : sequence of (float, float or Slope)   Frequencies [Hz], each with a level or a slope.
+    decibels_per_decade : float                  Of a tenfold level: 10 of a density, 20 of an amplitude.
+
+    Raises
+    ------
+    MountedSystemError                           If no row has a level, or one between levels has a slope.
+    """
+    levels = [None if isinstance(level, Slope) else level for _, level in rows]
+    known = [number for number, level in enumerate(levels) if level is not None]
+    if not known:
+        raise MountedSystemError("must have a level in one row or more, got slopes in dB/oct only")
+    first, last = known[0], known[-1]
+
+    def stepped(number: int, neighbour: int, slope: float | Slope) -> float:
+        """The level of a row on a line through that of its neighbour."""
+        low, high, level = rows[number][0], rows[neighbour][0], levels[neighbour]
+        if not (isinstance(slope, Slope) and level is not None and min(low, high) > 0.0):
+            raise MountedSystemError(
+                "must have slopes in dB/oct before the first level or after the last one only, at frequencies > 0, "
+                f"but entry {number + 1} has one; give its level"
+            )
+        exponent = slope.decibels * math.log2(low / high) / decibels_per_decade
+        return level * math.pow(10.0, min(max(exponent, -300.0), 300.0))
+
+    for number in range(last + 1, len(rows)):
+        levels[number] = stepped(number, number - 1, rows[number][1])
+    for number in range(first - 1, -1, -1):
+        levels[number] = stepped(number, number + 1, rows[number][1])
+    return tuple(
+        (frequency, stepped(number, number, given) if level is None else level)
+        for number, ((frequency, given), level) in enumerate(zip(rows, levels, strict=True))
+    )
+
+
 def displacement_limited(displacement: float, acceleration: float, low: float, high: float) -> LevelTable:
     """Amplitude of a sine test [m/s^2]: of constant displacement up to the crossover, of constant acceleration above.
 

@@ -17,7 +17,15 @@ from numpy.typing import ArrayLike
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
-from .averaging import LARGEST_SIGNAL, StraightPieces, StraightSignal, check_duration, check_level, step_edges
+from .averaging import (
+    LARGEST_SIGNAL,
+    StraightPieces,
+    StraightSignal,
+    check_duration,
+    check_level,
+    smooth_averages,
+    step_edges,
+)
 
 _MOST_POINTS = 1_000_000
 
@@ -73,6 +81,74 @@ class HalfSine(Pulse):
         within = np.minimum(edges, self.duration) * (0.5 * np.pi / self.duration)
         begin, end = within[:-1], within[1:]
         return floats(self.velocity_change * np.sin(begin + end) * np.sin(end - begin) / np.diff(edges))
+
+
+@dataclass(frozen=True)
+class VersedSine(Pulse):
+    """peak*(1 - cos(2*pi*t/duration))/2, also called haversine."""
+
+    @property
+    def velocity_change(self) -> float:
+        """Half of peak*duration."""
+        return 0.5 * self.peak * self.duration
+
+    def at(self, time: ArrayLike) -> FloatArray:
+        """Its value at each time [s]."""
+        times = floats(time)
+        inside = (times >= 0.0) & (times <= self.duration)
+        return np.where(inside, self.peak * np.sin(np.pi / self.duration * times) ** 2, 0.0)
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Its mean over each of `count` steps, shape (count,).
+
+        The integral from a to b is peak/2*(b - a - cos(w*(a + b)/2)*sin(w*(b - a)/2)*2/w) with w = 2*pi/duration.
+        """
+        edges = step_edges(step, count)
+        within = np.minimum(edges, self.duration)
+        begin, width, rate = within[:-1], np.diff(within), np.pi / self.duration
+        swing = np.cos(rate * (2.0 * begin + width)) * np.sin(rate * width) / rate
+        return floats(0.5 * self.peak * (width - swing) / np.diff(edges))
+
+
+@dataclass(frozen=True)
+class HeldAcceleration(Pulse):
+    """A constant acceleration after a slow rise, peak*(1 - cos(pi*t/rise))/2, so that bodies follow without vibration.
+
+    Parameters
+    ----------
+    rise : float         Part of the duration [s].
+
+    Raises
+    ------
+    MountedSystemError   If it does not fit into the duration.
+    """
+
+    rise: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_duration(self.rise, "rise")
+        if not self.rise <= self.duration:
+            raise MountedSystemError(
+                f"The rise of a constant acceleration must be at most its duration of {self.duration!r} s, got "
+                f"{self.rise!r} s."
+            )
+
+    @property
+    def shortest(self) -> float:
+        """The rise [s]."""
+        return self.rise
+
+    def at(self, time: ArrayLike) -> FloatArray:
+        """Its value at each time [s]."""
+        times = floats(time)
+        risen = self.peak * np.sin(0.5 * np.pi * np.clip(times / self.rise, 0.0, 1.0)) ** 2
+        return np.where(times <= self.duration, risen, 0.0)
+
+    def averages(self, step: float, count: int) -> FloatArray:
+        """Its mean over each of `count` steps, shape (count,)."""
+        rate = math.pi / max(self.rise, step)
+        return smooth_averages(self.at, rate, np.array([self.rise, self.duration]), step, count)
 
 
 @dataclass(frozen=True)

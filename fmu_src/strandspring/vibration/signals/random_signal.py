@@ -37,6 +37,7 @@ class RandomVibration:
     density : LevelTable       One-sided power spectral density [(m/s^2)^2/Hz] or [N^2/Hz].
     duration : float           [s]; the signal is 0 after it.
     seed : int                 >= 0, of numpy's default generator.
+    stream : int               >= 0; signals of one seed and different streams are independent.
 
     Raises
     ------
@@ -46,6 +47,7 @@ class RandomVibration:
     density: LevelTable
     duration: float
     seed: int
+    stream: int = 0
 
     def __post_init__(self) -> None:
         check_duration(self.duration, "duration")
@@ -94,7 +96,8 @@ class RandomVibration:
         interpolation = np.sinc(np.arange(bands) / period) ** 2
         # A term a*cos + b*sin is the coefficient period/2*(a - ib) of the discrete transform.
         scale = 0.5 * period * np.sqrt(variance) / interpolation
-        drawn = np.random.default_rng(self.seed).standard_normal((bands, 2))
+        seeds = [self.seed, self.stream] if self.stream else self.seed
+        drawn = np.random.default_rng(seeds).standard_normal((bands, 2))
         spectrum = np.zeros(period // 2 + 1, dtype=np.complex128)
         spectrum[1:bands] = (scale * (drawn[:, 0] - 1j * drawn[:, 1]))[1:]
         values = irfft(spectrum, n=period)[:samples]

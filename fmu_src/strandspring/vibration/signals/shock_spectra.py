@@ -12,13 +12,14 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
 from ...kernel.shock import largest_responses
 from .averaging import LARGEST_SIGNAL, check_interval
-from .level_table import FREQUENCY_RANGE
+from .level_table import FREQUENCY_RANGE, LevelTable
 
 # Natural frequency times sampling interval. A signal that is straight between its samples has lost a share
 # 1 - sinc(f*dt)^2 of what it holds at f, 19 %. An extremum of the response between two samples is that of a cubic, with
 # an error up to (2*pi*f*dt)^4/384, 1.6 %.
 _COARSEST = 0.25
 MOST_FREQUENCIES = 100_000
+QUALITY_RANGE = (0.5, 1000.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +65,51 @@ class ShockSpectrum:
     def maximax(self) -> FloatArray:
         """Largest magnitude, shape (F,)."""
         return np.maximum(self.positive, -self.negative)
+
+
+@dataclass(frozen=True)
+class RequiredSpectrum:
+    """A shock response spectrum that is asked for, as a load or as a limit.
+
+    Parameters
+    ----------
+    levels : LevelTable      Largest magnitudes of the oscillators' accelerations [m/s^2].
+    quality : float          Quality factor Q of the oscillators; their damping is 1/(2*Q) of critical.
+
+    Raises
+    ------
+    MountedSystemError       If the quality factor is out of its bounds.
+    """
+
+    levels: LevelTable
+    quality: float = 10.0
+
+    def __post_init__(self) -> None:
+        if not QUALITY_RANGE[0] < self.quality <= QUALITY_RANGE[1]:
+            raise MountedSystemError(
+                f"The quality factor Q of a shock response spectrum must be above {QUALITY_RANGE[0]:g} and at most "
+                f"{QUALITY_RANGE[1]:g}, got {self.quality!r}; with a damping ratio zeta it is 1/(2*zeta)."
+            )
+
+    @property
+    def damping(self) -> float:
+        """Share of critical damping."""
+        return 0.5 / self.quality
+
+    def frequencies(self, per_octave: int = 12) -> FloatArray:
+        """From the first to the last of its frequencies at equal ratios, shape (F,) [Hz]."""
+        return octave_frequencies(self.levels.lowest, self.levels.highest, per_octave)
+
+    def excess(self, samples: ArrayLike, interval: float, per_octave: int = 12) -> FloatArray:
+        """By how much the spectrum of an acceleration is above this one at `frequencies`, shape (F,) [dB]."""
+        frequency = self.frequencies(per_octave)
+        maximax = shock_spectrum(samples, interval, frequency, self.damping).maximax
+        with np.errstate(divide="ignore"):
+            return floats(20.0 * np.log10(maximax / self.at(frequency)))
+
+    def at(self, frequency: ArrayLike) -> FloatArray:
+        """The level at each frequency, beyond the table that of its nearer end [m/s^2]."""
+        return self.levels.at(np.clip(floats(frequency), self.levels.lowest, self.levels.highest))
 
 
 def shock_spectrum(

@@ -28,7 +28,7 @@ _OF_RANDOM = 2.5  # samples in half a period of the highest frequency of random 
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
 _MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
 _ROUNDING = 1e-9  # of a number of steps
-SHOCKS, VIBRATIONS = ("pulse", "drop", "record", "force"), ("random",)
+SHOCKS, VIBRATIONS = ("pulse", "drop", "srs", "record", "force"), ("random",)
 
 
 @dataclass(frozen=True, eq=False)

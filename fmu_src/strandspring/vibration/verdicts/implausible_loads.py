@@ -11,7 +11,7 @@ import numpy as np
 from ...ground.gravity import STANDARD_GRAVITY
 from ..bodies.loads import ChannelKind, LoadCase, Signal
 from ..bodies.mounted import MountedSystem
-from ..signals.pulses import Pulse
+from ..signals.pulses import HeldAcceleration, Pulse
 from ..signals.random_signal import RandomVibration
 from ..signals.recorded_signal import RecordedSignal
 from ..signals.sine_signals import SineDwell, SineSweep
@@ -62,6 +62,11 @@ def _(signal: Pulse) -> Iterator[str]:
             f"The pulse changes the velocity of the base by {speed:.4g} m/s; check the units of `peak` (g or m/s^2) "
             "and `duration` (ms or s)."
         )
+
+
+@_acceleration.register
+def _(signal: HeldAcceleration) -> Iterator[str]:
+    yield from _level("constant acceleration", signal.peak, _AMPLITUDE, "its `level`")
 
 
 @_acceleration.register

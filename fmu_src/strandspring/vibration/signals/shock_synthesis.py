@@ -1,0 +1,154 @@
+"""An acceleration whose shock response spectrum is one that is asked for, as a sum of wavelets.
+
+A wavelet of N half cycles, N odd and at least 3, is sin(2 pi f (t - d)/N)*sin(2 pi f (t - d)) for N/(2 f) from its
+delay d on, and 0 otherwise: it leaves neither velocity nor displacement. One stands at each twelfth of an octave, with
+alternating signs and delays drawn in the first third of the record (D. K. Fisher and M. R. Posehn, Digital control
+system for a multiple-actuator shaker, Shock and Vibration Bulletin 47, 1977).
+
+Their amplitudes A follow by damped Newton steps. At the time t at which the oscillator i has its largest response y,
+the wavelet k has the share R of it, the integral of h(t - s)*w(s) ds with the oscillator's response h to an impulse,
+so that the level changes by d(log|y|) = sum of A*R/y * d(log|A|).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+
+from ...errors import MountedSystemError
+from ...kernel.arrays import FloatArray, floats
+from .averaging import check_duration
+from .recorded_signal import RecordedSignal
+from .shock_spectra import RequiredSpectrum
+
+LARGEST_DEVIATION = 3.0  # [dB] of a record that is accepted, as test standards have it
+_SAMPLES_PER_PERIOD = 10.0  # of the highest frequency
+_LEAST_CYCLES, _MOST_CYCLES = 3, 11  # half cycles of a wavelet
+_SPREAD = 0.3  # share of the duration within which wavelets begin
+_STEP, _LARGEST_STEP, _DAMPING = 0.5, 0.5, 0.03  # of the Newton steps, as oscillators change the time of their peak
+_MOST_ITERATIONS, _PATIENCE = 40, 10  # and how many without a better one
+_ENOUGH = 0.08  # deviation of the logarithms, 0.7 dB
+_PER_OCTAVE, _MOST_PER_OCTAVE, _CHECKED_PER_OCTAVE = 12, 48, 48
+_MOST_NUMBERS = 20_000_000  # samples of all oscillators
+_MOST_KEPT = 16
+
+
+@dataclass(frozen=True, eq=False)
+class SynthesizedShock:
+    """A synthesized acceleration.
+
+    Attributes
+    ----------
+    signal : RecordedSignal
+    lowest, highest : float     Deviation of its spectrum from the one asked for at any frequency [dB].
+    wavelets : int
+    """
+
+    signal: RecordedSignal
+    lowest: float
+    highest: float
+    wavelets: int
+
+
+@lru_cache(maxsize=_MOST_KEPT)
+def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0) -> SynthesizedShock:
+    """An acceleration with a shock response spectrum.
+
+    Parameters
+    ----------
+    required : RequiredSpectrum
+    duration : float             Of the acceleration [s].
+    seed : int                   Of the delays of the wavelets.
+
+    Raises
+    ------
+    MountedSystemError           If the duration is too short or too long, or the spectrum is not met within 3 dB.
+    """
+    check_duration(duration, "duration")
+    frequency = required.frequencies(_PER_OCTAVE)
+    least = 0.5 * _LEAST_CYCLES / float(frequency[0])
+    if duration < least:
+        raise MountedSystemError(
+            f"A shock with a spectrum from {frequency[0]:g} Hz on must last {least:.4g} s or more, one and a half "
+            f"periods, got {duration:.4g} s; lengthen it."
+        )
+    interval = 1.0 / (_SAMPLES_PER_PERIOD * float(frequency[-1]))
+    samples = 1 + math.ceil(duration / interval)
+    oscillators = required.frequencies(_oscillators(required)).size
+    if samples * oscillators > _MOST_NUMBERS:
+        raise MountedSystemError(
+            f"A shock with a spectrum up to {frequency[-1]:g} Hz may last "
+            f"{_MOST_NUMBERS / oscillators * interval:.3g} s, got {duration:.4g} s; shorten it."
+        )
+    time = floats(interval * np.arange(samples))
+    acceleration = _matched(required, _wavelets(frequency, time, duration, seed), time)
+    excess = required.excess(acceleration, interval, _CHECKED_PER_OCTAVE)
+    lowest, highest = float(excess.min()), float(excess.max())
+    if max(-lowest, highest) > LARGEST_DEVIATION:
+        raise MountedSystemError(
+            f"The best synthesized shock deviates from its spectrum by {lowest:+.2g} to {highest:+.2g} dB, more than "
+            f"{LARGEST_DEVIATION:g} dB; take another `duration` or `seed`, or a spectrum without steps."
+        )
+    return SynthesizedShock(RecordedSignal(time, acceleration), lowest, highest, frequency.size)
+
+
+def _wavelets(frequency: FloatArray, time: FloatArray, duration: float, seed: int) -> FloatArray:
+    """Wavelets of alternating sign, each with an amplitude of about 1, shape (F, K)."""
+    fitting = 2.0 * np.floor(frequency * duration - 0.5) + 1.0  # the largest odd number of half cycles
+    cycles = np.clip(fitting, _LEAST_CYCLES, _MOST_CYCLES)
+    lengths = 0.5 * cycles / frequency
+    drawn = _SPREAD * duration * np.random.default_rng(seed).random(frequency.size)
+    local = time - np.minimum(drawn, duration - lengths)[:, None]
+    phase = 2.0 * np.pi * frequency[:, None] * local
+    inside = (local >= 0.0) & (local <= lengths[:, None])
+    signs = (-1.0) ** np.arange(frequency.size)
+    return floats(signs[:, None] * np.where(inside, np.sin(phase / cycles[:, None]) * np.sin(phase), 0.0))
+
+
+def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray) -> FloatArray:
+    """The sum of wavelets whose spectrum deviates least, shape (K,)."""
+    levels, interval = required.levels, float(time[1])
+    oscillators = required.frequencies(_oscillators(required))
+    asked = required.at(oscillators)
+    whole = floats(interval * np.arange(time.size + math.ceil(0.5 / (levels.lowest * interval))))  # with what follows
+    length = next_fast_len(2 * whole.size, real=True)
+    transfer = interval * rfft(_impulse_responses(oscillators, required.damping, whole), length, axis=1)
+    amplitudes = required.at(required.frequencies(_PER_OCTAVE)) / _MOST_CYCLES
+    best, least, waited = wavelets[0], math.inf, 0
+    for _ in range(_MOST_ITERATIONS):
+        acceleration = amplitudes @ wavelets
+        responses = irfft(rfft(acceleration, length) * transfer, length, axis=1)[:, : whole.size]
+        latest = np.argmax(np.abs(responses), axis=1)
+        largest = responses[np.arange(oscillators.size), latest]
+        missing = np.log(asked / np.abs(largest))
+        deviation = float(np.abs(missing).max())
+        waited += 1
+        if deviation < least:
+            best, least, waited = acceleration, deviation, 0
+        if waited == _PATIENCE or deviation < _ENOUGH:
+            break
+        remembered = _impulse_responses(oscillators, required.damping, floats(interval * latest[:, None] - time))
+        shares = interval * (remembered @ wavelets.T) * amplitudes / largest[:, None]
+        normal = shares.T @ shares + _DAMPING * np.eye(amplitudes.size)
+        change = np.linalg.solve(normal, shares.T @ (_STEP * np.clip(missing, -_LARGEST_STEP, _LARGEST_STEP)))
+        amplitudes = amplitudes * (1.0 + np.clip(change, -_LARGEST_STEP, _LARGEST_STEP))
+    return floats(best)
+
+
+def _oscillators(required: RequiredSpectrum) -> int:
+    """How many in an octave: neighbours are closer than the width of a resonance."""
+    return min(_MOST_PER_OCTAVE, max(_PER_OCTAVE, math.ceil(1.2 * required.quality)))
+
+
+def _impulse_responses(frequency: FloatArray, damping: float, time: FloatArray) -> FloatArray:
+    """Absolute acceleration of oscillators after an impulse of base acceleration at time 0, shape (F, ...) [1/s]."""
+    rate = 2.0 * np.pi * frequency[:, None]
+    damped = math.sqrt(1.0 - damping**2)
+    after = np.maximum(time, 0.0)
+    swing = (1.0 - 2.0 * damping**2) / damped * np.sin(damped * rate * after)
+    swing += 2.0 * damping * np.cos(damped * rate * after)
+    return floats(np.where(time >= 0.0, rate * np.exp(-damping * rate * after) * swing, 0.0))
