@@ -46,6 +46,7 @@ COMMANDS = {
     "native-build": "native_build.py",
     "systems": "systems.py",
     "startup": "startup.py",
+    "verdicts": "verdicts.py",
 }
 
 
