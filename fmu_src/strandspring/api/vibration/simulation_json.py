@@ -12,6 +12,7 @@ from ...kernel.arrays import FloatArray
 from ...vibration.bodies.axis_names import axis_names
 from ...vibration.bodies.modes import Mode
 from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.rest import mount_loads
 from ...vibration.bodies.simulation import CaseRun
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.courses import SRS_DAMPING, Courses
@@ -47,6 +48,12 @@ def candidate_json(candidate: CandidateAnswer) -> Json:
                 "place_in_range": _ranged(places[:, k]),
             }
             for k, name in enumerate(names)
+        ],
+        "mounts": [
+            {"mount": mount.name, "load": load}
+            for mount, load in zip(
+                candidate.system.mounts, mount_loads(candidate.system, pose).tolist(), strict=True
+            )
         ],
     }  # fmt: skip
     modes = {name: [_mode(mode) for mode in getattr(static, name)] for name in ("tangent", "secant")}
