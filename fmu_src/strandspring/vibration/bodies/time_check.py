@@ -24,7 +24,8 @@ from .solving import channel_rows, solver
 from .stable_step import largest_stable_step
 
 MOST_PERIODS = 400
-_PERIODIC = 2e-4  # of the largest acceleration: change from one period to the next
+_PERIODIC = 2e-4  # of the largest acceleration: change from one period to the next, and all that are to come
+_NOTHING = 1e-6  # such a change is that of rounding
 _STEPS = 2  # per sample of a period, at least
 _OF_STABLE = 0.1  # of the largest stable step
 _SMALL = 0.1  # of the largest of its kind: a smaller figure errs by a share of this
@@ -129,13 +130,19 @@ class TimeCheck:
             channel_rows(self._motion.system, [channel]), channel.signal.averages(period / count, count)[None],
             period / count, np.array(self._motion.system.gravity), pose, hysteresis, momenta, steps,
         )  # fmt: skip
-        before = None
+        before, last = None, math.inf
         for _, histories in zip(range(MOST_PERIODS), periods, strict=False):
             acceleration = histories.acceleration
             if len(acceleration) <= SAMPLES:
                 return None
-            if before is not None and np.abs(acceleration - before).max() <= _PERIODIC * np.abs(acceleration).max():
-                return self._peaks(histories)
+            if before is not None:
+                largest = np.abs(acceleration).max()
+                change = float(np.abs(acceleration - before).max())
+                # What is left if changes go on to fall by the factor of the last two.
+                left = change**2 / (last - change) if change < last else math.inf
+                if change <= _NOTHING * largest or (change <= _PERIODIC * largest and left <= _PERIODIC * largest):
+                    return self._peaks(histories)
+                last = change
             before = acceleration
         return None
 
