@@ -288,9 +288,7 @@ def _errors(simulation: SimulationContent) -> Iterator[Block]:
         "candidate and case", "acceleration", "sway", "stroke", "step [µs]", "energy exchanged [J]", "residual",
     )  # fmt: skip
     if rows:
-        yield PageTable(
-            "Range over omega at rest, numerical errors and energy balance", header, tuple(rows[:MOST_ROWS])
-        )
+        yield PageTable("Numerical errors and energy balance", header, tuple(rows[:MOST_ROWS]))
         yield Text(
             "The error is a bound: the change from the run with twice the step. The residual of the energy balance is "
             "over the energy exchanged."

@@ -86,7 +86,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     "--draws",
     type=click.IntRange(0, 1_000_000),
     help="Springs drawn from the model's uncertainty at each grid point, 0 for the identified spring alone; of a "
-    "SYSTEM.toml draws in each run, as of `simulate`.  [default: 100, or what SYSTEM.toml says]",
+    "SYSTEM.toml draws in each run, as of `simulate`, at least 16.  [default: 100, or what SYSTEM.toml says, or 48]",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: 0, or what SYSTEM.toml says]")
 @mount_options
@@ -119,8 +119,8 @@ def study(
     uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
     dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a
     unit or are in what the file's `units` state, and percent are of what the file says. "mount.NAME.places" is how
-    many of the places have a mount, from the first on. Every grid point is simulated with every candidate, load case
-    and draw.
+    many of the places have a mount, from the first on. Every grid point is simulated with every candidate in every load
+    case; each run is a whole answer of `simulate`, and its figures are the upper ends of their ranges.
 
     Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
     identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;

@@ -245,7 +245,7 @@ class RunTable(StrictTable):
         Discriminator(_kind_of_rest),
     ] = Field("unknown", description="Normalized hysteretic variable at rest, in the direction of the static force.")
     draws: Annotated[int, Field(ge=LEAST_DRAWS, le=MOST_DRAWS)] = Field(
-        DRAWS, description="Of omega at rest, springs and realisations, for the ranges of the figures."
+        DRAWS, description="Of omega at rest, springs, mounts and realisations, for the ranges of the figures."
     )
     seed: Annotated[int, Field(ge=0, le=2**63 - 1)] = 0
 
