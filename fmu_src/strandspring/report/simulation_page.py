@@ -169,8 +169,8 @@ def _cell(figure: Figure | None) -> str:
     """The range of a figure, the share of its limit and what it is of."""
     if figure is None:
         return "–"
-    ends = [_number(figure.quantity, end) for end in (figure.low, figure.high)]
-    words = ends[1] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
+    low, high = (_number(figure.quantity, end) for end in (figure.low, figure.high))
+    words = high if low == high else f"{low} to {high}"
     share = of_limit(figure)
     limit = "" if math.isnan(share) else f" ({'0 %' if share < _NOTHING else percent(share, 3)})"
     subject = "" if figure.quantity is FigureKind.TILT else f" {figure.subject}"
@@ -180,11 +180,6 @@ def _cell(figure: Figure | None) -> str:
 def _number(quantity: FigureKind, value: float) -> str:
     shown = quantity.column.factor * value
     return "0" if abs(shown) < _NOTHING else number(shown, 3)
-
-
-def _range(figure: Figure) -> str:
-    low, high = (_number(figure.quantity, end) for end in (figure.low, figure.high))
-    return high if figure.high - figure.low < 1e-3 * figure.high else f"{low} to {high}"
 
 
 def _cautions(simulation: SimulationContent) -> Iterator[Block]:
