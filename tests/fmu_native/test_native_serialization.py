@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from ctypes import byref, c_double, c_size_t, create_string_buffer
 
 import pytest
@@ -70,6 +71,24 @@ def test_states_with_impossible_values_are_refused(spring):
     )
     assert {f"The serialized state is damaged in its field `{field}`." for field in fields} <= refused
     assert any("`rho` must be within" in text for text in refused)
+
+
+def test_a_spring_that_has_moved_has_a_direction(spring):
+    """Without one there is no branch to take the energy along, which would not be a number."""
+    spring.initialize()
+    spring.step(0.03)
+    content = spring.serialized()
+    directions = [place for place in range(66, len(content) - 3) if content[place : place + 4] == b"\1\0\0\0"]
+    said = set()
+    for place in directions:
+        crafted = bytearray(content)
+        crafted[place] = 0
+        if spring.restore(sealed(crafted)) == ERROR:
+            said.add(spring.said)
+        else:
+            assert math.isfinite(spring.get("absorbed_energy")[0])
+        assert spring.restore(content) == OK
+    assert "The serialized state is damaged in its field `memory`." in said
 
 
 def test_the_state_of_another_fmu_version_or_kind_is_refused(spring):

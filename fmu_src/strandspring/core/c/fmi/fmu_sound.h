@@ -17,12 +17,15 @@ static inline int fmu_is_side(int value)
     return value >= -1 && value <= 1;
 }
 
-/* Whether the path is such that nothing made of it overflows; omega may be anything. */
+/* Whether the path is such that nothing made of it overflows; omega may be anything. Without a direction nothing has
+ * moved yet. */
 static inline int fmu_memory_is_sound(const SpringMemory *memory)
 {
-    return fabs(memory->displacement) <= LARGEST_DISPLACEMENT && fabs(memory->start) <= LARGEST_DISPLACEMENT &&
+    int has_moved = memory->displacement != memory->start || memory->displacement != memory->energy_at;
+    return fmu_is_side(memory->direction) && (memory->direction != 0 || !has_moved) &&
+           fabs(memory->displacement) <= LARGEST_DISPLACEMENT && fabs(memory->start) <= LARGEST_DISPLACEMENT &&
            fabs(memory->energy_at) <= LARGEST_DISPLACEMENT && fabs(memory->energy) <= LARGEST_SUM &&
-           fabs(memory->start_xi) <= LARGEST_START_XI && fmu_is_side(memory->direction);
+           fabs(memory->start_xi) <= LARGEST_START_XI;
 }
 
 /* Whether a field is named that no instance can have; the message is then in `problem`. */
