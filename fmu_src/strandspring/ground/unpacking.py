@@ -41,6 +41,15 @@ def unpacked(archive: bytes, maximum_bytes: int, names: Collection[str] | None =
         raise ValueError(f"its archive is damaged: {reason or 'it ends too early'}") from None
 
 
+def unpacked_text(archive: bytes, maximum_bytes: int, name: str) -> str | None:
+    """The text of one file, None if there is none; arguments and errors as for `unpacked`."""
+    content = unpacked(archive, maximum_bytes, (name,)).get(name)
+    try:
+        return None if content is None else content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise ValueError(f"{name} is not UTF-8 text") from None
+
+
 def _check(entries: list[zipfile.ZipInfo], maximum_bytes: int) -> None:
     """Refuse entries that are not for reading."""
     if sum(entry.file_size for entry in entries) > maximum_bytes:

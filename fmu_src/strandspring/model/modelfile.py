@@ -17,7 +17,7 @@ from ..errors import ModelError
 from ..ground.files import read_bytes, read_text, readable, write_text
 from ..ground.quoting import shown
 from ..ground.strict_json import parse, plain
-from ..ground.unpacking import unpacked
+from ..ground.unpacking import unpacked_text
 from .joint import JointCovariance
 from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
 
@@ -178,8 +178,7 @@ def text_in_fmu(path: Path, name: str) -> str:
     """
     packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", ModelError)
     try:
-        content = unpacked(packed, MAXIMUM_BYTES, (name,)).get(name)
-        text = None if content is None else _decoded(content, name)
+        text = unpacked_text(packed, MAXIMUM_BYTES, name)
     except ValueError as problem:
         raise ModelError(
             f"{readable(path)} cannot be read as an FMU ({problem}); copy it again, or build it again."
@@ -187,13 +186,6 @@ def text_in_fmu(path: Path, name: str) -> str:
     if text is None:
         raise ModelError(f"{readable(path)} holds no {name}; give the FMU of a spring that strandspring built.")
     return text
-
-
-def _decoded(content: bytes, name: str) -> str:
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise ValueError(f"{name} is not UTF-8 text") from None
 
 
 def save_model(path: str | Path, model: ModelFile) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from ...core.parameters import SpringParameters
 from ...model.coordinates import chosen_zero
 from ...model.modelfile import ModelFile, is_fmu, load_model
+
+if TYPE_CHECKING:
+    from ...fmu.related_files import BuildSettings
 
 
 class HoldsModel(Protocol):
@@ -48,6 +51,21 @@ def path_of(source: Any) -> str | None:
     return os.fspath(source) if isinstance(source, str | os.PathLike) else None
 
 
+def built_with(source: Any) -> BuildSettings | None:
+    """What an FMU that is the source was built with; None of another source.
+
+    Raises
+    ------
+    ModelError   If it is an FMU that does not say so.
+    """
+    path = path_of(source)
+    if path is None or not is_fmu(path):
+        return None
+    from ...fmu.related_files import BuildSettings
+
+    return BuildSettings.of_fmu(Path(path))
+
+
 def origin_of(source: Any, choice: str | float | None, parameters: SpringParameters) -> float:
     """The zero [m] that "rig", "middle" or a displacement of the record [m] stands for; by default that of an FMU from
     which the model is read, else a sensible one.
@@ -56,9 +74,5 @@ def origin_of(source: Any, choice: str | float | None, parameters: SpringParamet
     ------
     StrandspringError   If it is none of these, or the FMU is damaged.
     """
-    path = path_of(source)
-    if choice is None and path is not None and is_fmu(path):
-        from ...fmu.related_files import BuildSettings
-
-        return BuildSettings.of_fmu(Path(path)).zero
-    return chosen_zero(choice, parameters)
+    before = built_with(source) if choice is None else None
+    return before.zero if before is not None else chosen_zero(choice, parameters)

@@ -20,12 +20,12 @@ from ...fmu.related_files import BuildSettings
 from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
-from ...model.coordinates import checked_zero
-from ...model.modelfile import ModelFile, is_fmu, is_model_path
+from ...model.coordinates import checked_zero, chosen_zero
+from ...model.modelfile import ModelFile, is_model_path
 from ...model.names import check_name, identifier
 from ...records.given import Source, as_records
 from ...vibration.description.system_file import is_system_file
-from ..common.model_source import ModelSource, model_of, origin_of, path_of
+from ..common.model_source import ModelSource, built_with, model_of, path_of
 from ..common.progress import Progress, unseen
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
@@ -61,17 +61,10 @@ class BuildOptions:
         """The version of FMI that is built."""
         return 2 if self.fmi is None else self.fmi
 
-    def with_those_of(self, source: Any) -> BuildOptions:
-        """These and, where nothing was asked for, those of the FMU that is the source.
-
-        Raises
-        ------
-        ModelError   If the source is an FMU without them.
-        """
-        path = path_of(source)
-        if path is None or not is_fmu(path):
+    def with_those_of(self, before: BuildSettings | None) -> BuildOptions:
+        """These and, where nothing was asked for, those of the FMU that is the source, if it is one."""
+        if before is None:
             return self
-        before = BuildSettings.of_fmu(Path(path))
         options = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
         if self.backend not in (None, before.backend, "both"):
             return options
@@ -261,14 +254,15 @@ def build_fmu(
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     # FMUs hold these as JSON, which knows no bool of NumPy.
     flags = bool(real_time), bool(no_energy)
-    options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(model)
+    before = built_with(model)
+    options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(before)
     kind: Any = "states" if states else options.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
     content = _model(model, name)
-    origin = origin_of(model, zero, content.parameters)
+    origin = chosen_zero(before.zero if zero is None and before else zero, content.parameters)
     return build_all(content, Path(folder), (kind,), options, chosen, origin, progress)[0].path
 
 

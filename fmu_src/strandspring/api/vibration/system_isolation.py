@@ -203,7 +203,7 @@ class SystemIsolation(AnyIsolation):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        from ...vibration.bodies.response_plot import fill, size_of
+        from .system_isolation_plot import fill, size_of
 
         save_plot(path, size_of(self.curves), lambda figure: fill(figure, self.curves, self.name))
 

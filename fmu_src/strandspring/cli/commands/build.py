@@ -9,6 +9,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from ...api.common.model_source import built_with
 from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, refuse_platforms
 from ...api.fmus.building_system import SystemToBuild
 from ...api.fmus.fmus_in_place import BuiltFmu
@@ -160,7 +161,7 @@ def build(
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
     if len(sources) == 1:
-        settings = settings.with_those_of(sources[0])
+        settings = settings.with_those_of(built_with(sources[0]))
     kinds = _kinds(settings, states, platforms, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", "save_anyway", *options}

@@ -13,8 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...kernel.arrays import FloatArray
-from ..one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
-from .six_response import SystemResponse
+from ...vibration.bodies.six_response import SystemResponse
+from ...vibration.one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
 
 _WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25  # of a column, of both rows, of a line of the legend [inches]
 _GAINS = {"1": (1.0, "transmissibility [-]"), "m/rad": (1e3, "motion [mm/rad]"), "m/N": (1e3, "motion [mm/N]")}
