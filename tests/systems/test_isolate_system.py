@@ -175,3 +175,13 @@ def test_motions_in_which_bodies_turn_are_compared_with_time_integration() -> No
     assert max(error.largest for error in strong.errors) < 0.04
     assert any("time integration" in sentence for sentence in strong.cautions)
     assert not any("time integration" in sentence for sentence in (*weak.cautions, *middle.cautions))
+
+
+@pytest.mark.parametrize(("direction", "slides"), [((0.0, 0.0, 1.0), False), ((1.0, 1.0, 1.0), True)])
+def test_axes_of_a_mount_that_slide_at_once_are_told(direction: tuple[float, float, float], slides: bool) -> None:
+    told = isolate_system(
+        EXAMPLES / BOX, base_displacement=1.5e-3, directions=[direction], points=6, band=(6.0, 20.0),
+        candidates="standard",
+    )  # fmt: skip
+    (response,) = told.candidates[0].responses
+    assert any("slide at once" in sentence for sentence in response.cautions) == slides
