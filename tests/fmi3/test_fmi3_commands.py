@@ -11,6 +11,7 @@ import pytest
 
 from fmu_tools import SPRING
 from strandspring import Spring, build_fmu
+from strandspring.api.common.model_source import built_with
 from strandspring.api.fmus.building import BuildOptions
 from strandspring.errors import BuildError
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -77,12 +78,12 @@ def test_other_versions_are_refused(terminal: Terminal) -> None:
 
 def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:
     fmu = build_native_fmu(MODEL, tmp_path, (), author="A", fmi=3, real_time=True, no_energy=True)
-    same = BuildOptions(None).with_those_of(fmu)
+    same = BuildOptions(None).with_those_of(built_with(fmu))
     assert same == BuildOptions("native", "A", fmi=3, real_time=True, no_energy=True)
-    assert BuildOptions(None, "B", fmi=2).with_those_of(fmu) == BuildOptions("native", "B", False, 2, True, True)
+    assert BuildOptions(None, "B", fmi=2).with_those_of(built_with(fmu)) == BuildOptions("native", "B", False, 2, True, True)
     # Another back end takes the author only.
     for backend in ("python", "both"):
-        other = BuildOptions(backend).with_those_of(fmu)
+        other = BuildOptions(backend).with_those_of(built_with(fmu))
         assert other == BuildOptions(backend, "A")
         other.refuse_impossible(("python",))
     python = build_python_fmu(MODEL, tmp_path)
@@ -92,7 +93,7 @@ def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Pat
 
 def test_an_fmu_of_before_has_the_settings_of_fmi_2(tmp_path: Path) -> None:
     fmu = build_native_fmu(MODEL, tmp_path, ())
-    assert BuildOptions(None).with_those_of(fmu) == BuildOptions("native", "", False, 2, False, False)
+    assert BuildOptions(None).with_those_of(built_with(fmu)) == BuildOptions("native", "", False, 2, False, False)
 
 
 def test_what_was_built_says_that_it_is_for_real_time(terminal: Terminal) -> None:
@@ -109,4 +110,4 @@ def test_what_was_built_says_that_it_is_for_real_time(terminal: Terminal) -> Non
 def test_flags_of_other_libraries_are_stored_as_ours(tmp_path: Path) -> None:
     flag: Any = np.True_
     fmu = build_fmu(Spring(SPRING, "spring"), tmp_path, real_time=flag, no_energy=flag, platforms="host")
-    assert BuildOptions(None).with_those_of(fmu) == BuildOptions("native", "", False, 2, True, True)
+    assert BuildOptions(None).with_those_of(built_with(fmu)) == BuildOptions("native", "", False, 2, True, True)

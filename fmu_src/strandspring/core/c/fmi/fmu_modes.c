@@ -27,8 +27,8 @@ FmuStatus fmu_refuse_call(const Log *log, int mode, const char *call, int allowe
         return FMU_REFUSE(log, "%s must be called while a step is pending, and steps of this FMU never are.", call);
     if (!(allowed & kind))
         return FMU_REFUSE(log, "%s must be called in %s, but the instance is for %s.", call,
-                          kind == CO_SIMULATION ? "model exchange" : "co-simulation",
-                          kind == CO_SIMULATION ? "co-simulation" : "model exchange");
+                          kind == IN_CO_SIMULATION ? "model exchange" : "co-simulation",
+                          kind == IN_CO_SIMULATION ? "co-simulation" : "model exchange");
     for (int i = 0; i < MODE_COUNT; i++) {
         size_t length = strlen(expected);
         if (MODES[i].modes & allowed & kind)

@@ -35,15 +35,15 @@ enum {
     TERMINATED = ME_TERMINATED | CS_TERMINATED,
     ME_INITIALIZED = ME_EVENT | ME_CONTINUOUS_TIME,
     INITIALIZED = ME_INITIALIZED | CS_STEP,
-    MODEL_EXCHANGE = ME_INSTANTIATED | ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED,
-    CO_SIMULATION = CS_INSTANTIATED | CS_INITIALIZATION | CS_STEP | CS_TERMINATED,
-    ANY_MODE = MODEL_EXCHANGE | CO_SIMULATION
+    IN_MODEL_EXCHANGE = ME_INSTANTIATED | ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED,
+    IN_CO_SIMULATION = CS_INSTANTIATED | CS_INITIALIZATION | CS_STEP | CS_TERMINATED,
+    ANY_MODE = IN_MODEL_EXCHANGE | IN_CO_SIMULATION
 };
 
 /* Those of the modes that belong to the kind of an instance, model exchange or co-simulation, which is in `mode`. */
 static inline int fmu_of_kind(int mode, int modes)
 {
-    return modes & (mode & MODEL_EXCHANGE ? MODEL_EXCHANGE : CO_SIMULATION);
+    return modes & (mode & IN_MODEL_EXCHANGE ? IN_MODEL_EXCHANGE : IN_CO_SIMULATION);
 }
 
 /* For the list of calls of a version: the modes in which each is legal, as ALLOWED_call. */

@@ -65,8 +65,8 @@ FmuStatus fmu_return_to_snapshot(Instance *instance, const char *call, const voi
     int kind = fmu_of_kind(instance->state.mode, ANY_MODE);
     if (!(snapshot->state.mode & kind))
         return FMU_REFUSE(&instance->log, "The state must be one of %s, but it is one of %s.",
-                          kind == MODEL_EXCHANGE ? "model exchange" : "co-simulation",
-                          kind == MODEL_EXCHANGE ? "co-simulation" : "model exchange");
+                          kind == IN_MODEL_EXCHANGE ? "model exchange" : "co-simulation",
+                          kind == IN_MODEL_EXCHANGE ? "co-simulation" : "model exchange");
     fmu_restore(instance, &snapshot->state);
     return FMU_OK;
 }

@@ -35,8 +35,8 @@
     CALL(GetEventIndicators, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
     CALL(GetContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
     CALL(GetNominalsOfContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
-    CALL(GetNumberOfEventIndicators, MODEL_EXCHANGE) \
-    CALL(GetNumberOfContinuousStates, MODEL_EXCHANGE) \
+    CALL(GetNumberOfEventIndicators, IN_MODEL_EXCHANGE) \
+    CALL(GetNumberOfContinuousStates, IN_MODEL_EXCHANGE) \
     CALL(GetOutputDerivatives, CS_STEP | CS_TERMINATED) \
     CALL(DoStep, CS_STEP)
 

@@ -13,7 +13,8 @@ enum {
     OF_AXIS = (sizeof(MotionAxisState) - offsetof(MotionAxisState, displacement)) / sizeof(double)
 };
 _Static_assert(
-    sizeof(MotionState) == OF_MOTION * sizeof(double) + (3 * sizeof(void *) + 7) / 8 * 8, "every number is serialized");
+    sizeof(MotionState) - offsetof(MotionState, body) < 3 * sizeof(void *) + sizeof(double),
+    "every number is serialized, as nothing but pointers is behind");
 _Static_assert(
     sizeof(MotionAxisState) == sizeof(SpringMemory) + OF_AXIS * sizeof(double), "every number is serialized");
 
@@ -100,7 +101,7 @@ static const char *damaged_field(const State *state)
 {
     SystemCounts counts = system_counts();
     size_t channels = (size_t)counts.channels;
-    if ((state->mode & CO_SIMULATION) != state->mode || state->mode == 0 || (state->mode & (state->mode - 1)) != 0)
+    if ((state->mode & IN_CO_SIMULATION) != state->mode || state->mode == 0 || (state->mode & (state->mode - 1)) != 0)
         return "mode";
     if (!isfinite(state->time) || isnan(state->stop_time))
         return "time";

@@ -1,0 +1,70 @@
+"""The C sources in native FMUs, as simulators compile them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import fmpy
+import pytest
+from fmpy.util import create_cmake_project
+
+from fmu_tools import SPRING, check_fmu
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import chosen_platforms
+from strandspring.fmu.system.system_check import examine_system_fmu
+from strandspring.fmu.system.system_native import build_system_fmu
+from strandspring.model.modelfile import ModelFile
+from system_fmu_tools import BOX, BOX_OPTIONS
+
+KINDS = ("spring 2", "spring 3", "system 2", "system 3")
+UNITS = dict(
+    zip(KINDS, ("fmi2_all.c", "fmi3_all.c", *(f"fmu/system/c/system_all{n}.c" for n in ("", "3"))), strict=True)
+)
+MACROS = (("MODEL_EXCHANGE",), ("CO_SIMULATION",), ("MODEL_EXCHANGE", "CO_SIMULATION"))
+
+
+def built(kind: str, folder: Path) -> Path:
+    what, version = kind.split()
+    host = chosen_platforms("host")
+    if what == "spring":
+        return build_native_fmu(ModelFile("spring", SPRING), folder, host, zero=0.0, fmi=int(version))
+    return build_system_fmu(BOX, folder, replace(BOX_OPTIONS, fmi=int(version)), host)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "unit"), list(zip(KINDS, UNITS, strict=True)))
+def test_sources_are_c99_whatever_customary_macros_a_tool_defines(kind: str, unit: str, tmp_path: Path) -> None:
+    """Also for 32 bits, where structures are laid out otherwise, and the static assertions still hold."""
+    with zipfile.ZipFile(built(kind, tmp_path)) as archive:
+        archive.extractall(tmp_path)
+    for target in ("x86_64-linux-gnu", "x86-linux-gnu"):
+        for macros in MACROS:
+            command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-std=c99", "-c", "-o"]
+            command += [str(tmp_path / "unit.o"), *(f"-D{macro}" for macro in macros)]
+            command += [f"-I{Path(fmpy.__file__).parent / 'c-code'}", str(tmp_path / "sources" / unit)]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            assert done.returncode == 0, (target, macros, done.stderr)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_project_that_fmpy_makes_builds_and_gives_the_same_forces(kind: str, tmp_path: Path) -> None:
+    fmu, project = built(kind, tmp_path), tmp_path / "project"
+    create_cmake_project(str(fmu), str(project))
+    (binary,) = project.glob("binaries/*/*")
+    binary.unlink()
+    for command in (["cmake", "-B", "build", "-S", "."], ["cmake", "--build", "build"]):
+        subprocess.run(command, cwd=project, check=True, capture_output=True)
+    assert binary.is_file()
+    rebuilt = tmp_path / "rebuilt.fmu"
+    with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(rebuilt, "w") as other:
+        for name in archive.namelist():
+            other.writestr(name, binary.read_bytes() if name.startswith("binaries/") else archive.read(name))
+    if kind.startswith("spring"):
+        assert check_fmu(rebuilt).force_difference == 0.0
+    else:
+        assert examine_system_fmu(rebuilt, BOX, replace(BOX_OPTIONS, fmi=int(kind[-1]))).problems == ()
