@@ -21,9 +21,7 @@ from strandspring.model.modelfile import ModelFile
 from system_fmu_tools import BOX, BOX_OPTIONS
 
 KINDS = ("spring 2", "spring 3", "system 2", "system 3")
-UNITS = dict(
-    zip(KINDS, ("fmi2_all.c", "fmi3_all.c", *(f"fmu/system/c/system_all{n}.c" for n in ("", "3"))), strict=True)
-)
+UNITS = ("fmi2_all.c", "fmi3_all.c", "fmu/system/c/system_all.c", "fmu/system/c/system_all3.c")
 MACROS = (("MODEL_EXCHANGE",), ("CO_SIMULATION",), ("MODEL_EXCHANGE", "CO_SIMULATION"))
 
 
