@@ -235,8 +235,28 @@ class _Equations:
             change[b, 6:10] = _quaternion_rate(moving[b, 6:10], pose.W[b])
         result[self.size : self.size + 4] = _quaternion_rate(z[self.size : self.size + 4], pose.W[-1])
         rest = result[self.size + 4 :]
-        rest[: self.count] = self.springs.omega_rate(d_rate / self.series, directions, pose.omega)
+        slip_rate = d_rate / self.series
+        if self.system.coupled:
+            rest[: self.count] = self.coupled_rate(self.springs.rho * slip_rate, pose.omega)
+        else:
+            rest[: self.count] = self.springs.omega_rate(slip_rate, directions, pose.omega)
         rest[self.count :] = (f - self.damping * d_rate) * d_rate
+        return result
+
+    def coupled_rate(self, slip: FloatArray, omega: FloatArray) -> FloatArray:
+        """omega' = s - |omega|^(n - 2)*omega*[sigma*sum(|s*omega|) + (1 - sigma)*sum(s*omega)] with s = rho*x' and the
+        sums over the axes of a mount: Park, Wen and Ang (1986) for n = 2 and sigma = 1/2, paper eq. 11 for one axis.
+        """
+        result, first = slip.copy(), 0
+        for mount in self.system.mounts:
+            own = slice(first, first + len(mount.axes))
+            s, o, first = slip[own], omega[own], own.stop
+            length = np.linalg.norm(o)
+            if length > 0.0:
+                sigma, n = self.springs.sigma[own], self.springs.n[own]
+                result[own] -= (
+                    min(length, 1.0) ** n * o / length**2 * (sigma * abs(s * o).sum() + (1.0 - sigma) * (s * o).sum())
+                )
         return result
 
     def kinks(self, t: float, z: FloatArray) -> FloatArray:

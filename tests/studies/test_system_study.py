@@ -431,7 +431,7 @@ def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:
     command = ("study", "electronics_box.toml", "--vary", "body.box.mass=0%,100%,200%", "--case", "drop", "--step",
                "0.0005", "--workers", "1", "-o", "out.csv")  # fmt: skip
     told = json.loads(terminal(*command, "--plot", "out.svg", "--json"))
-    assert (told["runs"], told["draws"], told["cases"]) == (6, 48, ["drop"])
+    assert (told["runs"], told["draws"], told["cases"]) == (6, 64, ["drop"])
     assert told["vary"] == [{"path": "body.box.mass", "unit": "%", "values": [0.0, 100.0, 200.0]}]
     table = pd.read_csv("out.csv")
     assert table["body.box.mass [%]"].tolist() == [0.0, 0.0, 100.0, 100.0, 200.0, 200.0]
@@ -445,7 +445,7 @@ def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:
     assert good["least_margin"] == f"{row['least margin']} in drop"
     text = terminal(*command)
     for said in (
-        "Electronics box: 6 runs of 48 draws (seed 0): 2 candidates in 1 load case at each of 3 grid points: ",
+        "Electronics box: 6 runs of 64 draws (seed 0): 2 candidates in 1 load case at each of 3 grid points: ",
         f"{1e3 * row['sway [m]']:.4g}",
         "body.box.mass 0 %, standard: 1 of 1 refused, most often: body[1].mass: must be a mass > 0",
         "Results: out.csv",

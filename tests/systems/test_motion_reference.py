@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -88,6 +88,7 @@ CASES = {
     "base turns": Comparison(box(), (TURNING, SHOCK)),
     "base turns at once": Comparison(box(), (AT_ONCE,), has_corners=True),
     "base turns at once, dampers": Comparison(inclined_box(), (AT_ONCE,), has_corners=True),
+    "friction acts together": Comparison(replace(inclined_box(), coupled=True), (SHOCK,), 0.5),
     "base turns, dampers": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
 }  # fmt: skip
 

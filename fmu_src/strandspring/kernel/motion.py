@@ -70,6 +70,7 @@ class MotionSolver:
     springs : sequence of SpringParameters   Of each axis.
     axes : ndarray, shape (A,)               MotionAxis; their laws are filled in.
     points : ndarray, shape (P,)             MotionPoint.
+    coupled : bool                           Whether the friction of the axes of each mount acts together.
     """
 
     def __init__(
@@ -79,12 +80,14 @@ class MotionSolver:
         springs: Sequence[SpringParameters],
         axes: NDArray[np.void],
         points: NDArray[np.void],
+        coupled: bool = False,
     ) -> None:
         laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
         self._laws = tuple(laws.values())  # kept alive
         self._axes = axes.copy()
         self._axes["law"] = [laws[spring].address for spring in springs]
         self._parts = {"body": bodies, "mount": mounts, "axis": self._axes, "point": points}
+        self._coupled = coupled
         self.bodies, self.mounts, self.axes, self.points = map(len, self._parts.values())
 
     @property
@@ -240,7 +243,9 @@ class MotionSolver:
     def _system(self, channels: NDArray[np.void]) -> Structure:
         counts = {"bodies": self.bodies, "mounts": self.mounts, "axes": self.axes, "points": self.points}
         parts = {name: address(part) for name, part in self._parts.items()}
-        return structures()["MotionSystem"](**counts, channels=len(channels), **parts, channel=address(channels))
+        return structures()["MotionSystem"](
+            **counts, channels=len(channels), coupled=self._coupled, **parts, channel=address(channels)
+        )
 
 
 class _State:

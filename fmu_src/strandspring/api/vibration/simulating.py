@@ -206,7 +206,7 @@ def simulate(
                                                        several directions stands for all of them.
     draws, seed : int or None  Of everything unknown, for the ranges of the figures: omega at rest, springs by the
                                uncertainty of their model files, scatter of mounts, realisations of random vibration
-                               (a third of the draws). At least 16; by default as the file says, or 48.
+                               (a quarter of the draws). At least 16; by default as the file says, or 64.
     step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
                                the errors are within 0.1 %.
     workers : int or None      Threads; as many as cores if None.

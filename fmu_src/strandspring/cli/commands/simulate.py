@@ -41,7 +41,7 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
     type=click.IntRange(LEAST_DRAWS, MOST_DRAWS),
     metavar="N",
     help="Draws of all that is unknown (omega at rest, springs, mounts), for the ranges of the figures; of random "
-    "vibration a third of them.  [default: the file's, or 48]",
+    "vibration a quarter of them.  [default: the file's, or 64]",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")

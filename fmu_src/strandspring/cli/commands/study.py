@@ -86,7 +86,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     "--draws",
     type=click.IntRange(0, 1_000_000),
     help="Springs drawn from the model's uncertainty at each grid point, 0 for the identified spring alone; of a "
-    "SYSTEM.toml draws in each run, as of `simulate`, at least 16.  [default: 100, or what SYSTEM.toml says, or 48]",
+    "SYSTEM.toml draws in each run, as of `simulate`, at least 16.  [default: 100, or what SYSTEM.toml says, or 64]",
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: 0, or what SYSTEM.toml says]")
 @mount_options

@@ -38,7 +38,7 @@ static const KernelPlace PLACES[] = {
     SIZE(MotionChannel), AT(MotionChannel, direction), AT(MotionChannel, place), AT(MotionChannel, kind),
     AT(MotionChannel, body),
     SIZE(MotionSystem), AT(MotionSystem, bodies), AT(MotionSystem, mounts), AT(MotionSystem, axes),
-    AT(MotionSystem, points), AT(MotionSystem, channels), AT(MotionSystem, body), AT(MotionSystem, mount),
+    AT(MotionSystem, points), AT(MotionSystem, channels), AT(MotionSystem, coupled), AT(MotionSystem, body), AT(MotionSystem, mount),
     AT(MotionSystem, axis), AT(MotionSystem, point), AT(MotionSystem, channel),
     SIZE(MotionState), AT(MotionState, body), AT(MotionState, reach), AT(MotionState, axis),
     SIZE(MotionRecord), AT(MotionRecord, of_points), AT(MotionRecord, of_axes), AT(MotionRecord, of_bodies),

@@ -301,6 +301,8 @@ class MountedSystem:
     points : tuple of Point
     gravity : Vector             [m/s^2].
     name : str
+    coupled : bool               Whether the friction of the axes of each mount acts together (Park, Wen and Ang 1986),
+                                 or that of each axis for itself.
 
     Raises
     ------
@@ -312,6 +314,7 @@ class MountedSystem:
     points: tuple[Point, ...] = ()
     gravity: Vector = (0.0, 0.0, -STANDARD_GRAVITY)
     name: str = ""
+    coupled: bool = False
 
     def __post_init__(self) -> None:
         for what, count, least, most in (

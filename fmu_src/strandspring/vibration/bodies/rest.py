@@ -74,7 +74,8 @@ def rest(
     share : float           omega of every spring as a share of saturation in the sense of its static force, -1 to 1.
     weightless : bool       Without gravity, as in a free fall.
     solve : MotionSolver    Of the system, if there is one already.
-    omega : ndarray or None, shape (A,)   Of the springs of each axis, instead of a share.
+    omega : ndarray or None, shape (A,)   Of the springs of each axis, instead of a share; where the
+                            friction of the axes of a mount acts together, within a length of 1 in each mount.
 
     Raises
     ------
@@ -86,9 +87,16 @@ def rest(
     if omega is None and share != 0.0:
         omega = share * kernel.senses(pose.force)
     if omega is not None:
+        omega = _shared(system, omega) if system.coupled else omega
         pose = _rest(system, kernel, gravity, omega, pose.coordinates)
     _check_range(system, pose)
     return pose
+
+
+def _shared(system: MountedSystem, omega: FloatArray) -> FloatArray:
+    """omega of each mount within the length 1 that its axes share."""
+    ends = np.cumsum([len(mount.axes) for mount in system.mounts])[:-1]
+    return np.concatenate([part / max(float(np.linalg.norm(part)), 1.0) for part in np.split(omega, ends)])
 
 
 def mount_loads(system: MountedSystem, pose: RestPose) -> FloatArray:

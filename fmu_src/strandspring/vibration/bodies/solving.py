@@ -35,7 +35,7 @@ class SystemArrays:
 def solver(system: MountedSystem) -> MotionSolver:
     """The kernel's solver for a system."""
     parts = arrays(system)
-    return MotionSolver(parts.bodies, parts.mounts, parts.springs, parts.axes, parts.points)
+    return MotionSolver(parts.bodies, parts.mounts, parts.springs, parts.axes, parts.points, system.coupled)
 
 
 def arrays(system: MountedSystem) -> SystemArrays:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, ModelWrapValidatorHandler, Tag, ValidationError, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
+from pydantic.functional_validators import ModelWrapValidatorHandler
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, StrictTable

@@ -1,7 +1,7 @@
 """Answers about candidates: static pose and modes of each, and a verdict on each load case with its figures.
 
 Every case is run once with the springs as identified and omega 0 at rest, and then as often as `draws` asks for with
-all that is unknown drawn; the range of a figure holds both, the numerical error, and the cautions that have a size.
+all that is unknown drawn; the range of a figure holds both and the numerical error.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, simulate_case
-from .case_cautions import Caution, case_cautions, system_cautions, widened
+from .case_cautions import Caution, case_cautions, system_cautions
 from .catalogue_cautions import catalogue_cautions, overloads, swings_apart
+from .coupled_friction import coupled_friction
 from .courses import Courses, courses
 from .draws import DrawnRun, Draws, Unknowns, drawn_case, ranges, shares_beyond
 from .figures import CaseFigures
@@ -150,12 +151,12 @@ def answer_case(
     uses = tuple(RangeUse.from_run(known.laws, run) for run in runs)
     cautions = (
         *case_cautions(system, case, runs, uses, limits.of_all.get(FigureKind.TILT)),
+        *coupled_friction(system, nominal, draws.runs),
         *swings_apart(system, uses),
         *(drawn.cautions if drawn else ()),
     )
     exhaustive = unknowns.is_exhaustive(system, case)
-    ranged = _figures(known, draws, known.of_run(nominal), values, bounds, exhaustive)
-    figures = tuple(widened(figure, cautions) for figure in ranged)
+    figures = tuple(_figures(known, draws, known.of_run(nominal), values, bounds, exhaustive))
     outside = np.array([use.is_outside.any() for use in uses])
     verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE)
     if draws.refused and verdict is CaseVerdict.PASSES:
@@ -189,9 +190,10 @@ def _figures(
     errors = known.errors(draws.nominal)
     low, high, value = nominal, nominal, nominal
     if len(values):
-        low, high = ranges(values, is_exhaustive)
+        coupled = [draw.system.coupled for draw in draws.runs]
+        low, high = ranges(values, coupled, is_exhaustive)
         if draws.runs[0].case.is_random:
-            value = values.mean(axis=0)
+            value = values[np.logical_not(coupled)].mean(axis=0)
         low, high = np.minimum(low, value), np.maximum(high, value)
     low, high = np.maximum(low - errors, 0.0), high + errors
     columns = zip(value.tolist(), errors.tolist(), low.tolist(), high.tolist(), strict=True)

@@ -4,43 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
-from ..bodies.axis_names import axes_by_mount, axis_names
+from ..bodies.axis_names import axis_names
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun
 from .implausible_loads import implausible_loads
 from .implausible_sizes import implausible_sizes
 from .range_use import RangeUse
-from .verdicts import Figure, FigureKind
 
-_SWUNG = 0.5  # half the swing of omega from which an axis' friction is saturated in good part
 _LARGE_TILT = math.radians(10.0)  # from which the twist of mounts is felt, where no limit says more
 _ROUNDING = 1e-9  # of a duration
-# What a trial with coupled friction differed by: figures of forces either way, those of motion upwards.
-_BY_FORCE, _BY_MOTION = (0.18, 0.18), (0.0, 0.11)
-_COUPLED = {
-    **dict.fromkeys(
-        (FigureKind.ACCELERATION, FigureKind.FORCE, FigureKind.MOUNT_FORCE, FigureKind.REACTION), _BY_FORCE
-    ),
-    **dict.fromkeys(
-        (
-            FigureKind.SWAY,
-            FigureKind.SWAY_X,
-            FigureKind.SWAY_Y,
-            FigureKind.SWAY_Z,
-            FigureKind.TILT,
-            FigureKind.STROKE,
-        ),
-        _BY_MOTION,
-    ),
-}
 
 
 class CautionKind(Enum):
@@ -67,22 +47,11 @@ class Caution:
     kind : CautionKind
     measure : float      By which cautions of one kind are compared.
     text : str
-    errors : mapping     Of each kind of figure, how much lower and higher it may be, as shares of it.
     """
 
     kind: CautionKind
     measure: float
     text: str
-    errors: Mapping[FigureKind, tuple[float, float]] = field(default_factory=dict)
-
-
-def widened(figure: Figure, cautions: Sequence[Caution]) -> Figure:
-    """A figure with a range that holds what cautions say of its kind."""
-    low, high = figure.low, figure.high
-    for caution in cautions:
-        below, above = caution.errors.get(figure.quantity, (0.0, 0.0))
-        low, high = low * (1.0 - below), high * (1.0 + above)
-    return replace(figure, low=low, high=high)
 
 
 def system_cautions(system: MountedSystem, models: Mapping[str, ModelFile]) -> tuple[str, ...]:
@@ -136,7 +105,6 @@ def case_cautions(
         *(Caution(CautionKind.UNITS, 0.0, text) for text in implausible_loads(system, case)),
         *_outside(system, uses),
         *_stopped(system, uses),
-        *_coupled(system, runs),
         *_tilted(system, runs, tilt_limit),
         *_fast(system, runs),
         *_diluted(case),
@@ -174,27 +142,6 @@ def _stopped(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Cautio
         f"{axis_names(system)[worst]} by {1e3 * deflection[worst]:.3g} mm with {force[worst]:.4g} N; the stops are "
         "elastic and lossless.",
     )
-
-
-def _coupled(system: MountedSystem, runs: Sequence[CaseRun]) -> Iterator[Caution]:
-    """Mounts of which several friction axes move together."""
-    swing = np.max([0.5 * (run.figures.omega_high - run.figures.omega_low) for run in runs], axis=0)
-    together = []
-    for mount, axes in axes_by_mount(system):
-        swings = sorted((float(swing[number]) for number, _ in axes), reverse=True)
-        if len(swings) > 1 and swings[1] >= _SWUNG:
-            together.append((swings[1], mount.name))
-    if together:
-        largest, name = max(together)
-        yield Caution(
-            CautionKind.COUPLED,
-            largest,
-            f"In {len(together)} of {len(system.mounts)} mounts the friction of several axes moves together ({name}: "
-            f"omega of the second axis swings by +-{largest:.2g} of saturation); as the axes are computed uncoupled, "
-            "acceleration can err by up to 18 %, and sway be 3 to 11 % too small, as a trial with coupled friction "
-            "showed; ranges hold that.",
-            _COUPLED,
-        )
 
 
 def _tilted(system: MountedSystem, runs: Sequence[CaseRun], limit: float | None) -> Iterator[Caution]:

@@ -2,12 +2,15 @@
 
 Each draw has an omega of +-1 at rest for every axis of a mount, springs drawn from the uncertainty of their model files
 and from the scatter of mounts, and of random vibration a realisation of its own. The ends +-1 are drawn since the
-figures are widest there. The first two draws have all springs loaded and unloaded in the sense of their static forces.
+figures are widest there. Two draws have all springs loaded and unloaded in the sense of their static forces. Whether
+the friction of the axes of one mount acts together, no record along one axis tells: it does in every third draw, whose
+omega at rest has any direction in each mount.
 
 Of K values of a figure the range is from the least to the largest, and at least from mean - k*s to mean + k*s of their
-standard deviation s. For normal values k is that of the tolerance interval which holds 95 % of all draws on either side
-with 99 % confidence; the extremes cover values that are skewed. With few axes all combinations are run instead, if
-nothing else is unknown: the range is then that of the combinations.
+standard deviation s. For normal values k is that of the tolerance interval which holds 97.5 % of all draws on either
+side with 99 % confidence; the upper end is that of their logarithms where these reach farther, as with sway across the
+shock. With few mounts of one axis all combinations are run instead, if nothing else is unknown: the range is then that
+of the combinations.
 """
 
 from __future__ import annotations
@@ -16,7 +19,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,11 +33,14 @@ from ..bodies.solving import solver
 from ..bodies.stable_step import largest_stable_step
 from .drawn_springs import Drawn
 
-DRAWS, LEAST_DRAWS = 48, 16
-CONTENT, CONFIDENCE = 0.95, 0.99  # of the range of a figure
+DRAWS, LEAST_DRAWS = 64, 16
+CONTENT, CONFIDENCE = 0.975, 0.99  # of either end of the range of a figure
 _TOLERANCE = 3e-3  # numerical error of draws, relative to the largest of its kind
 _OF_STABLE = 0.5  # step of draws
-_RANDOM_SHARE = 3  # of the draws one in so many is made of random vibration, which lasts long
+_ALIKE = 0.1  # the least value over the largest, from which logarithms are taken
+_LEAST_GROUPED = 3  # values of which a scatter is known
+_WIDE = 3.0  # standard deviation of omega where a mount's is then shortened to a length of 1
+_RANDOM_SHARE = 4  # of the draws one in so many is made of random vibration, which lasts long
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +73,10 @@ class Unknowns:
         """Of saturation at rest in the nominal run."""
         return self.rest_omega or 0.0
 
+    def is_coupled(self, system: MountedSystem, number: int) -> bool:
+        """Whether the friction of the axes of each mount acts together in a draw."""
+        return number % 3 == 1 and _has_across(system)
+
     def is_exhaustive(self, system: MountedSystem, case: LoadCase) -> bool:
         """Whether all that can be is run, and not a sample of it."""
         return self._combinations(system) <= self.draws and not (self.springs.has_any(system) or case.is_random)
@@ -77,7 +87,8 @@ class Unknowns:
             return max(LEAST_DRAWS, self.draws // _RANDOM_SHARE)
         if self.springs.has_any(system):
             return self.draws
-        return 0 if self.rest_omega is not None else min(self.draws, self._combinations(system))
+        combinations = self._combinations(system)
+        return 0 if combinations == 1 else int(min(self.draws, combinations))
 
     def rest(self, system: MountedSystem, number: int, weightless: bool = False) -> RestPose:
         """The static equilibrium of a draw of a drawn system."""
@@ -85,12 +96,15 @@ class Unknowns:
         if self.rest_omega is not None:
             return rest(system, self.rest_omega, weightless, kernel)
         combinations = self._combinations(system)
+        random = np.random.default_rng((self.seed, number))
+        if system.coupled:
+            return rest(system, 0.0, weightless, kernel, _WIDE * random.standard_normal(kernel.axes))
         if combinations <= self.draws:
-            signs = (number % combinations) >> np.arange(kernel.axes) & 1
-        elif number < 2:
-            return rest(system, 1.0 - 2.0 * number, weightless, kernel)
+            signs = (number % int(combinations)) >> np.arange(kernel.axes) & 1
+        elif number in (0, 2):
+            return rest(system, 1.0 - number, weightless, kernel)
         else:
-            signs = np.random.default_rng((self.seed, number)).integers(0, 2, kernel.axes)
+            signs = random.integers(0, 2, kernel.axes)
         return rest(system, 0.0, weightless, kernel, np.asarray(2.0 * signs - 1.0))
 
     def run(self, system: MountedSystem, case: LoadCase, step: float, number: int) -> DrawnRun:
@@ -102,6 +116,7 @@ class Unknowns:
         MountedSystemError   If it cannot be simulated.
         """
         drawn, realisation = self.springs.system(system, self.seed, number), case.redrawn(number)
+        drawn = replace(drawn, coupled=self.is_coupled(system, number))
         start = self.rest(drawn, number, case.weightless)
         return DrawnRun(drawn, realisation, run_case(drawn, realisation, start, step))
 
@@ -113,9 +128,16 @@ class Unknowns:
                 poses.append(self.rest(self.springs.system(system, self.seed, number), number))
         return poses
 
-    def _combinations(self, system: MountedSystem) -> int:
-        """Of omega at rest."""
-        return 2 ** sum(1 for _ in system.axes()) if self.rest_omega is None else 1
+    def _combinations(self, system: MountedSystem) -> float:
+        """Of omega at rest, and of friction that acts together or does not."""
+        if self.rest_omega is not None:
+            return 2 if _has_across(system) else 1
+        return math.inf if _has_across(system) else 2 ** sum(1 for _ in system.axes())
+
+
+def _has_across(system: MountedSystem) -> bool:
+    """Whether a mount has several axes."""
+    return any(len(mount.axes) > 1 for mount in system.mounts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,22 +201,40 @@ def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> Ch
     return chosen
 
 
-def ranges(values: FloatArray, is_exhaustive: bool) -> tuple[FloatArray, FloatArray]:
+def ranges(values: FloatArray, coupled: Sequence[bool], is_exhaustive: bool) -> tuple[FloatArray, FloatArray]:
     """The range of each figure from its values in all draws, shape (K, N), each of shape (N,)."""
     low, high = values.min(axis=0), values.max(axis=0)
-    if is_exhaustive or len(values) < 2:
+    if is_exhaustive or len(values) < _LEAST_GROUPED:
         return low, high
-    reach = tolerance_factor(len(values)) * values.std(axis=0, ddof=1)
-    mean = values.mean(axis=0)
-    return np.minimum(low, mean - reach), np.maximum(high, mean + reach)
+    normal = _tolerated(values, coupled)
+    alike = low > _ALIKE * high
+    skewed = np.exp(_tolerated(np.log(np.where(alike, values, 1.0)), coupled)[1])
+    return np.minimum(low, normal[0]), np.maximum(np.maximum(high, normal[1]), np.where(alike, skewed, 0.0))
 
 
-def tolerance_factor(count: int) -> float:
-    """k of the one-sided tolerance interval of a normal sample (Owen 1963, by the noncentral t distribution)."""
+def _tolerated(values: FloatArray, coupled: Sequence[bool]) -> tuple[FloatArray, FloatArray]:
+    """Ends of the tolerance intervals. Draws with coupled friction and those without have means of their own, and the
+    scatter of all about these, or their own where it is larger.
+    """
+    groups = [group for group in (values[np.array(coupled)], values[~np.array(coupled)]) if len(group)]
+    freedom = len(values) - len(groups)
+    squares = [((group - group.mean(axis=0)) ** 2).sum(axis=0) for group in groups]
+    ends = []
+    for group, own in zip(groups, squares, strict=True):
+        scatter = np.sqrt(np.maximum(own / max(len(group) - 1, 1), sum(squares) / freedom))
+        reach = tolerance_factor(len(group), freedom) * scatter
+        ends.append((group.mean(axis=0) - reach, group.mean(axis=0) + reach))
+    return np.min(ends, axis=0)[0], np.max(ends, axis=0)[1]
+
+
+def tolerance_factor(count: int, freedom: int, content: float = CONTENT) -> float:
+    """k of the one-sided tolerance interval of a normal sample with a standard deviation of so many degrees of freedom
+    (Owen 1963, by the noncentral t distribution).
+    """
     from scipy.stats import nct, norm  # the start of programs that draw nothing does not wait for it
 
     root = math.sqrt(count)
-    return float(nct.ppf(CONFIDENCE, count - 1, root * norm.ppf(CONTENT)) / root)
+    return float(nct.ppf(CONFIDENCE, freedom, root * norm.ppf(content)) / root)
 
 
 def shares_beyond(values: FloatArray, limits: Sequence[float | None]) -> list[float | None]:

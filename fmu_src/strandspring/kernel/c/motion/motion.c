@@ -378,15 +378,84 @@ static void take_springs(const MotionSystem *system, MotionState *state, const d
     }
 }
 
+/* ---- coupled friction ---- */
+
+enum { TOGETHER = 3 }; /* axes of a mount at most */
+static const double LONGEST_SLIP = 0.1, MOST_PARTS = 1e3; /* of rho times the way, and of a step */
+
+/* Changes of omega over a slip rho*dx of each axis by the law of Park, Wen and Ang (1986), with n and sigma of each axis:
+ * it is that of one spring along each axis, and keeps the length of omega within 1. */
+static void slide(
+    const MotionAxis *axis, int count, const double *omega, const double *slip, double *change)
+{
+    double square = 0.0, sizes = 0.0, work = 0.0;
+    for (int i = 0; i < count; i++) {
+        square += omega[i] * omega[i];
+        sizes += fabs(slip[i] * omega[i]);
+        work += slip[i] * omega[i];
+    }
+    double length = fmin(sqrt(square), 1.0);
+    for (int i = 0; i < count; i++) {
+        const SpringParameters *p = &axis[i].law->parameters;
+        double share = length > 0.0 ? spring_power(length, p->n) * omega[i] / square : 0.0;
+        change[i] = slip[i] - share * (p->sigma * sizes + (1.0 - p->sigma) * work);
+    }
+}
+
+/* Takes the springs of one mount, whose friction acts together, to new displacements in a straight line. */
+static void slide_together(const MotionAxis *axis, int count, const double *displacements, MotionAxisState *own)
+{
+    double slip[TOGETHER], way[TOGETHER], omega[TOGETHER], middle[TOGETHER], change[TOGETHER], longest = 0.0;
+    for (int i = 0; i < count; i++) {
+        way[i] = axis[i].nominal + displacements[i] / axis[i].series - own[i].memory.displacement;
+        slip[i] = axis[i].law->parameters.rho * way[i];
+        omega[i] = own[i].memory.omega;
+        longest = fmax(longest, fabs(slip[i]));
+    }
+    int parts = (int)clip(ceil(longest / LONGEST_SLIP), 1.0, MOST_PARTS);
+    for (int part = 0; part < parts; part++) {
+        double square = 0.0;
+        slide(axis, count, omega, slip, change);
+        for (int i = 0; i < count; i++)
+            middle[i] = omega[i] + 0.5 * change[i] / parts;
+        slide(axis, count, middle, slip, change);
+        for (int i = 0; i < count; i++) {
+            omega[i] += change[i] / parts;
+            square += omega[i] * omega[i];
+        }
+        for (int i = 0; i < count; i++) {
+            SpringMemory *memory = &own[i].memory;
+            double before = spring_force(axis[i].law, memory);
+            omega[i] /= fmax(sqrt(square), 1.0);
+            memory->omega = omega[i];
+            memory->displacement += way[i] / parts;
+            memory->energy += 0.5 * (before + spring_force(axis[i].law, memory)) * way[i] / parts;
+        }
+    }
+    for (int i = 0; i < count; i++) {
+        SpringMemory *memory = &own[i].memory;
+        memory->displacement = axis[i].nominal + displacements[i] / axis[i].series;
+        memory->direction = way[i] == 0.0 ? memory->direction : way[i] > 0.0 ? 1 : -1;
+        memory->start = memory->energy_at = memory->displacement;
+        memory->start_xi = spring_inverse(axis[i].law->table, memory->direction * memory->omega);
+        own[i].displacement = displacements[i];
+        own[i].force = axis[i].parallel * spring_force(axis[i].law, memory)
+                       + motion_stop_force(axis + i, memory->displacement);
+    }
+}
+
 /* Takes the springs to new displacements, and the forces of all mounts at the present velocities. */
 static void take_forces(const MotionSystem *system, MotionState *state, const double *displacements)
 {
-    take_springs(system, state, displacements);
+    if (!system->coupled)
+        take_springs(system, state, displacements);
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
         int first = (int)mount->first, end = first + (int)mount->axes;
         double velocity[3], x = 0.0, y = 0.0, z = 0.0;
+        if (system->coupled)
+            slide_together(system->axis + first, end - first, displacements + first, state->axis + first);
         if (state->has_dampers != 0.0) {
             velocity_between(mount, state->reach + m, state, velocity);
             for (int a = first; a < end; a++)

@@ -60,8 +60,9 @@ typedef struct {
     double direction[3], place[3], kind, body;
 } MotionChannel;
 
+/* coupled: whether the friction of the axes of each mount acts together, or each for itself. */
 typedef struct {
-    size_t bodies, mounts, axes, points, channels;
+    size_t bodies, mounts, axes, points, channels, coupled;
     const MotionBody *body;
     const MotionMount *mount;
     const MotionAxis *axis;
