@@ -210,8 +210,13 @@ def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path) -> None:
         assert ("The reference comes out of co-simulation" in found[-1].text) == (said is None)
     added = verify_fmu(edited(fmu, tmp_path, lambda c: c.update({"binaries/riscv64-linux/mount.so": b"x"})))
     assert not any(finding.is_problem for finding in added)
-    assert "so verify there." in added[0].text
+    assert "it is not run on this computer, so verify it on its own." in added[0].text
     assert "The reference comes out of co-simulation" in added[-1].text
+    # Nobody loads it.
+    stray = here.replace("mount", "other")
+    assert problems(edited(fmu, tmp_path, lambda c: c.update({stray: b"x"}))) == [
+        f"'{stray}' has been added: it is not in {HASHES}."
+    ]
     # A changed law is condemned whatever the binary.
     law = edited(
         fmu, tmp_path, lambda c: c.update({here: b"x", "modelDescription.xml": c["modelDescription.xml"] + b" "})

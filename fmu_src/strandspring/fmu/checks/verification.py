@@ -12,9 +12,10 @@ from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from multiprocessing import get_context
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
+from fmpy import sharedLibraryExtension
 from fmpy.validation import validate_fmu
 
 from ...errors import StrandspringError
@@ -29,8 +30,7 @@ from .check import OUTPUTS, CheckReport, compare_run
 from .table_check import compare_table
 
 _DESCRIPTION = "modelDescription.xml"
-_BINARY = re.compile(r"binaries/([\w-]+)/\w+\.(?:so|dll|dylib)", re.ASCII)
-_HERE = host_folder(2), host_folder(3)
+_BINARY = re.compile(r"binaries/(?P<folder>[\w-]+)/(?P<library>\w+)\.(?:so|dll|dylib)", re.ASCII)
 _ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
 
 
@@ -108,14 +108,18 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
     if not isinstance(hashes, dict):
         raise _DamagedError(f"{HASHES} has been changed: it is no list of hashes.")
     has_sources = any(name.startswith("sources/") for name in hashes)
+    libraries = {PurePosixPath(name).stem for name in hashes if name.startswith("binaries/")}
+    folder = host_folder(3 if b'fmiVersion="3' in contents.get(_DESCRIPTION, b"") else 2)
     for name in sorted({*hashes, *contents} - {HASHES}):
         if name not in contents:
             yield Finding("files", f"{name!a} is missing.")
         elif hashlib.sha256(contents[name]).hexdigest() != hashes.get(name):
-            if has_sources and (binary := _BINARY.fullmatch(name)):
+            binary = _BINARY.fullmatch(name)
+            if has_sources and binary and binary["library"] in libraries:
                 text = f"{name!a} is not of this build: it has been compiled elsewhere, or is damaged"
+                is_run = binary["folder"] == folder and name.endswith(sharedLibraryExtension)
                 judged = (
-                    "the run below decides" if binary[1] in _HERE else "this computer cannot run it, so verify there"
+                    "the run below decides" if is_run else "it is not run on this computer, so verify it on its own"
                 )
                 yield Finding("files", f"{text}; {judged}.", is_problem=False)
             elif name not in hashes:
