@@ -88,7 +88,7 @@ class NativeSystem(Native):
 
     def outputs(self) -> list[float]:
         """All of them, in the order of the description."""
-        groups = ("acceleration_", "sway_", "force_", "displacement_", "absorbed_energy")
+        groups = ("acceleration_", "sway_", "force_", "displacement_", "tilt_", "reaction_", "absorbed_energy")
         return self.get(*(name for name in self.library.references if name.startswith(groups)))
 
     def go(self, time: float, size: float) -> int:

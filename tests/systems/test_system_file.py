@@ -373,6 +373,8 @@ BAD: list[tuple[Callable[[Content], None], str]] = [
     (change("candidate", to=[{"name": "a"}, {"name": "a"}]), "candidate: 'a' is the name of 2 of them"),
     (change("limits", "acceleration", to={"bord": 1}), "limits.acceleration: 'bord' is not a point; use"),
     (change("limits", "acceleration", to="15 mm"), "limits.acceleration: must be an acceleration such as '15 g'"),
+    (change("limits", "srs", to={"bord": {"levels": [[10, "1 g"], [20, "2 g"]]}}), "limits.srs: 'bord' is not a point"),
+    (change("limits", "srs", to="3 g"), "limits.srs: must be a table with levels and q, or a table with one for each"),
     (change("limits", "stroke", to=1.5), "limits.stroke: must be <= 1, got 1.5."),
     (
         change("limits", "stroke", to="90 %"),

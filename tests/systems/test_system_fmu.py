@@ -23,6 +23,7 @@ from strandspring.fmu.system.system_check import examine_system_fmu
 from strandspring.fmu.system.system_native import build_system_fmu, system_contents
 from strandspring.fmu.system.system_reference import expected_motion
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions, unique_names
+from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.vibration.bodies.mounted import MountedSystem, Point
 from system_fmu_tools import (
     BOX,
@@ -45,13 +46,15 @@ def case(request: pytest.FixtureRequest) -> tuple[MountedSystem, SystemFmuOption
 
 def history(found: np.ndarray, system: MountedSystem) -> dict[str, np.ndarray]:
     points, axes = len(system.points), sum(len(mount.axes) for mount in system.mounts)
-    ends = np.cumsum([3 * points, 3 * points, axes, axes])
-    accelerations, sway, forces, displacements, energy = np.split(found, ends, axis=1)
+    ends = np.cumsum([3 * points, 3 * points, axes, axes, len(system.bodies), 3])
+    accelerations, sway, forces, displacements, tilt, reaction, energy = np.split(found, ends, axis=1)
     return {
         "acceleration": accelerations.reshape(-1, points, 3),
         "sway": sway.reshape(-1, points, 3),
         "force": forces,
         "displacement": displacements,
+        "tilt": tilt,
+        "reaction": reaction,
         "energy": energy[:, 0],
     }
 
@@ -86,6 +89,25 @@ def test_motion_is_that_of_the_kernel_to_the_last_bit(case: Any, omega: float) -
     np.testing.assert_allclose(found["acceleration"], expected.acceleration, atol=1e-14 * largest)
     assert np.abs(found["sway"]).max() > 1e-3
     assert found["energy"][-1] == figures.energies[2]
+
+
+def test_tilt_and_reaction_are_those_of_a_rigid_body() -> None:
+    """By places of four points, which symmetric mounts leave untilted at rest, and by Newton's law."""
+    places = {"c": (0.0, 0.0, 0.0), "x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    points = tuple(Point(name, 0, place) for name, place in places.items())
+    system, options = replace(BOX, points=points), replace(BOX_OPTIONS, forces=())
+    with NativeSystem(system_library(system, options)).begin() as one:
+        found = history(one.run(shock(system, options, 3, 300, 60.0), STEP), system)
+    sway = found["sway"]
+    rotations = np.eye(3) + np.moveaxis(sway[:, 1:] - sway[:, :1], 1, 2)
+    angles = np.arccos(np.clip(0.5 * (np.trace(rotations, axis1=1, axis2=2) - 1.0), -1.0, 1.0))
+    # The cosine of a small angle has lost half of its digits.
+    np.testing.assert_allclose(found["tilt"][:, 0], angles, atol=1e-7)
+    assert found["tilt"].max() > 0.02
+    body = system.bodies[0]
+    expected = body.mass * (np.array(system.gravity) - found["acceleration"][:, 0])
+    np.testing.assert_allclose(found["reaction"], expected, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(found["reaction"][0, 2], -body.mass * STANDARD_GRAVITY, rtol=1e-9)
 
 
 def test_equal_steps_are_equal_to_the_last_bit_whatever_was_read(case: Any) -> None:

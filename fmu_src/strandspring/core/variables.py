@@ -20,12 +20,13 @@ from .parameters import ARRAYS, N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
 
 @dataclass(frozen=True)
 class FmiUnit:
-    """A unit in kg, m and s, and the units it may be displayed in: displayed = factor * value."""
+    """A unit in kg, m, s and rad, and the units it may be displayed in: displayed = factor * value."""
 
     name: str
     kg: int = 0
     m: int = 0
     s: int = 0
+    rad: int = 0
     displayed: tuple[tuple[str, float], ...] = ()
 
 

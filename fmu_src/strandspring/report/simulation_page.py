@@ -21,7 +21,7 @@ from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
 from .simulation_tables import MOST_ROWS, at_rest, inputs, natural_modes, tiny
 
-_JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
+_SHOWN = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 _MOST_TILES, _MOST_PANELS = 8, 64
 _LEVELS = {CaseVerdict.PASSES: Level.GOOD, CaseVerdict.UNDECIDED: Level.CARE}  # else poor
 _NOTHING = 1e-9  # of rounding, in display units
@@ -120,6 +120,16 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
     ]
     if good:
         yield Notice(Level.GOOD, f"Within all limits in all load cases: {', '.join(good)}.")
+    elif open_ones := [
+        name
+        for name, of_candidate in by_candidate.items()
+        if all(answer.verdict in (CaseVerdict.PASSES, CaseVerdict.UNDECIDED) for answer in of_candidate)
+    ]:
+        yield Notice(
+            Level.CARE,
+            f"No candidate is known to be within all limits in all load cases; of {', '.join(open_ones)} that is not "
+            "decided, and no case fails.",
+        )
     elif simulation.answers:
         yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
     yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
@@ -146,13 +156,17 @@ def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
 
 
 def _verdict_table(simulation: SimulationContent) -> PageTable:
+    limited = {
+        figure.quantity for answer in simulation.answers for figure in answer.figures if figure.limit is not None
+    }
+    shown = (*_SHOWN, *(quantity for quantity in FigureKind if quantity in limited and quantity not in _SHOWN))
     header = ["candidate and case", "verdict"]
-    header += [f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]" for quantity in _JUDGED]
+    header += [f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]" for quantity in shown]
     header.append("draws beyond a limit")
     rows = []
     for answer in simulation.answers[:MOST_ROWS]:
         row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
-        row += [_cell(answer.worst(quantity)) for quantity in _JUDGED]
+        row += [_cell(answer.worst(quantity)) for quantity in shown]
         row.append(percent(answer.beyond, 3) if answer.draws else "–")
         rows.append(tuple(row))
     begins = tuple(

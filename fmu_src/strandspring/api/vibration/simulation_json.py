@@ -15,7 +15,7 @@ from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import mount_loads
 from ...vibration.bodies.simulation import CaseRun
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
-from ...vibration.verdicts.courses import SRS_DAMPING, Courses
+from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.range_use import RangeUse
 from ...vibration.verdicts.verdicts import Figure
 
@@ -132,7 +132,7 @@ def _spectra(system: MountedSystem, courses: Courses) -> Json:
     names = [point.name for point in system.points]
     if courses.shock:
         form["shock"] = {
-            "damping": SRS_DAMPING,
+            "damping": courses.damping,
             "frequency": courses.shock[0][0].frequency.tolist(),
             "base": [spectrum.maximax.tolist() for spectrum in courses.base_shock],
             "points": {

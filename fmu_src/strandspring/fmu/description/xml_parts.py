@@ -15,5 +15,5 @@ def xml_file(root: Element) -> bytes:
 
 def base_unit(unit: FmiUnit) -> dict[str, str]:
     """Attributes of the element BaseUnit: the exponents that are not 0."""
-    exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s}
+    exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s, "rad": unit.rad}
     return {name: str(power) for name, power in exponents.items() if power}

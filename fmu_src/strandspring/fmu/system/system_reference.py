@@ -12,7 +12,7 @@ from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories, MotionFigures
-from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.mounted import BASE, MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.solving import solver
 from ..related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
@@ -41,10 +41,13 @@ def reference_run(
     forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
     inputs = np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
     _, motion = expected_motion(system, options, inputs, options.step, _PARTS)
-    histories = (motion.acceleration, motion.sway, motion.force, motion.displacement)
+    directions = [axis.direction if mount.support == BASE else (0.0, 0.0, 0.0) for mount, axis in system.axes()]
+    reaction = motion.force @ np.array(directions)
+    histories = (motion.acceleration, motion.sway, motion.force, motion.displacement, reaction)
     columns = np.hstack([history.reshape(_STEPS + 1, -1) for history in histories])[:-1].T
     table = system_variables(system, options)
-    names = [v.name for v in table if v.causality == "output"][:-1]  # without the energy
+    # Without angles and the energy, of which there are no histories.
+    names = [v.name for v in table if v.causality == "output" and v.unit not in ("rad", "J")]
     given = [v.name for v in table if v.causality == "input"]
     return dict(zip(given, inputs, strict=True)), dict(zip(names, columns, strict=True))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -25,6 +26,7 @@ _HELD = 1e-9  # of a unit vector
 
 _UNITS = (
     *(unit for unit in units(1, 1) if unit.name in ("1", "m", "N", "J")),
+    FmiUnit("rad", rad=1, displayed=(("deg", math.degrees(1.0)),)),
     FmiUnit("s", s=1, displayed=(("ms", 1e3),)),
     FmiUnit("m/s^2", m=1, s=-2, displayed=(("g", 1.0 / STANDARD_GRAVITY),)),
 )
@@ -155,6 +157,16 @@ def system_variables(system: MountedSystem, options: SystemFmuOptions) -> tuple[
             _output(f"displacement_{name}", f"Displacement of one spring of {text}, as its model counts", "m", "mm",
                     of_rest)
             for name, text in axes
+        ),
+        *(
+            _output(f"tilt_{name}", f"Angle by which {_named(body)} is turned relative to the base, from static "
+                    "equilibrium", "rad", "deg", of_rest)
+            for name, body in zip(unique_names(body.name for body in system.bodies), system.bodies, strict=True)
+        ),
+        *(
+            _output(f"reaction_{direction}", f"Force of all mounts on the base along {direction}, with dampers and "
+                    "stops", "N", "kN", of_rest)
+            for direction in _DIRECTIONS
         ),
         _output("absorbed_energy", "Energy absorbed by all springs since initialization", "J", None, ()),
         *parameters,

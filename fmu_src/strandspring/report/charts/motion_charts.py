@@ -16,7 +16,7 @@ from ...vibration.bodies.axis_names import axis_names
 from ...vibration.signals.shock_spectra import ShockSpectrum
 from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
-from ...vibration.verdicts.courses import SRS_DAMPING, Courses
+from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.verdicts import FigureKind
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
 from ..content.quantities import DisplayUnit, number, percent
@@ -134,24 +134,30 @@ def loops(answers: Places) -> Chart:
 def shock_spectra(answers: Places) -> Chart | None:
     """Shock response spectra of the base and of the points."""
     traces: list[Trace] = []
+    damping = 0.0
     for place, answer in answers.items():
         courses = _courses(answer)
         if not courses.shock:
             continue
+        damping = courses.damping
         frequency = courses.shock[0][0].frequency
         if courses.base_shock:
             values = _maximax(courses.base_shock)
             traces.append(Trace("base", frequency, values, Role.REFERENCE, ChartForm.DASHED, record=place))
         for k, name, style in _points(answer):
             traces.append(Trace(name, frequency, _maximax(courses.shock[k]), *style, record=place))
+        for name, required in courses.allowed.items():
+            at = required.frequencies()
+            levels = G.factor * required.at(at)
+            traces.append(Trace(f"limit of {name}", at, levels, Role.LIMIT, ChartForm.DASHED, record=place))
     if not traces:
         return None
     return Chart(
         "shock-spectra", "Shock response spectra",
         Axis("natural frequency", HZ, log=True), Axis("maximax acceleration", G, log=True), tuple(traces),
-        f"Largest absolute acceleration of an oscillator with {percent(SRS_DAMPING)} of critical damping at the "
-        "point or "
-        "on the base, during the load or after it; the largest along x, y and z.", wide=True, single=True,
+        f"Largest absolute acceleration of an oscillator with {percent(damping)} of critical damping (Q = "
+        f"{0.5 / damping:.3g}) at the point or on the base, during the load or after it; the largest along x, y and z.",
+        wide=True, single=True,
     )  # fmt: skip
 
 

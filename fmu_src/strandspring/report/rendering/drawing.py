@@ -143,18 +143,26 @@ def groups_of_records(figure: Figure, most: int) -> list[list[int]]:
 
 
 def _many_panels(figure: Figure, width: float, records: Sequence[int | None], names: Mapping[int, str]) -> Paper:
-    """Records side by side, each with its name and legend."""
+    """Records side by side, each with its name, and with a legend where it is not that of the first."""
     rows = math.ceil(len(records) / _COLUMNS)
     panel = width / _COLUMNS
     paper = Paper(figsize=(width * MM, 0.66 * panel * rows * MM), layout="constrained")
     panels = paper.subplots(rows, _COLUMNS, squeeze=False).ravel()
+    known: list[str] = []
     for axes, record in zip(panels, records, strict=False):
         draw(figure, axes, record)
         name = printable(names[record or 0], int((panel - _AXIS) / _LETTER))
         axes.set_title(name, loc="left", fontsize=6.5, parse_math=False, pad=3.0)
-        if (legend := axes.get_legend()) is not None:
-            above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
-            legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
+        legend = axes.get_legend()
+        if legend is None:
+            continue
+        labels = [text.get_text() for text in legend.get_texts()]
+        if labels == known:
+            legend.remove()
+            continue
+        known = known or labels
+        above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
+        legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
     for axes in panels[len(records) :]:
         axes.set_axis_off()
     return paper

@@ -98,9 +98,14 @@ class LoadCase:
     text: str = ""
 
     @property
-    def is_random(self) -> bool:
+    def has_realisations(self) -> bool:
         """Whether other realisations of it can be drawn."""
         return any(isinstance(channel.signal, RandomSignal) for channel in self.channels)
+
+    @property
+    def is_random(self) -> bool:
+        """Whether it is random vibration, and no shock of which only the spectrum is given."""
+        return self.has_realisations and self.kind != "srs"
 
     def redrawn(self, number: int) -> LoadCase:
         """Another realisation of its random signals; the same number gives the same."""

@@ -123,8 +123,8 @@ def _rest(
     if not is_found:
         raise MountedSystemError(
             f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
-            "remain unbalanced wherever they are; use stiffer or more mounts, another preload, or axes in all "
-            "directions."
+            "remain unbalanced in every pose that was tried; use stiffer or more mounts, another preload, or axes in "
+            "all directions."
         )
     no_channels, no_steps = rows("MotionChannel", 0), np.empty((0, 0))
     _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))

@@ -31,6 +31,7 @@ from ..one_mass.harmonic_balance import (
 )  # fmt: skip
 from ..one_mass.response import checked_band, isolation_frequency
 from ..one_mass.system import Excitation
+from .axis_names import axes_by_mount
 from .mounted import BASE, MountedSystem, Point
 from .shaken_system import ShakenSystem
 from .shaking import Shaking
@@ -42,6 +43,7 @@ BoolArray = NDArray[np.bool_]
 DIRECTIONS = ("x", "y", "z")
 _CHECKED_TILT = math.radians(0.5)  # from which motions are compared with time integration
 _LARGE_ERROR = 0.02  # of that comparison, from which there is a caution
+_SLIDING = 1.0  # rho times half the stroke of a spring
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
 
 
@@ -91,6 +93,7 @@ class SystemResponse:
     stable, requested, extrapolating : ndarray, shape (F,)   As in `isolation.curve_points.ResponsePoint`.
     errors : tuple of MeasuredError   Against time integration of the exact equations, of the motions with the largest
                                       acceleration and the largest tilt; empty where no body turns by half a degree.
+    sliding : str                     A mount of which several axes slide at once; empty if of none.
     """
 
     shaking: Shaking
@@ -109,6 +112,7 @@ class SystemResponse:
     requested: BoolArray
     extrapolating: BoolArray
     errors: tuple[MeasuredError, ...] = ()
+    sliding: str = ""
 
     @property
     def level_text(self) -> str:
@@ -166,6 +170,11 @@ class SystemResponse:
             sentences.append(
                 f"{tilt}, of which only the second order is kept here: against time integration of the exact equations "
                 f"at {worst.frequency:.4g} Hz {found}; simulate this level in time."
+            )
+        if self.sliding:
+            sentences.append(
+                f"Several axes of {self.sliding} slide at once; whether their friction acts together no record tells, "
+                "and here it does not: simulate a sine of this level, whose ranges hold both."
             )
         if self.extrapolating.any():
             outside = self.frequency[self.extrapolating]
@@ -230,7 +239,21 @@ def system_response(
     motions = _with_peaks(shaken, gains, motions)
     _check_ranges(shaken, motions)
     response = _response(shaken, moved, gains, motions)
-    return replace(response, errors=_measured_errors(shaken, response, motions))
+    errors = _measured_errors(shaken, response, motions)
+    return replace(response, errors=errors, sliding=_sliding(system, response))
+
+
+def _sliding(system: MountedSystem, response: SystemResponse) -> str:
+    """`SystemResponse.sliding`: where the second axis of a mount moves so far that its friction is near saturation."""
+    rho = np.array([axis.spring.rho for _, axis in system.axes()])
+    slips = 0.5 * rho * (response.high - response.low)
+    across = {
+        mount.name: float(np.sort(slips[:, [number for number, _ in axes]], axis=1)[:, -2].max())
+        for mount, axes in axes_by_mount(system)
+        if len(axes) > 1
+    }
+    name = max(across, key=lambda mount: across[mount], default="")
+    return name if name and across[name] >= _SLIDING else ""
 
 
 def _measured_errors(

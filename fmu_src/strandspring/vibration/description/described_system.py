@@ -21,8 +21,11 @@ from ..bodies.mounted import (
     RigidBody,
     Tolerance,
 )
+from ..signals.shock_spectra import RequiredSpectrum
 from ..verdicts.verdicts import FigureKind, Limits
+from .case_tables import SpectrumTable
 from .described_mounts import Models, rotated_axes
+from .described_vibration import required_spectrum
 from .system_tables import (
     AxisMotionTable,
     BodyTable,
@@ -111,6 +114,7 @@ def limits_of(table: LimitsTable, points: Iterable[Point]) -> Limits:
     names = [point.name for point in points]
     of_kind: dict[FigureKind, dict[str, float]] = {}
     of_all: dict[FigureKind, float] = {}
+    spectra: dict[str, RequiredSpectrum] = {}
     for kind in FigureKind:
         given = getattr(table, kind.name.lower(), None)
         if isinstance(given, dict):
@@ -118,10 +122,22 @@ def limits_of(table: LimitsTable, points: Iterable[Point]) -> Limits:
                 if name not in names:
                     with located("limits", kind.name.lower()):
                         raise MountedSystemError(f"{quoted(name)} is not a point; {suggestion(name, names)}")
+        if kind is FigureKind.SRS and given is not None:
+            spectra = _spectra(given if isinstance(given, dict) else dict.fromkeys(names, given))
+            of_kind[kind] = dict.fromkeys(spectra, 1.0)
+        elif isinstance(given, dict):
             of_kind[kind] = given
         elif given is not None:
             of_all[kind] = given
-    return Limits(of_kind, of_all)
+    return Limits(of_kind, of_all, spectra)
+
+
+def _spectra(tables: Mapping[str, SpectrumTable]) -> dict[str, RequiredSpectrum]:
+    with located("limits", "srs"):
+        spectra = {name: required_spectrum(table) for name, table in tables.items()}
+        if len({required.quality for required in spectra.values()}) > 1:
+            raise MountedSystemError("must have the same `q` at all points; give one.")
+    return spectra
 
 
 def _check_names(table: SystemTable) -> None:

@@ -17,7 +17,7 @@ from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
 from ..verdicts.draws import DRAWS, LEAST_DRAWS
 from . import quantity_text as q
-from .case_tables import AnyCase
+from .case_tables import AnyCase, SpectrumTable
 from .catalogue_table import CatalogueTable, StatedForce, ToleranceTable
 from .table_types import (
     AccelerationVector,
@@ -212,6 +212,20 @@ SwayLimit = Annotated[
 ]
 
 
+def _kind_of_spectrum(value: Any) -> str:
+    return f"{TAG}spectrum" if isinstance(value, dict) and "levels" in value else _kind_of_value(value)
+
+
+SpectrumLimit = Annotated[
+    Annotated[dict[str, SpectrumTable], Tag(f"{TAG}table")] | Annotated[SpectrumTable, Tag(f"{TAG}spectrum")],
+    Discriminator(
+        _kind_of_spectrum,
+        custom_error_type=OWN,
+        custom_error_message="must be a table with levels and q, or a table with one for each point",
+    ),
+]
+
+
 class LimitsTable(StrictTable):
     """What is allowed."""
 
@@ -229,6 +243,7 @@ class LimitsTable(StrictTable):
     reaction: PositiveForce | None = Field(None, description="Of all mounts on the base, weight included.")
     rms_acceleration: PositiveAcceleration | None = Field(None, description="Of each point along each axis.")
     three_sigma: AccelerationLimit | None = Field(None, description="Three times the largest rms of x, y and z.")
+    srs: SpectrumLimit | None = Field(None, description="Shock response spectrum of a point, along x, y and z.")
 
 
 def _kind_of_rest(value: Any) -> str:

@@ -13,7 +13,7 @@ so that the level changes by d(log|y|) = sum of A*R/y * d(log|A|).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -35,6 +35,30 @@ _ENOUGH = 0.08  # deviation of the logarithms, 0.7 dB
 _PER_OCTAVE, _MOST_PER_OCTAVE, _CHECKED_PER_OCTAVE = 12, 48, 48
 _MOST_NUMBERS = 20_000_000  # samples of all oscillators
 _MOST_KEPT = 16
+_REALISATIONS = 8  # that are drawn
+
+
+@dataclass(frozen=True, eq=False)
+class SynthesizedSignal(RecordedSignal):
+    """One of the accelerations that have a shock response spectrum.
+
+    Parameters
+    ----------
+    required : RequiredSpectrum
+    asked_duration : float        [s].
+    seed : int                    The others are as for `RecordedSignal`.
+    """
+
+    required: RequiredSpectrum = field(kw_only=True)
+    asked_duration: float = field(kw_only=True)
+    seed: int = field(kw_only=True)
+
+    def redrawn(self, number: int) -> SynthesizedSignal:
+        """Another of them, one of a few; itself if the spectrum is not met with other delays."""
+        try:
+            return synthesized_shock(self.required, self.asked_duration, self.seed + 1 + number % _REALISATIONS).signal
+        except MountedSystemError:
+            return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,12 +67,12 @@ class SynthesizedShock:
 
     Attributes
     ----------
-    signal : RecordedSignal
+    signal : SynthesizedSignal
     lowest, highest : float     Deviation of its spectrum from the one asked for at any frequency [dB].
     wavelets : int
     """
 
-    signal: RecordedSignal
+    signal: SynthesizedSignal
     lowest: float
     highest: float
     wavelets: int
@@ -93,7 +117,8 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
             f"The best synthesized shock deviates from its spectrum by {lowest:+.2g} to {highest:+.2g} dB, more than "
             f"{LARGEST_DEVIATION:g} dB; take another `duration` or `seed`, or a spectrum without steps."
         )
-    return SynthesizedShock(RecordedSignal(time, acceleration), lowest, highest, frequency.size)
+    signal = SynthesizedSignal(time, acceleration, required=required, asked_duration=duration, seed=seed)
+    return SynthesizedShock(signal, lowest, highest, frequency.size)
 
 
 def _wavelets(frequency: FloatArray, time: FloatArray, duration: float, seed: int) -> FloatArray:

@@ -137,14 +137,15 @@ def answer_case(
     try:
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
-        known = CaseFigures.from_case(system, case)
-        values = np.array([known.of_run(draw.run) for draw in draws.runs]).reshape(-1, len(known.subjects))
+        known = CaseFigures.from_case(system, case, limits.spectra)
+        values = np.array([known.of_draw(draw) for draw in draws.runs]).reshape(-1, len(known.subjects))
         bounds = [limits.of(*subject) for subject in known.subjects]
+        value, errors = known.of_draw(DrawnRun(system, case, nominal)), known.errors(system, case, draws.nominal)
         drawn = None
         if with_courses:
             worst = _deciding(values, bounds)
             run = DrawnRun(system, case, nominal) if worst is None else draws.runs[worst]
-            drawn = courses(run.system, run.case, run.run)
+            drawn = courses(run.system, run.case, run.run, limits.spectra)
     except MountedSystemError as problem:
         return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
     runs = (nominal, *(draw.run for draw in draws.runs))
@@ -156,7 +157,7 @@ def answer_case(
         *(drawn.cautions if drawn else ()),
     )
     exhaustive = unknowns.is_exhaustive(system, case)
-    figures = tuple(_figures(known, draws, known.of_run(nominal), values, bounds, exhaustive))
+    figures = tuple(_figures(known, draws, value, errors, values, bounds, exhaustive))
     outside = np.array([use.is_outside.any() for use in uses])
     verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE)
     if draws.refused and verdict is CaseVerdict.PASSES:
@@ -182,12 +183,12 @@ def _figures(
     known: CaseFigures,
     draws: Draws,
     nominal: FloatArray,
+    errors: FloatArray,
     values: FloatArray,
     bounds: Sequence[float | None],
     is_exhaustive: bool,
 ) -> list[Figure]:
     """All figures of a case with their ranges."""
-    errors = known.errors(draws.nominal)
     low, high, value = nominal, nominal, nominal
     if len(values):
         coupled = [draw.system.coupled for draw in draws.runs]

@@ -7,7 +7,8 @@ vibration with five steps in a period of its highest frequency, where that takes
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,11 +19,12 @@ from ..bodies.loads import ChannelKind, LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, run_with_histories
 from ..bodies.solving import solver
-from ..signals.shock_spectra import ShockSpectrum, octave_frequencies, shock_spectrum
+from ..signals.shock_spectra import RequiredSpectrum, ShockSpectrum, octave_frequencies, shock_spectrum
 from ..signals.spectra import PowerSpectrum, power_spectrum
 from .case_cautions import Caution, CautionKind
 
-SRS_DAMPING, SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 0.05, 12, 1.0, 2000.0
+_DAMPING = 0.05  # of critical
+SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 12, 1.0, 2000.0
 _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a shock response spectrum
 _OF_RANDOM = 2.5  # samples in half a period of the highest frequency of random vibration
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
@@ -46,6 +48,7 @@ class Courses:
     power : tuple of tuple of PowerSpectrum       Of each point; empty unless the case is random.
     base_power : tuple of PowerSpectrum
     cautions : tuple of Caution
+    allowed : mapping                       Allowed shock response spectra by the name of the point.
     """
 
     run: CaseRun
@@ -58,6 +61,12 @@ class Courses:
     power: tuple[tuple[PowerSpectrum, ...], ...] = ()
     base_power: tuple[PowerSpectrum, ...] = ()
     cautions: tuple[Caution, ...] = ()
+    allowed: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
+
+    @property
+    def damping(self) -> float:
+        """Of the oscillators of shock response spectra, as a share of critical: of allowed spectra, else of Q = 10."""
+        return next((required.damping for required in self.allowed.values()), _DAMPING)
 
     @property
     def size(self) -> int:
@@ -66,7 +75,9 @@ class Courses:
         return histories.acceleration.size + histories.sway.size + histories.displacement.size + histories.force.size
 
 
-def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
+def courses(
+    system: MountedSystem, case: LoadCase, run: CaseRun, allowed: Mapping[str, RequiredSpectrum] | None = None
+) -> Courses:
     """Run a load case once more for its histories, and take its spectra.
 
     Parameters
@@ -74,6 +85,7 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
     system : MountedSystem
     case : LoadCase
     run : CaseRun            Where to begin, and with which step at most.
+    allowed : mapping        Shock response spectra by the name of the point, all of one quality factor.
     """
     numbers = 6 * len(system.points) + 2 * sum(1 for _ in system.axes())
     most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
@@ -93,7 +105,7 @@ def courses(system: MountedSystem, case: LoadCase, run: CaseRun) -> Courses:
             f"{0.5 / interval:.4g} Hz is folded in power spectra; shorten the case to keep more."
         )
         cautions = (Caution(CautionKind.SPECTRUM, interval, sentence),)
-    made = Courses(run, step, interval, histories, base, cautions=cautions)
+    made = Courses(run, step, interval, histories, base, cautions=cautions, allowed=allowed or {})
     if case.kind in SHOCKS:
         return _with_shock_spectra(made)
     return _with_power_spectra(made, case) if case.kind in VIBRATIONS else made
@@ -117,7 +129,7 @@ def _with_shock_spectra(motion: Courses) -> Courses:
     frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
 
     def spectra(history: FloatArray) -> tuple[ShockSpectrum, ...]:
-        return tuple(shock_spectrum(history[:, k], motion.interval, frequency, SRS_DAMPING) for k in range(3))
+        return tuple(shock_spectrum(history[:, k], motion.interval, frequency, motion.damping) for k in range(3))
 
     cautions = motion.cautions
     if highest < SRS_HIGHEST * (1.0 - 1e-9):

@@ -1,10 +1,10 @@
 """Everything unknown of a load case, drawn at once.
 
 Each draw has an omega of +-1 at rest for every axis of a mount, springs drawn from the uncertainty of their model files
-and from the scatter of mounts, and of random vibration a realisation of its own. The ends +-1 are drawn since the
-figures are widest there. Two draws have all springs loaded and unloaded in the sense of their static forces. Whether
-the friction of the axes of one mount acts together, no record along one axis tells: it does in every third draw, whose
-omega at rest has any direction in each mount.
+and from the scatter of mounts, and of random vibration and synthesized shocks a realisation of its own. The ends +-1
+are drawn since the figures are widest there. Two draws have all springs loaded and unloaded in the sense of their
+static forces. Whether the friction of the axes of one mount acts together, no record along one axis tells: it does in
+every third draw, whose omega at rest has any direction in each mount.
 
 Of K values of a figure the range is from the least to the largest, and at least from mean - k*s to mean + k*s of their
 standard deviation s. For normal values k is that of the tolerance interval which holds 97.5 % of all draws on either
@@ -79,13 +79,13 @@ class Unknowns:
 
     def is_exhaustive(self, system: MountedSystem, case: LoadCase) -> bool:
         """Whether all that can be is run, and not a sample of it."""
-        return self._combinations(system) <= self.draws and not (self.springs.has_any(system) or case.is_random)
+        return self._combinations(system) <= self.draws and not (self.springs.has_any(system) or case.has_realisations)
 
     def count(self, system: MountedSystem, case: LoadCase | None = None) -> int:
         """How many draws there are of a load case, or of static equilibria alone."""
         if case is not None and case.is_random:
             return max(LEAST_DRAWS, self.draws // _RANDOM_SHARE)
-        if self.springs.has_any(system):
+        if self.springs.has_any(system) or (case is not None and case.has_realisations):
             return self.draws
         combinations = self._combinations(system)
         return 0 if combinations == 1 else int(min(self.draws, combinations))

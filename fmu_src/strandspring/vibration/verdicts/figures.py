@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +14,11 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.run_figures import RunFigures
 from ..bodies.simulation import CaseRun, CheckedRun
+from ..signals.shock_spectra import RequiredSpectrum
+from .courses import SHOCKS
+from .draws import DrawnRun
 from .range_use import RangeUse, stroke_errors
+from .spectrum_shares import spectrum_shares
 from .verdicts import FigureKind
 
 _SWAYS = (FigureKind.SWAY_X, FigureKind.SWAY_Y, FigureKind.SWAY_Z)
@@ -27,6 +31,7 @@ class CaseFigures:
     Attributes
     ----------
     subjects : tuple     Kind and subject of each.
+    spectra : mapping    Allowed shock response spectra by point, of a case that is a shock.
     laws : AxisLaws      Of the system.
     settles : bool       Whether there are root mean squares.
     """
@@ -34,10 +39,13 @@ class CaseFigures:
     subjects: tuple[tuple[FigureKind, str], ...]
     laws: AxisLaws
     settles: bool
+    spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
     @classmethod
-    def from_case(cls, system: MountedSystem, case: LoadCase) -> CaseFigures:
-        """Of a system in a load case."""
+    def from_case(
+        cls, system: MountedSystem, case: LoadCase, spectra: Mapping[str, RequiredSpectrum] | None = None
+    ) -> CaseFigures:
+        """Of a system in a load case, with allowed shock response spectra by point."""
         points, axes = [point.name for point in system.points], axis_names(system)
         along = [f"{point} {letter}" for point in points for letter in "xyz"]
         names: dict[FigureKind, Sequence[str]] = {
@@ -56,16 +64,27 @@ class CaseFigures:
                 FigureKind.THREE_SIGMA: points,
                 FigureKind.RMS_SWAY: along,
             }
+        allowed = (spectra or {}) if case.kind in SHOCKS else {}
+        if allowed:
+            names[FigureKind.SRS] = tuple(allowed)
         subjects = tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
-        return cls(subjects, AxisLaws(system), case.settling > 0.0)
+        return cls(subjects, AxisLaws(system), case.settling > 0.0, allowed)
 
     def of_run(self, run: CaseRun) -> FloatArray:
-        """Values in a run, shape (N,)."""
+        """Values in a run, shape (N,), but for those of kind SRS."""
         return self._values(run.figures, RangeUse.from_run(self.laws, run).share)
 
-    def errors(self, run: CheckedRun) -> FloatArray:
-        """Numerical errors of the values in a run, shape (N,)."""
-        return self._values(run.errors, stroke_errors(self.laws, run, run.errors))
+    def of_draw(self, draw: DrawnRun) -> FloatArray:
+        """Values in a draw, shape (N,)."""
+        shares = spectrum_shares(self.spectra, draw.system, draw.case, draw.run)
+        return np.concatenate([self.of_run(draw.run), shares])
+
+    def errors(self, system: MountedSystem, case: LoadCase, run: CheckedRun) -> FloatArray:
+        """Numerical errors of the values in a run, shape (N,): of kind SRS the change with twice the step."""
+        fine, coarse = (spectrum_shares(self.spectra, system, case, run, factor) for factor in (1.0, 2.0))
+        return np.concatenate(
+            [self._values(run.errors, stroke_errors(self.laws, run, run.errors)), np.abs(fine - coarse)]
+        )
 
     def _values(self, figures: RunFigures, strokes: FloatArray) -> FloatArray:
         parts = [

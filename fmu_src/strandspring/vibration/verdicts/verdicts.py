@@ -9,6 +9,7 @@ from enum import Enum
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.result_columns import ResultColumn
+from ..signals.shock_spectra import RequiredSpectrum
 
 
 class CaseVerdict(Enum):
@@ -34,6 +35,7 @@ class FigureKind(Enum):
     FORCE = "force"  # largest of an axis of a mount, its weight, damper and stops included [N]
     MOUNT_FORCE = "mount force"  # largest of a mount, its axes together [N]
     REACTION = "reaction"  # largest force of all mounts on the base, weight included [N]
+    SRS = "shock response"  # largest share of the allowed shock response spectrum of a point that its own takes
     RMS_ACCELERATION = "rms acceleration"  # of a point along an axis, once it has settled [m/s^2]
     THREE_SIGMA = "3 sigma acceleration"  # of a point, three times the largest rms of x, y and z [m/s^2]
     RMS_SWAY = "rms sway"  # of a point along an axis, about its mean [m]
@@ -64,6 +66,7 @@ _UNITS = {
     FigureKind.FORCE: _FORCE,
     FigureKind.MOUNT_FORCE: _FORCE,
     FigureKind.REACTION: _FORCE,
+    FigureKind.SRS: ("", "%", 100.0),
     FigureKind.RMS_ACCELERATION: _ACCELERATION,
     FigureKind.THREE_SIGMA: _ACCELERATION,
     FigureKind.RMS_SWAY: _LENGTH,
@@ -78,10 +81,13 @@ class Limits:
     ----------
     of_kind : mapping   Of each kind of figure, the largest value by the name of its subject, in SI units.
     of_all : mapping    Of each kind of figure, the largest value where the subject has none of its own.
+    spectra : mapping   Shock response spectra by the name of the point, all of one quality factor; the limit of kind
+                        SRS is 1 at these points.
     """
 
     of_kind: Mapping[FigureKind, Mapping[str, float]] = field(default_factory=dict)
     of_all: Mapping[FigureKind, float] = field(default_factory=lambda: {FigureKind.STROKE: 1.0})
+    spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
     def of(self, kind: FigureKind, subject: str) -> float | None:
         """The limit of a figure, if there is one."""

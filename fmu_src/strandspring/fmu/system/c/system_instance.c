@@ -1,4 +1,5 @@
 #include "../../../core/c/spring/spring_number.h"
+#include "../../../kernel/c/motion/vectors.h"
 #include "system_instance.h"
 
 #include <math.h>
@@ -126,6 +127,8 @@ static FmuStatus require_rest(Instance *instance)
             return FMU_ERROR;
     }
     motion_of_points(system, &state->motion, state->inputs, instance->accelerations, state->rest_sway);
+    for (size_t b = 0; b < system->bodies; b++)
+        memcpy(state->rest_turn[b], state->bodies[b].turn, sizeof state->rest_turn[b]);
     state->extrapolating = 0;
     memset(state->is_outside, 0, sizeof state->is_outside);
     (void)note_excursions(instance, 0);
@@ -167,6 +170,25 @@ static double absorbed_energy(const Instance *instance)
     return total;
 }
 
+/* The angle between the rotations of a body now and at rest. */
+static double tilt(const State *state, unsigned body)
+{
+    const double *start = state->rest_turn[body];
+    double back[4] = {start[0], -start[1], -start[2], -start[3]}, turn[4];
+    quaternion_product(back, state->bodies[body].turn, turn);
+    return 2.0 * atan2(sqrt(dot3(turn + 1, turn + 1)), fabs(turn[0]));
+}
+
+/* The force of all mounts on the base. */
+static double reaction(const Instance *instance, unsigned direction)
+{
+    double total = 0.0;
+    for (size_t m = 0; m < instance->system.mounts; m++)
+        if (instance->system.mount[m].support < 0.0)
+            total -= instance->state.reach[m].force[direction];
+    return total;
+}
+
 static double output(Instance *instance, unsigned reference)
 {
     const Groups *first = &instance->first;
@@ -182,8 +204,12 @@ static double output(Instance *instance, unsigned reference)
         return instance->sway[reference - first->sway] - state->rest_sway[reference - first->sway];
     if (reference < first->displacement)
         return state->axes[reference - first->force].force;
-    if (reference < first->energy)
+    if (reference < first->tilt)
         return state->axes[reference - first->displacement].memory.displacement;
+    if (reference < first->reaction)
+        return tilt(state, reference - first->tilt);
+    if (reference < first->energy)
+        return reaction(instance, reference - first->reaction);
     return absorbed_energy(instance);
 }
 

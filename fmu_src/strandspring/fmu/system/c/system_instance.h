@@ -2,7 +2,8 @@
  *
  * Variables by value reference: `extrapolating`; the inputs, which are the channels of motion.h; the absolute
  * acceleration of each point in x, y and z; how far each point has moved from rest in x, y and z; the force of each
- * axis of a mount; the displacement of one spring of each axis; absorbed_energy; the parameters, as in SystemSettings.
+ * axis of a mount; the displacement of one spring of each axis; how far each body has turned from rest; the force of
+ * all mounts on the base in x, y and z; absorbed_energy; the parameters, as in SystemSettings.
  *
  * When initialization ends, all bodies are at rest under gravity. A step of co-simulation is cut into equal steps of
  * `step` at most. Inputs hold, or go straight on with their derivatives, over a step of co-simulation, after which they
@@ -22,7 +23,7 @@ enum { SYSTEM_EXTRAPOLATING, SYSTEM_FIRST_INPUT };
 
 /* The first value reference of each group behind the inputs. */
 typedef struct {
-    unsigned acceleration, sway, force, displacement, energy, parameter;
+    unsigned acceleration, sway, force, displacement, tilt, reaction, energy, parameter;
 } Groups;
 
 /* An axis that has left its range within a step, and where it was then. */

@@ -60,7 +60,9 @@ static int make_system(Instance *instance)
     first->sway = first->acceleration + 3 * (unsigned)counts.points;
     first->force = first->sway + 3 * (unsigned)counts.points;
     first->displacement = first->force + (unsigned)counts.axes;
-    first->energy = first->displacement + (unsigned)counts.axes;
+    first->tilt = first->displacement + (unsigned)counts.axes;
+    first->reaction = first->tilt + (unsigned)counts.bodies;
+    first->energy = first->reaction + 3;
     first->parameter = first->energy + 1;
     instance->variables = first->parameter + SYSTEM_PARAMETERS;
     return 1;

@@ -41,6 +41,7 @@ void fmu_state_fields(Cursor *cursor, State *state)
     fmu_int_field(cursor, &state->is_at_rest);
     fmu_int_field(cursor, &state->extrapolating);
     doubles(cursor, state->rest_sway, 3 * (size_t)counts.points);
+    doubles(cursor, state->rest_turn[0], 4 * (size_t)counts.bodies);
     doubles(cursor, (double *)&state->motion, OF_MOTION);
     doubles(cursor, (double *)state->bodies, (size_t)counts.bodies * OF_BODY);
     doubles(cursor, (double *)state->reach, (size_t)counts.mounts * OF_REACH);
@@ -74,6 +75,7 @@ const char *system_impossible_motion(const State *state)
 {
     SystemCounts counts = system_counts();
     if (!are_within(LARGEST_SUM, state->rest_sway, 3 * (size_t)counts.points) ||
+        !are_within(1.0 + UNIT_ROUNDING, state->rest_turn[0], 4 * (size_t)counts.bodies) ||
         !are_within(LARGEST_SUM, (const double *)&state->motion, OF_MOTION) ||
         !are_within(LARGEST_SUM, (const double *)state->bodies, (size_t)counts.bodies * OF_BODY) ||
         !are_within(LARGEST_SUM, (const double *)state->reach, (size_t)counts.mounts * OF_REACH))

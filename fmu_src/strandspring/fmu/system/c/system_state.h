@@ -14,7 +14,7 @@ typedef struct {
     int is_at_rest;                                          /* whether the rest of these settings has been found */
     int extrapolating;
     int is_outside[MOTION_AXES]; /* whether a spring was outside its range at the end of the last step */
-    double rest_sway[3 * MOTION_POINTS];
+    double rest_sway[3 * MOTION_POINTS], rest_turn[MOTION_BODIES][4];
     MotionState motion;
     MotionBodyState bodies[MOTION_BODIES];
     MotionReach reach[MOTION_AXES];

@@ -1,0 +1,111 @@
+"""Shock response spectra as limits, and the scatter of shocks of which only the spectrum is given."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mounted_examples import UP, elastic, one_mass
+from strandspring.errors import MountedSystemError
+from strandspring.ground.gravity import STANDARD_GRAVITY
+from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
+from strandspring.vibration.bodies.mounted import MountAxis, Point
+from strandspring.vibration.description.described_system import limits_of
+from strandspring.vibration.description.system_tables import LimitsTable
+from strandspring.vibration.signals.level_table import LevelTable
+from strandspring.vibration.signals.pulses import HalfSine
+from strandspring.vibration.signals.shock_spectra import RequiredSpectrum, shock_spectrum
+from strandspring.vibration.signals.shock_synthesis import synthesized_shock
+from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
+from strandspring.vibration.verdicts.draws import Unknowns
+from strandspring.vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind, Limits
+
+STIFFNESS, PEAK, DURATION, END = 1.0e4, 150.0, 0.011, 0.5
+FALLING = RequiredSpectrum(LevelTable(((15.0, 260.0), (120.0, 130.0))), 12.0)
+
+
+def answered(signal: Signal, spectrum: RequiredSpectrum, kind: str = "pulse", draws: int = 64) -> CaseAnswer:
+    """Of 1 kg on an elastic spring."""
+    case = LoadCase("case", kind, END, (LoadChannel(ChannelKind.BASE_ACCELERATION, signal, UP),))
+    limits = Limits({FigureKind.SRS: {"mass": 1.0}}, {}, {"mass": spectrum})
+    return answer_case(
+        "mass", one_mass(MountAxis(elastic(0.0, STIFFNESS), UP, 0.0)), case, limits, Unknowns(draws=draws)
+    )
+
+
+def of_spectrum(answer: CaseAnswer) -> Figure:
+    (figure,) = answer.figures_of(FigureKind.SRS)
+    return figure
+
+
+def largest_response(frequency: float, quality: float) -> float:
+    """Of an oscillator on the mass, by one tight solution of both; after 0.5 s the mass is still, as in histories."""
+    rate, root = 2.0 * math.pi * frequency, math.sqrt(STIFFNESS)
+
+    def slopes(t: float, y: np.ndarray) -> list[float]:
+        base = PEAK * math.sin(math.pi * t / DURATION) if t < DURATION else 0.0
+        mass = -(root**2) * y[0] if t < END else 0.0  # absolute acceleration of the mass
+        own = -(rate**2) * y[2] - rate / quality * y[3]  # and of the oscillator
+        return [y[1], mass - base, y[3], own - mass]
+
+    found = 0.0
+    state = [0.0, 0.0, 0.0, 0.0]
+    for begin, end in ((0.0, DURATION), (DURATION, END), (END, END + 1.0 / frequency)):
+        part = solve_ivp(slopes, (begin, end), state, "DOP853", rtol=1e-10, atol=1e-12, max_step=2e-4)
+        state = part.y[:, -1]
+        found = max(found, float(np.abs(rate**2 * part.y[2] + rate / quality * part.y[3]).max()))
+    return found
+
+
+def test_the_share_of_a_spectrum_is_that_of_oscillators_on_the_mass() -> None:
+    """Within 3e-3: steps of 5e-4 in time of the mass' period, and extrema by cubics."""
+    frequencies = FALLING.frequencies()
+    shares = [largest_response(f, 12.0) / level for f, level in zip(frequencies, FALLING.at(frequencies), strict=True)]
+    figure = of_spectrum(answered(HalfSine(PEAK, DURATION), FALLING))
+    assert figure.value == pytest.approx(max(shares), rel=3e-3)
+    assert figure.error < 3e-3 * figure.value
+    assert 10.0 < frequencies[int(np.argmax(shares))] < 20.0  # near the 15.9 Hz of the mass
+
+
+def test_the_verdict_follows_the_spectrum() -> None:
+    share = of_spectrum(answered(HalfSine(PEAK, DURATION), FALLING)).value
+    for factor, verdict in ((1.05, CaseVerdict.PASSES), (0.95, CaseVerdict.FAILS)):
+        levels = LevelTable(((15.0, 260.0 * factor * share), (120.0, 130.0 * factor * share)))
+        assert answered(HalfSine(PEAK, DURATION), RequiredSpectrum(levels, 12.0)).verdict is verdict
+
+
+def test_a_shock_of_which_the_spectrum_is_given_is_drawn_too() -> None:
+    """Its records differ, and each has the spectrum within 3 dB; the range holds other ones."""
+    asked = RequiredSpectrum(LevelTable(((20.0, 100.0), (200.0, 400.0))))
+    shock = synthesized_shock(asked, 0.3)
+    answer = answered(shock.signal, FALLING, "srs", 16)
+    assert answer.draws == 16
+    figure = of_spectrum(answer)
+    assert figure.high > 1.02 * figure.low
+    for number in range(8):
+        other = shock.signal.redrawn(number)
+        assert not np.array_equal(other.value, shock.signal.value)
+        frequency = asked.frequencies()
+        found = shock_spectrum(other.value, float(other.time[1]), frequency, asked.damping).maximax
+        assert np.abs(20.0 * np.log10(found / asked.at(frequency))).max() <= 3.0
+    unseen = synthesized_shock(asked, 0.3, 1000).signal
+    value = of_spectrum(answered(unseen, FALLING, "srs", 16)).value
+    assert figure.low <= value <= figure.high
+
+
+def test_vibration_is_not_held_to_it() -> None:
+    answer = answered(HalfSine(PEAK, DURATION), FALLING, "sine")
+    assert answer.figures_of(FigureKind.SRS) == ()
+
+
+def test_all_points_have_one_quality_factor() -> None:
+    points = [Point(name, 0, (0.0, 0.0, 0.0)) for name in ("board", "connector")]
+    levels = [["10 Hz", "1 g"], ["20 Hz", "2 g"]]
+    table = {name: {"levels": levels, "q": q} for name, q in (("board", 10), ("connector", 20))}
+    with pytest.raises(MountedSystemError, match=r"limits.srs: must have the same `q` at all points; give one."):
+        limits_of(LimitsTable.model_validate({"srs": table}), points)
+    (given,) = {limits_of(LimitsTable.model_validate({"srs": table["board"]}), points).spectra[p.name] for p in points}
+    assert (given.quality, float(given.at(20.0))) == (10.0, pytest.approx(2.0 * STANDARD_GRAVITY, rel=1e-14))
