@@ -1,18 +1,21 @@
-"""The exported SSP system, run by FMPy and libcosim with its parameter values, against our own master."""
+"""The exported SSP system as it is, run by FMPy, Ecos and libcosim, against our own masters."""
 
 from __future__ import annotations
 
 import math
 import zipfile
 from pathlib import Path
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
+from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 
-from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
+from strandspring.cosimulation import FmuSpring, Iterative, Jacobi, Master, Motion, one_mass, simulate
 from strandspring.examples import ssp_system
 from strandspring.exchange.shaken_mass_slave import ShakenMass as ShakenMassSlave
 from strandspring.exchange.ssp import ShakenMassValues
@@ -24,7 +27,7 @@ from terminal import Terminal
 
 HINGE = Path(__file__).resolve().parents[2] / "models/rubber_hinge.json"
 MASS = 0.01
-STOP = 0.2
+STOP = 0.68  # 10 periods
 STEP = 5e-5
 
 
@@ -36,8 +39,8 @@ def ssp(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
     return path
 
 
-def own(folder: Path) -> tuple[ShakenMassValues, Motion]:
-    """The plant's values as the command chooses them, and the motion by `Jacobi()`, which couples as SSP tools do."""
+def own(folder: Path, master: Master) -> tuple[ShakenMassValues, Motion]:
+    """The plant's values as the command chooses them, and the motion."""
     model = load_model(HINGE)
     plant = ShakenMassValues.suited(placed(model, None)[0].parameters, MASS)
 
@@ -45,7 +48,7 @@ def own(folder: Path) -> tuple[ShakenMassValues, Motion]:
         return plant.amplitude * math.sin(2.0 * math.pi * plant.frequency * t)
 
     with FmuSpring(build_native_fmu(model, folder)) as spring:
-        return plant, simulate(one_mass(MASS, plant.load, base), [spring], STOP, STEP, Jacobi())
+        return plant, simulate(one_mass(MASS, plant.load, base), [spring], STOP, STEP, master)
 
 
 def run_libcosim(ssp: Path) -> np.ndarray:
@@ -82,28 +85,58 @@ def difference(run: np.ndarray, motion: Motion) -> float:
     return max(float(np.max(np.abs(one - other)) / np.ptp(other)) for one, other in pairs)
 
 
+def run_ecos(ssp: Path) -> np.ndarray:
+    """The same in Ecos, which reads the force of a displacement that it has handed on, so that plant.force is asked."""
+    from ecospy import EcosSimulation
+
+    simulation = EcosSimulation(STEP, str(ssp))
+    simulation.init()
+    rows = [[0.0, 0.0, 0.0]]
+    for k in range(round(STOP / STEP)):
+        simulation.step()
+        rows.append([(k + 1) * STEP, *map(simulation.get_real, ("plant::position", "plant::force"))])
+    return np.array(rows).T
+
+
 @pytest.mark.slow
-def test_the_system_moves_as_by_our_own_master(ssp: Path, tmp_path: Path) -> None:
-    plant, motion = own(tmp_path)
+def test_tools_without_arguments_move_as_our_own_master(ssp: Path, tmp_path: Path) -> None:
+    plant, motion = own(tmp_path, Jacobi())
+    # The issue's case: 1.05 mm, against 9.97 and 12.4 mm with the start values that the plant had.
+    _, exact = own(tmp_path, Iterative())
+    times = exact.times
+    excursion = exact.q[:, 0] - plant.amplitude * np.sin(2.0 * np.pi * plant.frequency * times)
+    assert 1e3 * np.abs(excursion).max() == pytest.approx(1.052, abs=1e-3)
     assert np.ptp(motion.q) > 3.0 * plant.amplitude  # near resonance
-    # Rounding of 4000 steps of the same arithmetic. Measured: 3e-15.
-    assert difference(run_libcosim(ssp), motion) < 1e-9
-    # FMPy starts with a force of 0, which leaves the load alone on the mass for one step: an error of first order.
-    # Measured: 1.04 times.
-    kick = plant.load / MASS * STEP / (2.0 * math.pi * plant.frequency)
-    assert difference(ssp_system.run(ssp, STEP, STOP), motion) < 1.5 * kick / np.ptp(motion.q)
+    # Rounding of 13600 steps of the same arithmetic, within the 1e-3 that the issue asks for. Measured: 4e-15.
+    for run in (run_libcosim(ssp), run_ecos(ssp), ssp_system.run(ssp, STEP, STOP)):
+        assert difference(run, motion) < 1e-9
+    # The error of held forces that the pages state for this step: 0.8 % of the range.
+    assert difference(ssp_system.run(ssp, STEP, STOP), exact) < 1e-2
+
+
+def test_steps_that_are_too_long_are_refused(ssp: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(FMICallException, match="fatal"):
+        simulate_ssp(str(ssp))  # steps of 10 ms by FMPy's default: 7 in a period
+    assert "Steps of 10 ms are too long for forces that are held over them; take 1.377 ms" in capsys.readouterr().err
 
 
 def test_the_system_holds_what_its_structure_names(ssp: Path) -> None:
     system = read_ssd(str(ssp)).system  # checked by the schema of SSP 1.0
     with zipfile.ZipFile(ssp) as archive:
         names = set(archive.namelist())
+        structure = archive.read("SystemStructure.ssd")
         spring_values = archive.read("resources/spring.ssv").decode()
     sources = {component.source for component in system.elements}
     bound = {f"resources/{component.name}.ssv" for component in system.elements}
     assert names == {"SystemStructure.ssd", *sources, *bound}
     assert spring_values == parameter_values(placed(load_model(HINGE), None)[0])
     values = {p.name: float(p.value) for p in read_ssv(str(ssp), "resources/plant.ssv").parameters}
+    # Without it OMSimulator 3 aborts.
+    (master,) = ElementTree.fromstring(structure).iterfind(
+        ".//{*}Annotation[@type='org.openmodelica']//{*}FixedStepMaster"
+    )
+    assert 3000.0 < 1.0 / (values["frequency"] * float(master.attrib["stepSize"])) < 10000.0
+    assert master.attrib["description"] == "oms-ma"
     assert values["mass"] == MASS
     assert set(values) == {"mass", "load", "amplitude", "frequency"}
 
@@ -114,6 +147,8 @@ def test_both_fmus_are_valid_and_the_plant_is_what_its_description_says(ssp: Pat
     for name in ("spring", "plant"):
         assert validate_fmu(str(tmp_path / f"system/resources/{name}.fmu")) == []
     described = fmpy.read_model_description(str(tmp_path / "system/resources/plant.fmu")).modelVariables
+    bound = {p.name: float(p.value) for p in read_ssv(str(ssp), "resources/plant.ssv").parameters}
+    assert {v.name: float(v.start) for v in described if v.causality == "parameter"} == bound
     registered = ShakenMassSlave(instance_name="plant", resources="").vars
     assert {v.valueReference: (v.name, v.causality) for v in described} == {
         reference: (v.name, v.causality.name) for reference, v in registered.items()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import subprocess
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -18,6 +19,7 @@ from fmu_tools import SPRING, instance
 from strandspring.errors import ModelError
 from strandspring.fmu.checks.verification import verify_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.kernel.path import PathSolver
@@ -158,7 +160,15 @@ def test_a_good_fmu_is_found_good(fmu: Path) -> None:
 def test_one_changed_byte_is_found_in_any_file(fmu: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(fmu) as archive:
         names = [name for name in archive.namelist() if name != HASHES]
-    kinds = ("binaries/", "modelDescription.xml", REFERENCE, STIMULI, "resources/", "documentation/index")
+    is_native = any(name.startswith("sources/") for name in names)
+    kinds = (
+        "sources/" if is_native else "binaries/",
+        "modelDescription.xml",
+        REFERENCE,
+        STIMULI,
+        "resources/",
+        "documentation/index",
+    )
     for kind in kinds:
         name = next(name for name in names if name.startswith(kind))
 
@@ -170,6 +180,48 @@ def test_one_changed_byte_is_found_in_any_file(fmu: Path, tmp_path: Path) -> Non
         found = verify_fmu(edited(fmu, tmp_path, flip))
         assert f"{name!a} has been changed, or its hash in {HASHES}." in [f.text for f in found if f.is_problem]
         assert "It was not run." in [f.text for f in found]
+
+
+def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path) -> None:
+    fmu = build_native_fmu(MODEL, tmp_path)
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    # As the page of the FMU says.
+    command = "cc -std=c11 -O2 -ffp-contract=off -fvisibility=hidden -fPIC -shared {} -lm -o {}"
+
+    def compiled(source: str) -> bytes:
+        subprocess.run(command.format(source, tmp_path / "x.so").split(), cwd=tmp_path / "unpacked", check=True)
+        return (tmp_path / "x.so").read_bytes()
+
+    (tmp_path / "abort.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void end(void) { abort(); }")
+    here = f"binaries/{host_folder()}/mount.so"
+    for content, said in (
+        (compiled("sources/fmi2_all.c"), None),
+        (compiled("../abort.c"), "Its binary for this computer ends the process that runs it; compile it again."),
+        (b"no library", "It cannot be run: "),
+    ):
+        found = verify_fmu(edited(fmu, tmp_path, lambda c, content=content: c.update({here: content})))
+        assert (
+            f"'{here}' is not of this build: it has been compiled elsewhere, or is damaged; the run below decides."
+            == found[0].text
+        )
+        bad = [finding.text for finding in found if finding.is_problem]
+        assert [text[: len(said or "")] for text in bad] == ([said] if said else [])
+        assert ("The reference comes out of co-simulation" in found[-1].text) == (said is None)
+    added = verify_fmu(edited(fmu, tmp_path, lambda c: c.update({"binaries/riscv64-linux/mount.so": b"x"})))
+    assert not any(finding.is_problem for finding in added)
+    assert "it is not run on this computer, so verify it on its own." in added[0].text
+    assert "The reference comes out of co-simulation" in added[-1].text
+    # Nobody loads it.
+    stray = here.replace("mount", "other")
+    assert problems(edited(fmu, tmp_path, lambda c: c.update({stray: b"x"}))) == [
+        f"'{stray}' has been added: it is not in {HASHES}."
+    ]
+    # A changed law is condemned whatever the binary.
+    law = edited(
+        fmu, tmp_path, lambda c: c.update({here: b"x", "modelDescription.xml": c["modelDescription.xml"] + b" "})
+    )
+    assert problems(law) == [f"'modelDescription.xml' has been changed, or its hash in {HASHES}."]
 
 
 def test_missing_added_and_unlisted_files_are_found(fmu: Path, tmp_path: Path) -> None:

@@ -158,7 +158,14 @@ def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
     }  # fmt: skip
     return (
         *(replace(variable, **changes.get(variable.name, {})) for variable in usual[:-1]),
-        Variable("velocity", "input", "continuous", "Rate of the displacement", "m/s", "mm/s"),
+        Variable(
+            "velocity",
+            "input",
+            "continuous",
+            "Rate of the displacement; solvers that sample it need a tolerance of 1e-8 or a fixed step",
+            "m/s",
+            "mm/s",
+        ),
         _derivative("absorbed_energy", "Power of the force", "W", **_calculated(moving, of_force)),
         _derivative("omega", "Rate of omega", "1/s", **_calculated(("velocity", "omega"), of_slope)),
     )

@@ -16,8 +16,8 @@ from ..ground.files import write_text
 
 # In the order in which they are read.
 PAGES = (
-    "overview", "test-engineer", "simulation-engineer", "real-time", "designer", "systems", "system-file", "python",
-    "limits", "troubleshooting", "security", "method", "figures",
+    "overview", "test-engineer", "simulation-engineer", "tools", "real-time", "designer", "systems", "system-file",
+    "python", "limits", "troubleshooting", "security", "method", "figures",
 )  # fmt: skip
 
 

@@ -1,6 +1,7 @@
 """A system of SSP 1.0: the FMU of a spring under a mass above a shaking base, each with its parameter values.
 
-The parameter values are bound to the components, so that a tool applies them; editing them needs no new FMU.
+The values are start values of the FMUs, for tools that apply no parameter sets, and bound to the components, so that
+the others apply what is edited there.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ _UNITS = (
     FmiUnit("Hz", s=-1),
 )
 _PERIODS = 10
+# For OMSimulator, whose program reads the element FixedStepMaster, and whose Python interface the attributes around it;
+# the name is that of its default. Forces that are held over a step feed energy in, so that steps must be short.
+_STEPS_A_PERIOD = 5000
 
 _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
 <ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
@@ -55,6 +59,15 @@ _STRUCTURE = """<?xml version="1.0" encoding="UTF-8"?>
       <ssd:Connection startElement="spring" startConnector="force"
                       endElement="plant" endConnector="force"/>
     </ssd:Connections>
+    <ssd:Annotations>
+      <ssc:Annotation type="org.openmodelica">
+        <oms:Annotations xmlns:oms="https://raw.githubusercontent.com/OpenModelica/OMSimulator/master/schema/oms.xsd">
+          <oms:SimulationInformation name="oms_ma_default" method="oms_ma" fixedStepSize="{step:.12f}">
+            <oms:FixedStepMaster description="oms-ma" stepSize="{step:.12f}" relativeTolerance="0.0001"/>
+          </oms:SimulationInformation>
+        </oms:Annotations>
+      </ssc:Annotation>
+    </ssd:Annotations>
   </ssd:System>
   <ssd:Units>
     <ssc:Unit name="m"><ssc:BaseUnit m="1"/></ssc:Unit>
@@ -128,22 +141,27 @@ def write_system(path: Path, spring: Path, model: ModelFile, plant: ShakenMassVa
     ------
     StrandspringError    If the file cannot be written.
     """
+    period = 1.0 / plant.frequency
+    step = float(f"{period / _STEPS_A_PERIOD:.1g}")
+    structure = _STRUCTURE.format(name=model.name, stop=_PERIODS * period, step=step)
     contents = {
-        "SystemStructure.ssd": _STRUCTURE.format(name=model.name, stop=_PERIODS / plant.frequency).encode("utf-8"),
+        "SystemStructure.ssd": structure.encode("utf-8"),
         "resources/spring.fmu": spring.read_bytes(),
         "resources/spring.ssv": parameter_values(model).encode("utf-8"),
         "resources/plant.ssv": plant.parameter_values().encode("utf-8"),
     }
     with TemporaryFolder() as folder:
-        contents["resources/plant.fmu"] = _plant_fmu(folder / "plant.fmu").read_bytes()
+        contents["resources/plant.fmu"] = _plant_fmu(folder / "plant.fmu", plant).read_bytes()
     return write_archive(path, contents)
 
 
-def _plant_fmu(path: Path) -> Path:
-    """Write the FMU of the plant, a slave of PythonFMU as our Python-backed FMUs are."""
-    description = (files(__package__) / "assets" / "shaken_mass.xml").read_bytes()
+def _plant_fmu(path: Path, plant: ShakenMassValues) -> Path:
+    """Write the FMU of the plant, a slave of PythonFMU as our Python-backed FMUs are, with these start values."""
+    values = asdict(plant)
+    form = (files(__package__) / "assets" / "shaken_mass.xml").read_text(encoding="utf-8")
+    description = form.format(guid="", **values).encode("utf-8")
     source = (files(__package__) / "shaken_mass_slave.py").read_text(encoding="utf-8")
-    module = source.replace("from pythonfmu.", "from <package>.pythonfmu.")
+    module = source.replace("from pythonfmu.", "from <package>.pythonfmu.") + f"\n\nShakenMass.values = {values!r}\n"
     guid, contents = slave_contents("ShakenMass", module, description)
-    described = description.replace(b'guid=""', f'guid="{guid}"'.encode(), 1)
+    described = form.format(guid=guid, **values).encode("utf-8")
     return write_archive(path, {"modelDescription.xml": described, **licences(("pythonfmu",)), **contents})

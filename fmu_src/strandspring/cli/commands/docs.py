@@ -27,9 +27,9 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
     """Open the documentation, which needs no network.
 
     \b
-    Pages: overview, test-engineer, simulation-engineer, real-time, designer,
-      systems, system-file, python, limits, troubleshooting, security, method,
-      figures
+    Pages: overview, test-engineer, simulation-engineer, tools, real-time,
+      designer, systems, system-file, python, limits, troubleshooting,
+      security, method, figures
 
     \b
     Examples:

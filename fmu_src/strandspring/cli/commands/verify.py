@@ -21,7 +21,8 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
 
     Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
     and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
-    not run. The hashes show damage, not who built it: run FMUs of people you trust only.
+    not run, except for binaries that were added to or compiled anew from the sources of the same FMU: they are named
+    and run. The hashes show damage, not who built it: run FMUs of people you trust only.
 
     \b
     Examples:

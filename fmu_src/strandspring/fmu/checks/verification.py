@@ -8,22 +8,29 @@ import io
 import json
 import re
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from pathlib import Path
+from multiprocessing import get_context
+from pathlib import Path, PurePosixPath
 
 import numpy as np
+from fmpy import sharedLibraryExtension
 from fmpy.validation import validate_fmu
 
 from ...errors import StrandspringError
 from ...ground.files import read_bytes
+from ...ground.isolated import isolated_processes
 from ...ground.unpacking import unpacked
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import MAXIMUM_FMU_BYTES
+from ..native.platforms import host_folder
 from ..related_files import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .check import OUTPUTS, CheckReport, compare_run
 from .table_check import compare_table
 
 _DESCRIPTION = "modelDescription.xml"
+_BINARY = re.compile(r"binaries/(?P<folder>[\w-]+)/(?P<library>\w+)\.(?:so|dll|dylib)", re.ASCII)
 _ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
 
 
@@ -46,19 +53,35 @@ class Finding:
 def verify_fmu(path: Path) -> list[Finding]:
     """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
 
-    An FMU whose files are not as they were built is not run.
+    An FMU whose files are not as they were built is not run. Only binaries of an FMU with sources may have been added
+    or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth.
     """
     try:
         contents = _contents(path)
         findings = list(_changed(contents))
     except _DamagedError as problem:
         return [Finding("files", str(problem))]
-    if not findings:
-        findings.append(Finding("files", f"All {len(contents)} files are as they were built.", is_problem=False))
+    if not any(finding.is_problem for finding in findings):
+        which = f"All other {len(contents) - len(findings)}" if findings else f"All {len(contents)}"
+        findings.append(Finding("files", f"{which} files are as they were built.", is_problem=False))
+    is_as_built = len(findings) == 1
     findings += _against_rules(path, contents)
     if any(finding.is_problem for finding in findings):
         return [*findings, Finding("run", "It was not run.", is_problem=False)]
-    return [*findings, *_against_reference(path, contents)]
+    return [*findings, *(_against_reference(path, contents) if is_as_built else _apart(path))]
+
+
+def _apart(path: Path) -> list[Finding]:
+    """Run it in a process of its own, which a damaged binary may end."""
+    with isolated_processes(), ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        try:
+            return pool.submit(_alone, path).result()
+        except BrokenProcessPool:
+            return [Finding("run", "Its binary for this computer ends the process that runs it; compile it again.")]
+
+
+def _alone(path: Path) -> list[Finding]:
+    return _against_reference(path, _contents(path))
 
 
 class _DamagedError(StrandspringError):
@@ -75,7 +98,7 @@ def _contents(path: Path) -> dict[str, bytes]:
 
 
 def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
-    """Files that are not as the list of hashes says."""
+    """Files that are not as the list of hashes says; binaries that sources may have given are no problem."""
     if HASHES not in contents:
         raise _DamagedError(f"It has no list of hashes ({HASHES}): strandspring did not build it, or not this version.")
     try:
@@ -84,13 +107,25 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
         hashes = None
     if not isinstance(hashes, dict):
         raise _DamagedError(f"{HASHES} has been changed: it is no list of hashes.")
+    has_sources = any(name.startswith("sources/") for name in hashes)
+    libraries = {PurePosixPath(name).stem for name in hashes if name.startswith("binaries/")}
+    folder = host_folder(3 if b'fmiVersion="3' in contents.get(_DESCRIPTION, b"") else 2)
     for name in sorted({*hashes, *contents} - {HASHES}):
         if name not in contents:
             yield Finding("files", f"{name!a} is missing.")
-        elif name not in hashes:
-            yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
-        elif hashlib.sha256(contents[name]).hexdigest() != hashes[name]:
-            yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
+        elif hashlib.sha256(contents[name]).hexdigest() != hashes.get(name):
+            binary = _BINARY.fullmatch(name)
+            if has_sources and binary and binary["library"] in libraries:
+                text = f"{name!a} is not of this build: it has been compiled elsewhere, or is damaged"
+                is_run = binary["folder"] == folder and name.endswith(sharedLibraryExtension)
+                judged = (
+                    "the run below decides" if is_run else "it is not run on this computer, so verify it on its own"
+                )
+                yield Finding("files", f"{text}; {judged}.", is_problem=False)
+            elif name not in hashes:
+                yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
+            else:
+                yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
 
 
 def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:

@@ -55,7 +55,12 @@ def described(content: DescriptionContent, guid: str, generation_tool: str, back
     SubElement(
         root,
         "DefaultExperiment",
-        {"startTime": "0", "stopTime": "1", "tolerance": "1e-06", "stepSize": repr(content.step)},
+        {
+            "startTime": "0",
+            "stopTime": "1",
+            "tolerance": "1e-08" if backend.with_states else "1e-06",
+            "stepSize": repr(content.step),
+        },
     )
     version.append_variables(SubElement(root, "ModelVariables"), content, backend)
     version.append_structure(SubElement(root, "ModelStructure"), content, backend)
