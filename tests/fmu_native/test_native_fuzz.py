@@ -35,7 +35,7 @@ FAULTS = {
     "a state is not freed": ("fmu_snapshots.c", "free(snapshot);", ""),
     "a table is not released": ("fmu_instance.c", "        fmu_release(instance->shared);\n", ""),
     "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
-    "text of the host as a format": ("fmi2_life.c", '"%s", text);', "text);"),
+    "text of the host as a format": ("fmi2_life.c", "*text == '%'", "0"),
     "absurd parameters": (
         "spring_problem.c",
         "|| size_problem(p, text, size)",

@@ -198,6 +198,12 @@ def test_instances_that_are_refused(given, text):
     assert text in one.said
 
 
+def test_a_logger_that_shows_formats_shows_all_of_a_message():
+    written = Native(library(), guid="{%s%n}").said
+    assert "{%s%n}" in written
+    assert Native(library(), guid="{%s%n}", as_formats=True).said == written.replace("%", "%%")
+
+
 def test_an_instance_without_callbacks_is_refused():
     of = library()
     assert of.functions.fmi2Instantiate(b"one", 1, of.guid.encode(), of.resources, None, 0, 0) is None

@@ -120,10 +120,11 @@ class Native:
         name: str = "one",
         guid: str | None = None,
         logging: bool = True,
+        as_formats: bool = False,
     ) -> None:
         self.library = of or library()
         self.messages: list[tuple[int, str, str]] = []
-        self._callbacks = callbacks_into(self.messages)
+        self._callbacks = callbacks_into(self.messages, as_formats)
         self.component = self.library.functions.fmi2Instantiate(
             name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
             byref(self._callbacks), 0, logging,

@@ -23,7 +23,7 @@ static int category_of(const char *name)
 
 FmuStatus fmu_report(const Log *log, FmuStatus status, const char *format, ...)
 {
-    char text[512];
+    char text[LONGEST_MESSAGE];
     int category = status == FMU_WARNING ? LOG_WARNINGS : LOG_ERRORS;
     if (log->write == NULL || !(log->categories & category))
         return status;

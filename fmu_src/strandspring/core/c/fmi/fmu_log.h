@@ -10,6 +10,8 @@
 typedef int FmuStatus;
 enum { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR };
 
+enum { LONGEST_MESSAGE = 512 }; /* with its end */
+
 /* Categories of the model description. */
 enum { LOG_WARNINGS = 1, LOG_ERRORS = 2, LOG_ALL = LOG_WARNINGS | LOG_ERRORS };
 

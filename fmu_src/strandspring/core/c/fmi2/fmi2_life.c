@@ -6,8 +6,17 @@
 
 static void write_message(const Log *log, FmuStatus status, const char *category, const char *text)
 {
-    /* The logger takes a format, which text that holds a value of the host must not be. */
-    ((fmi2CallbackLogger)log->logger)(log->environment, log->instance_name, status, category, "%s", text);
+    /* The logger takes a format, which text that holds a value of the host must not be; hosts that show the format alone
+     * show all of it. */
+    char format[2 * LONGEST_MESSAGE];
+    size_t length = 0;
+    for (; *text != '\0'; text++) {
+        if (*text == '%')
+            format[length++] = '%';
+        format[length++] = *text;
+    }
+    format[length] = '\0';
+    ((fmi2CallbackLogger)log->logger)(log->environment, log->instance_name, status, category, format);
 }
 
 /* Where messages go; the name is not copied. Warnings and errors are no debug logging: fmi2SetDebugLogging can silence
