@@ -15,7 +15,7 @@ from scipy.io import savemat
 import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
-from strandspring import Spring, read_record
+from strandspring import Spring, StrandspringError, read_record
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
@@ -178,17 +178,26 @@ def test_functions_of_the_table_exist() -> None:
             assert hasattr(strandspring, name), name
 
 
-def test_the_documentation_is_one_page_that_needs_no_network(tmp_path: Path) -> None:
-    for name in ("one.html", "two.html"):
-        write_site(tmp_path / name)
-    text = (tmp_path / "one.html").read_text(encoding="utf-8")
-    assert text == (tmp_path / "two.html").read_text(encoding="utf-8")
-    for page in PAGES:
-        assert f'id="{page}"' in text
-        assert TEXTS[page].startswith("# ")
-    assert not re.findall(r"(?:src|href)=\"(?!#)[^\"]*\"", text)
-    for target in re.findall(r'href="#([^"]+)"', text):
-        assert f'id="{target}"' in text, target
+@pytest.mark.slow
+@pytest.mark.filterwarnings("default")  # those of Sphinx are its own affair
+def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) -> None:
+    sites = [tmp_path / name for name in ("one", "two")]
+    for folder in sites:
+        write_site(folder)
+    one, two = ({path.relative_to(site): path.read_bytes() for path in site.rglob("*.*")} for site in sites)
+    assert one == two
+    assert {f"{page}.html" for page in (*PAGES[1:], "index", "commands", "api", "search")} <= {
+        str(path) for path in one
+    }
+    loaded = re.compile(rb"""<(?:script|img|iframe)[^>]*src="https?:|<link[^>]*href="https?:""")
+    for path, page in one.items():
+        assert not loaded.search(page), path
+    write_site(sites[0])  # replaces what is there
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.txt").touch()
+    with pytest.raises(StrandspringError, match=r"other holds other files; give a new folder\.$"):
+        write_site(tmp_path / "other")
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["thesis.txt"]
 
 
 def test_the_table_of_symbols_is_the_fmus_table() -> None:

@@ -1,24 +1,51 @@
-"""The documentation as one HTML page that opens offline, made of the Markdown pages in this folder."""
+"""The documentation as a site of HTML pages with a search, which Sphinx makes of the Markdown pages in this folder.
+
+The site is part of a release; elsewhere it is built where Sphinx is installed (the extra `docs`).
+"""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from markdown_it import MarkdownIt
-from markupsafe import Markup
-
 from .._version import __version__
 from ..errors import StrandspringError
-from ..ground.files import write_text
+from ..ground.files import existing_folder, user_cache
+from ..ground.scratch import TemporaryFolder
 
 # In the order in which they are read.
 PAGES = (
     "overview", "test-engineer", "simulation-engineer", "tools", "real-time", "designer", "systems", "system-file",
     "python", "limits", "troubleshooting", "security", "method", "figures",
 )  # fmt: skip
+_EXTENSIONS = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+_SETTINGS = {
+    "project": "strandspring",
+    "version": __version__,
+    "release": __version__,
+    "html_title": f"strandspring {__version__}",
+    "html_theme": "furo",
+    "html_copy_source": False,
+    "html_show_sphinx": False,
+    "copyright": "strandspring maintainers, MIT licence",
+    "extensions": _EXTENSIONS,
+    "myst_heading_anchors": 3,
+    "autodoc_typehints": "none",
+    "napoleon_use_rtype": False,
+    "suppress_warnings": ["ref.python"],  # types are words, not names
+}
+_API = """\
+Python reference
+================
+
+.. currentmodule:: strandspring
+.. autosummary::
+   :toctree: reference
+
+"""
 
 
 def page_text(name: str) -> str:
@@ -38,23 +65,87 @@ def page_text(name: str) -> str:
     return (files(__package__) / "pages" / f"{name}.md").read_text(encoding="utf-8")
 
 
-def write_site(path: Path) -> None:
-    """Write all pages as one HTML file; the same version gives the same bytes.
+def site() -> Path:
+    """The folder of the site: that of the release, or one built now for this version.
 
     Raises
     ------
-    StrandspringError   If the file cannot be written.
+    StrandspringError   If it has to be built and cannot be.
     """
-    environment = Environment(loader=PackageLoader("strandspring", "docs"), autoescape=True, undefined=StrictUndefined)
-    pages = [(name, *_rendered(name)) for name in PAGES]
-    write_text(path, environment.get_template("site.html.j2").render(pages=pages, version=__version__))
+    released = Path(str(files(__package__))) / "site"
+    if (released / "index.html").is_file():
+        return released
+    folder = user_cache() / f"documentation-{__version__}"
+    write_site(folder)
+    return folder
 
 
-def _rendered(name: str) -> tuple[str, Markup]:
-    """Title and HTML of a page, with links to other pages as links within the file."""
-    text = page_text(name)
-    title = text.splitlines()[0].removeprefix("# ").split(":")[0]
-    linked = re.sub(r"\]\(([a-z-]+)\.md\)", r"](#\1)", text)
-    html = MarkdownIt("commonmark", {"html": False}).enable("table").render(linked)
-    html = html.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
-    return title, Markup(html)  # noqa: S704 - raw HTML is off
+def write_site(folder: Path) -> None:
+    """Build the site in a folder, whose earlier pages it replaces; the same version gives the same bytes.
+
+    Raises
+    ------
+    StrandspringError   If Sphinx is not installed, or the folder cannot be written or holds something else.
+    """
+    with _refused(folder), TemporaryFolder(beside=existing_folder(folder.absolute().parent)) as scratch:
+        if folder.exists() and not (folder / "objects.inv").is_file() and any(folder.iterdir()):
+            raise StrandspringError(f"{folder} holds other files; give a new folder.")
+        source, built = scratch / "source", scratch / "built"
+        source.mkdir()
+        _write_sources(source)
+        _build(source, built, scratch / "state")
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        if folder.exists():
+            folder.rename(scratch / "before")
+        built.rename(folder)
+
+
+@contextmanager
+def _refused(folder: Path) -> Iterator[None]:
+    """What the system says in the block as one sentence that names the folder."""
+    try:
+        yield
+    except OSError as problem:
+        raise StrandspringError(f"{folder} cannot be written: {problem.strerror}; choose another folder.") from None
+
+
+def _write_sources(folder: Path) -> None:
+    """The pages, and those that Sphinx makes of the commands and of the public names."""
+    pages = {name: page_text(name) for name in PAGES}
+    contents = "\n".join((*PAGES[1:], "commands", "api"))
+    pages["index"] = f"{pages.pop('overview')}\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n"
+    pages["commands"] = _commands_text()
+    for name, text in pages.items():
+        (folder / f"{name}.md").write_text(text, encoding="utf-8")
+    names = [name for name in import_module("strandspring").__all__ if not name.startswith("_")]
+    (folder / "api.rst").write_text(_API + "".join(f"   {name}\n" for name in names), encoding="utf-8")
+
+
+def _commands_text() -> str:
+    """The page of the commands, each with its help."""
+    import click
+
+    program: click.Group = import_module("strandspring.cli.main").strandspring
+    context = click.Context(program, info_name="strandspring")
+    text = f"# Commands\n\n```text\n{program.get_help(context)}\n```\n"
+    for name in program.list_commands(context):
+        command = program.get_command(context, name)
+        assert command is not None  # noqa: S101 - it was listed
+        text += f"\n## {name}\n\n```text\n{command.get_help(click.Context(command, context, name))}\n```\n"
+    return text
+
+
+def _build(source: Path, built: Path, state: Path) -> None:
+    """Run Sphinx; what it warns of is an error."""
+    try:
+        from sphinx.application import Sphinx
+        from sphinx.errors import SphinxError
+    except ImportError:
+        raise StrandspringError(
+            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]"; or read a page in '
+            "the terminal by --text."
+        ) from None
+    try:
+        Sphinx(source, None, built, state, "html", _SETTINGS, status=None, warningiserror=True).build()
+    except SphinxError as problem:
+        raise StrandspringError(f"The site cannot be built: {problem}") from None

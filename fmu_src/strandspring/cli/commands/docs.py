@@ -7,11 +7,8 @@ from pathlib import Path
 
 import click
 
-from ..._version import __version__
-from ...docs.site import PAGES, page_text, write_site
-from ...ground.files import user_cache
+from ...docs.site import PAGES, page_text, site, write_site
 from ..shared.output import result
-from ..shared.paths import refuse_overwriting
 
 
 @click.command()
@@ -19,8 +16,8 @@ from ..shared.paths import refuse_overwriting
 @click.option(
     "-o",
     "--output",
-    metavar="FILE.html",
-    help="Write the documentation to this file, and open nothing.",
+    metavar="FOLDER",
+    help="Build the site in this folder, and open nothing.",
 )
 @click.option("--text", is_flag=True, help="Print the page in the terminal.")
 def docs(page: str | None, output: str | None, text: bool) -> None:
@@ -35,7 +32,7 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
     Examples:
       strandspring docs
       strandspring docs troubleshooting --text
-      strandspring docs -o strandspring.html
+      strandspring docs -o site
     """
     if text:
         if output is not None:
@@ -45,9 +42,10 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
         Console().print(Markdown(page_text(page or "overview")))
         return
-    refuse_overwriting((), {"--output": output}, ".html")
-    path = user_cache() / f"strandspring-{__version__}.html" if output is None else Path(output)
-    write_site(path)
-    result(f"Documentation: {path}")
+    folder = site() if output is None else Path(output)
+    if output is not None:
+        write_site(folder)
+    result(f"Documentation: {folder / 'index.html'}")
     if output is None:
-        webbrowser.open(f"{path.as_uri()}#{page or 'overview'}")
+        name = "index" if page in (None, "overview") else page
+        webbrowser.open((folder / f"{name}.html").absolute().as_uri())
