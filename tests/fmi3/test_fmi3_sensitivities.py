@@ -21,10 +21,10 @@ SPRINGS = {"polynomial": SPRING, "table": TABLE, "other": OTHER}
 STEP = 1e-3
 
 
-def built(folder: Path, spring: SpringParameters, fmi: int, with_states: bool) -> tuple[Path, dict[str, Any]]:
+def built(folder: Path, spring: SpringParameters, fmi: int, **form: bool) -> tuple[Path, dict[str, Any]]:
     """An FMU and its variables by name."""
     model = ModelFile("spring", spring)
-    fmu = build_native_fmu(model, folder, chosen_platforms("host"), zero=0.0, with_states=with_states, fmi=fmi)
+    fmu = build_native_fmu(model, folder, chosen_platforms("host"), zero=0.0, fmi=fmi, **form)
     return fmu, {v.name: v for v in fmpy.read_model_description(str(fmu)).modelVariables}
 
 
@@ -55,13 +55,14 @@ def jacobian(one: Any, unknowns: list[int], knowns: list[Any]) -> np.ndarray:
     return np.array(columns).T
 
 
+@pytest.mark.parametrize("arrays", [False, True], ids=["scalars", "arrays"])
 @pytest.mark.parametrize("with_states", [False, True], ids=["usual", "states"])
 @pytest.mark.parametrize("spring", SPRINGS)
-def test_derivatives(spring: str, with_states: bool, tmp_path: Path) -> None:
+def test_derivatives(spring: str, with_states: bool, arrays: bool, tmp_path: Path) -> None:
     path = wandering_path(SPRINGS[spring], 160, seed=11)
     found = {}
     for fmi in (2, 3):
-        fmu, variables = built(tmp_path, SPRINGS[spring], fmi, with_states)
+        fmu, variables = built(tmp_path, SPRINGS[spring], fmi, with_states=with_states, arrays=arrays and fmi == 3)
         inputs = ["displacement", "velocity", "omega"] if with_states else ["displacement"]
         outputs = ["force", "stiffness", *(["der(absorbed_energy)", "der(omega)"] if with_states else [])]
         knowns = [

@@ -19,6 +19,7 @@ from portable_host import environment
 from springs import TABLE
 from strandspring import Spring, build_fmu, verify
 from strandspring.core.parameters import SpringParameters
+from strandspring.core.variables import start_values
 from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
@@ -30,9 +31,8 @@ OUTPUTS = ["force", "stiffness", "absorbed_energy"]
 SPRINGS = {"polynomial": SPRING, "table": TABLE, "other": OTHER}
 
 
-def built(folder: Path, spring: SpringParameters = SPRING, fmi: int = 3, with_states: bool = False) -> Path:
-    model = ModelFile("spring", spring)
-    return build_native_fmu(model, folder, chosen_platforms("host"), zero=0.0, with_states=with_states, fmi=fmi)
+def built(folder: Path, spring: SpringParameters = SPRING, fmi: int = 3, **form: bool) -> Path:
+    return build_native_fmu(ModelFile("spring", spring), folder, chosen_platforms("host"), zero=0.0, fmi=fmi, **form)
 
 
 @pytest.fixture(scope="module", params=SPRINGS)
@@ -86,9 +86,11 @@ def test_arrays_are_parameters(tmp_path: Path) -> None:
     other = replace(SPRING, kE=(1.0, 2e4, -1e4, 2e6), kA=(1.0, 4.0, 10.0), rho=200.0)
     path = wandering_path(SPRING, 200, seed=3)
     changed = {"kE": np.array(other.kE), "kA": np.array(other.kA), "rho": other.rho}
-    found = simulated(built(tmp_path / "one"), path, start_values=changed)
+    found = simulated(built(tmp_path / "one", arrays=True), path, start_values=changed)
     expected = simulated(built(tmp_path / "two", other, fmi=2), path)
     np.testing.assert_array_equal(found, expected)
+    singly = start_values(other)
+    np.testing.assert_array_equal(simulated(built(tmp_path / "three"), path, start_values=singly), expected)
 
 
 def test_states_form_has_the_bits_of_fmi_2(tmp_path: Path) -> None:
@@ -110,7 +112,7 @@ def test_states_form_has_the_bits_of_fmi_2(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("length", [0, 1, 3, 5, 200])
 def test_arrays_of_another_length_are_refused(length: int, tmp_path: Path) -> None:
-    with running(built(tmp_path)) as slave:
+    with running(built(tmp_path, arrays=True)) as slave:
         reference = 7  # kE
         slave.enterInitializationMode()
         assert slave.getFloat64([reference], 4) == list(SPRING.kE)

@@ -59,13 +59,13 @@ RUN = 50
 # FMUs by name: the spring, and whether omega and absorbed_energy are continuous states.
 FORMS = {"native": (SPRING, False), "table": (TABLE, False), "states": (SPRING, True)}
 
-# The same of FMI 3.0, with the form of the FMU.
+# The same of FMI 3.0, with the form of the FMU: with arrays, whose references are the less simple ones.
 FORMS3 = {
-    "fmi3": (SPRING, USUAL),
-    "fmi3-table": (TABLE, USUAL),
-    "fmi3-states": (SPRING, NativeForm(with_states=True)),
-    "fmi3-real-time": (SPRING, NativeForm(real_time=True)),
-    "fmi3-no-energy": (SPRING, NativeForm(real_time=True, no_energy=True)),
+    "fmi3": (SPRING, NativeForm(arrays=True)),
+    "fmi3-table": (TABLE, NativeForm(arrays=True)),
+    "fmi3-states": (SPRING, NativeForm(arrays=True, with_states=True)),
+    "fmi3-real-time": (SPRING, NativeForm(arrays=True, real_time=True)),
+    "fmi3-no-energy": (SPRING, NativeForm(arrays=True, real_time=True, no_energy=True)),
 }
 
 # How often each call was done, discarded and refused, and other counts.

@@ -64,7 +64,7 @@ class FmuSpring:
     fmu : path
     name : str                           Name of the instance, at the beginning of its error messages.
     parameters : mapping of str to float or array_like   Values of FMU parameters that replace those of the model, by
-                                         their names in the FMU; an array of FMI 3.0 has all its elements.
+                                         their names in the FMU; an array has all its elements.
 
     Attributes
     ----------
@@ -230,10 +230,10 @@ def _checked(
 
 
 def _instead(unknown: str, parameters: Collection[str]) -> str:
-    """What to write for coefficients by their names in the other version of FMI."""
+    """What to write for coefficients that are in arrays, or are not."""
     array = unknown.rpartition("_")[0]
     if array in ARRAYS and array in parameters:
-        return f"; in FMI 3.0 it is an element of the array `{array}`: give that with all its elements"
+        return f"; it is an element of the array `{array}`: give that with all its elements"
     if unknown in ARRAYS and f"{unknown}_0" in parameters:
-        return f"; in FMI 2.0 its elements are parameters: give `{unknown}_0` and so on"
+        return f"; its elements are parameters: give `{unknown}_0` and so on"
     return ""

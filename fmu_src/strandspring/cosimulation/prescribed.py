@@ -57,8 +57,8 @@ def simulate_fmu(
     time : array_like, shape (K,), optional   Rising [s]; without it 1 ms apart from 0. The force depends on the path
                                             alone, so that time changes no result.
     parameters : mapping of str to float or array_like, optional   Values of FMU parameters that replace those of the
-                                            model, by their names in the FMU: `kE_1` in FMI 2.0, where each coefficient
-                                            is a parameter, and `kE` in FMI 3.0, an array with all its elements.
+                                            model, by their names in the FMU: `kE_1`, or of an FMU with arrays `kE` with
+                                            all its elements.
 
     Returns
     -------

@@ -28,7 +28,7 @@ def documentation_page(
     Python-backed one.
     """
     spring = model.parameters
-    table, _, start = described_variables(spring, backend.with_states, backend.fmi)
+    table, _, start = described_variables(spring, backend.with_states, backend.fmi, backend.arrays)
     return template(__package__, "documentation.html.j2").render(
         model=model,
         spring=spring,
@@ -37,6 +37,7 @@ def documentation_page(
         with_states=backend.with_states,
         platforms=platforms,
         fmi=backend.fmi,
+        arrays=backend.arrays,
         left_out=backend.left_out,
         real_time=backend.real_time,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in backend.left_out],

@@ -99,6 +99,7 @@ class BuildSettings:
     fmi : int                     Version of FMI, 2 or 3.
     real_time : bool              Whether nothing is allocated after instantiation.
     no_energy : bool              Whether the output absorbed_energy is left out.
+    arrays : bool                 Whether coefficients are arrays, in FMI 3.0.
     """
 
     backend: str
@@ -108,6 +109,7 @@ class BuildSettings:
     fmi: int = 2
     real_time: bool = False
     no_energy: bool = False
+    arrays: bool = False
 
     @classmethod
     def of_fmu(cls, fmu: Path) -> BuildSettings:
@@ -175,7 +177,7 @@ def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[st
     yield "reference.csv", Related(_table(("time", *answers), time, *answers.values()), "text/csv", "result",
                                    "Reference result of the experiment")  # fmt: skip
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
-        text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi)
+        text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi, settings.arrays)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
     if of_record.uncertainty:
         text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

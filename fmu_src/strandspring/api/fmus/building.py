@@ -47,6 +47,7 @@ class BuildOptions:
     fmi : int or None               Version of FMI, 2 or 3.
     real_time : bool                Nothing is allocated after instantiation.
     no_energy : bool                The output absorbed_energy is left out.
+    arrays : bool                   Coefficients are arrays, in FMI 3.0.
     """
 
     backend: str | None = None
@@ -55,6 +56,7 @@ class BuildOptions:
     fmi: int | None = None
     real_time: bool = False
     no_energy: bool = False
+    arrays: bool = False
 
     @property
     def version(self) -> int:
@@ -76,6 +78,7 @@ class BuildOptions:
             fmi=self.fmi or before.fmi,
             real_time=self.real_time or before.real_time,
             no_energy=self.no_energy or before.no_energy,
+            arrays=self.arrays or before.arrays,
         )
 
     def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
@@ -86,6 +89,8 @@ class BuildOptions:
             raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
         if "python" in kinds and self.real_time:
             raise BuildError("Real time is for the native FMU; choose the native back end.")
+        if self.arrays and self.version != 3:
+            raise BuildError("Arrays are for FMI 3.0; ask for FMI 3, too.")
         if self.no_energy and not self.real_time:
             raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
         if self.no_energy and "states" in kinds:
@@ -156,9 +161,9 @@ def _build(
     author = options.author
     if kind == "python":
         return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
-    real_time, no_energy = options.real_time, options.no_energy
+    real_time, no_energy, arrays = options.real_time, options.no_energy, options.arrays
     states, version = kind == "states", options.version
-    return build_native_fmu(model, folder, platforms, zero, author, states, version, real_time, no_energy)
+    return build_native_fmu(model, folder, platforms, zero, author, states, version, real_time, no_energy, arrays)
 
 
 def build_fmu(
@@ -170,6 +175,7 @@ def build_fmu(
     fmi: Literal[2, 3] | None = None,
     real_time: bool = False,
     no_energy: bool = False,
+    arrays: bool = False,
     platforms: str | Sequence[str] | None = None,
     zero: str | float | None = None,
     author: str = "",
@@ -200,6 +206,8 @@ def build_fmu(
         A native FMU that allocates nothing after instantiation, for targets with a deadline.
     no_energy : bool
         Leave the output absorbed_energy out of an FMU for real time.
+    arrays : bool
+        With FMI 3.0: kE and kA, or FE_knots, FE_forces and kA, as arrays, which few importers read.
     platforms : str, sequence of str or None
         Of the binaries of native FMUs, such as "linux64" or "win64", or "host" or "all"; those that the installed
         package carries if None.
@@ -244,8 +252,9 @@ def build_fmu(
     chosen = None if names is None else chosen_platforms(",".join(names))
     source = path_of(model)
     if source is not None and is_system_file(source):
-        others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy, "zero": zero,
-                  "needs_execution_tool": needs_execution_tool, "name": name}  # fmt: skip
+        others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
+                  "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
+                  "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
         wanted_system = SystemToBuild.load(source, candidate, author, 2 if fmi is None else fmi)
@@ -253,7 +262,7 @@ def build_fmu(
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     # FMUs hold these as JSON, which knows no bool of NumPy.
-    flags = bool(real_time), bool(no_energy)
+    flags = bool(real_time), bool(no_energy), bool(arrays)
     before = built_with(model)
     options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(before)
     kind: Any = "states" if states else options.backend or "native"

@@ -44,7 +44,7 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 
 # Options that a system does not take.
 _OF_SPRINGS = (
-    "backend", "states", "real_time", "no_energy", "needs_execution_tool",
+    "backend", "states", "real_time", "no_energy", "arrays", "needs_execution_tool",
     "models", "name", "description", "zero", "save_anyway",
 )  # fmt: skip
 
@@ -75,7 +75,7 @@ _PURPOSES = {
 @click.option(
     "--fmi",
     type=click.Choice(["2", "3"]),
-    help="Version of FMI. 3: NAME_fmi3.fmu, of a spring with kE and kA as arrays and a flange as terminal; native only."
+    help="Version of FMI. 3: NAME_fmi3.fmu, with a flange as terminal; native only."
     "  [default: that of the FMU that is rebuilt, else 2]",
 )
 @click.option(
@@ -84,6 +84,7 @@ _PURPOSES = {
     help="Build native FMUs that allocate nothing after instantiation, for targets with a deadline.",
 )
 @click.option("--no-energy", is_flag=True, help="With --real-time: leave out the output absorbed_energy.")
+@click.option("--arrays", is_flag=True, help="With --fmi 3: coefficients as arrays, which few importers read.")
 @click.option(
     "--platform",
     "platforms",
@@ -216,6 +217,7 @@ def _facts(built: BuiltFmu, settings: BuildOptions) -> dict[str, object]:
         "fmi": settings.version,
         "real_time": settings.real_time,
         "no_energy": settings.no_energy,
+        "arrays": settings.arrays,
         "binaries": binary_sizes(built.path),
         "check": built.check.summary,
     }
@@ -225,7 +227,7 @@ def _settings_apart(settings: BuildOptions) -> list[str]:
     """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
     of_energy = " without absorbed_energy" if settings.no_energy else ""
     return [
-        *(["FMI 3.0"] if settings.version == 3 else []),
+        *(["FMI 3.0" + (" with arrays" if settings.arrays else "")] if settings.version == 3 else []),
         *([f"for real time{of_energy}"] if settings.real_time else []),
     ]
 

@@ -1,4 +1,4 @@
-"""The variables of FMI 3.0: the table of core/variables.py with its coefficients gathered into arrays.
+"""The variables of FMI 3.0: the table of core/variables.py, whose coefficients may be gathered into arrays.
 
 A variable's value reference is its place in this table, too, counted from 1.
 """
@@ -6,14 +6,14 @@ A variable's value reference is its place in this table, too, counted from 1.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import groupby
 from typing import TypeAlias
 
 from ...core.parameters import ARRAYS, SpringParameters
-from ...core.variables import FmiUnit, Variable, start_values, units, variables
+from ...core.variables import FmiUnit, Variable, units, variables
 
 # One value, or those of an array.
 StartValue: TypeAlias = float | tuple[float, ...]
@@ -52,45 +52,50 @@ _INDICATOR = TypedVariable(
 
 
 @cache
-def array_variables(
-    elastic: int, amplifier: int, knots: int = 0, with_states: bool = False
+def spring_variables(
+    elastic: int, amplifier: int, knots: int = 0, with_states: bool = False, arrays: bool = False
 ) -> tuple[TypedVariable, ...]:
-    """The table for a spring with so many coefficients kE and kA and knots of FE."""
-    of_scalars = variables(elastic, amplifier, knots, with_states)
-    groups = [(name, tuple(group)) for name, group in groupby(of_scalars, lambda variable: _array_of(variable.name))]
-    table = [_gathered(name, group) if name in ARRAYS else _typed(group[0]) for name, group in groups]
-    parameters = tuple(variable.name for variable in table if variable.causality == "parameter")
-    # In FMI 3.0 outputs depend on parameters, too. The usual form reaches them through its path, the form with states
-    # as when initialization ends.
-    table = [
-        replace(v, depends_on=_unique((*v.depends_on, *(v.starts_from if with_states else parameters))))
-        if v.causality == "output" or v.derivative_of
-        else v
-        for v in table
-    ]
-    return (*table, _TIME) if with_states else (*table, _TIME, _INDICATOR)
+    """The table for a spring with so many coefficients kE and kA and knots of FE, each a variable or in an array."""
+    table = [_typed(variable) for variable in variables(elastic, amplifier, knots, with_states)]
+    if arrays:
+        groups = [(name, list(group)) for name, group in groupby(table, lambda variable: _array_of(variable.name))]
+        table = [_in_arrays(_gathered(name, group) if name in ARRAYS else group[0]) for name, group in groups]
+    described = _with_parameters(table, with_states)
+    return described if with_states else (*described, _INDICATOR)
 
 
 def scalar_variables(table: Iterable[Variable]) -> tuple[TypedVariable, ...]:
-    """A table without arrays as FMI 3.0 has it: outputs depend on all parameters, too, and the time is a variable."""
-    typed = [_typed(variable) for variable in table]
-    parameters = tuple(variable.name for variable in typed if variable.causality == "parameter")
+    """A table of another FMU as FMI 3.0 has it."""
+    return _with_parameters([_typed(variable) for variable in table])
+
+
+def _with_parameters(table: Sequence[TypedVariable], with_states: bool = False) -> tuple[TypedVariable, ...]:
+    """A table and the time; in FMI 3.0 outputs depend on parameters, too.
+
+    The usual form reaches them through its path, the form with states as when initialization ends.
+    """
+    parameters = tuple(variable.name for variable in table if variable.causality == "parameter")
     return (
-        *(replace(v, depends_on=(*v.depends_on, *parameters)) if v.causality == "output" else v for v in typed),
+        *(
+            replace(
+                v, depends_on=tuple(dict.fromkeys((*v.depends_on, *(v.starts_from if with_states else parameters))))
+            )
+            if v.causality == "output" or v.derivative_of
+            else v
+            for v in table
+        ),
         _TIME,
     )
 
 
-@cache
-def array_units(elastic: int, amplifier: int, knots: int = 0, with_states: bool = False) -> tuple[FmiUnit, ...]:
-    """The units that the table uses: an array of coefficients, each of another unit, has none."""
-    used = {variable.unit for variable in array_variables(elastic, amplifier, knots, with_states)}
+def known_units(table: Iterable[Variable], elastic: int, amplifier: int, with_states: bool) -> tuple[FmiUnit, ...]:
+    """The units that a table uses: an array of coefficients, each of another unit, has none."""
+    used = {variable.unit for variable in table}
     return tuple(unit for unit in (*units(elastic, amplifier, with_states), _SECOND) if unit.name in used)
 
 
-def array_values(parameters: SpringParameters, with_states: bool = False) -> dict[str, StartValue]:
-    """Start value of each input, parameter and state, by name."""
-    scalars = start_values(parameters, with_states)
+def array_values(parameters: SpringParameters, scalars: Mapping[str, float]) -> dict[str, StartValue]:
+    """Start value of each input, parameter and state, by name, of those of single coefficients."""
     return {
         _array_of(name): getattr(parameters, _array_of(name)) if _ELEMENT.fullmatch(name) else value
         for name, value in scalars.items()
@@ -103,26 +108,28 @@ def _array_of(name: str) -> str:
     return name if element is None else element[1]
 
 
-def _unique(names: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(map(_array_of, names)))
+def _in_arrays(variable: TypedVariable) -> TypedVariable:
+    """A variable that depends on arrays where it depended on their elements."""
+    depends, starts = (
+        tuple(dict.fromkeys(map(_array_of, names))) for names in (variable.depends_on, variable.starts_from)
+    )
+    return replace(variable, depends_on=depends, starts_from=starts)
 
 
 def _typed(variable: Variable) -> TypedVariable:
-    given = {field.name: getattr(variable, field.name) for field in fields(Variable)}
-    names = {name: _unique(given[name]) for name in ("depends_on", "starts_from")}
-    return TypedVariable(**{**given, **names})
+    return TypedVariable(**{field.name: getattr(variable, field.name) for field in fields(Variable)})
 
 
-def _gathered(name: str, elements: tuple[Variable, ...]) -> TypedVariable:
-    typed, about = _typed(elements[0]), _ARRAYS_ABOUT[name]
+def _gathered(name: str, elements: Sequence[TypedVariable]) -> TypedVariable:
+    first, about = elements[0], _ARRAYS_ABOUT[name]
     # Coefficients have a unit each, which the description lists instead.
     has_unit = "{}" not in about
     return replace(
-        typed,
+        first,
         name=name,
         description=about.format(", ".join(str(element.unit) for element in elements)),
-        unit=typed.unit if has_unit else None,
-        display_unit=typed.display_unit if has_unit else None,
+        unit=first.unit if has_unit else None,
+        display_unit=first.display_unit if has_unit else None,
         minimum=None,
         maximum=None,
         size=len(elements),

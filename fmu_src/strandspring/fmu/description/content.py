@@ -28,6 +28,7 @@ class Backend:
     with_states : bool                                      Whether it is the form with continuous states.
     real_time : bool                                        Whether nothing is allocated after instantiation.
     fmi : int                                               Version of FMI, 2 or 3.
+    arrays : bool                                           Whether coefficients are arrays, in FMI 3.0.
     left_out : set of str                                   Variables that are not described; others keep their value
                                                             references.
     """
@@ -40,6 +41,7 @@ class Backend:
     with_states: bool = False
     real_time: bool = False
     fmi: int = 2
+    arrays: bool = False
     left_out: frozenset[str] = frozenset()
 
 

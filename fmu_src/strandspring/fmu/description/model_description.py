@@ -22,7 +22,7 @@ def model_description(model: ModelFile, guid: str, generation_tool: str, backend
     content = DescriptionContent(
         model.name,
         model.description or "Hysteretic spring: displacement in, restoring force out",
-        *described_variables(model.parameters, backend.with_states, backend.fmi),
+        *described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays),
         nominal_values(model.parameters) if backend.with_states else {},
     )
     return described(content, guid, generation_tool, backend)

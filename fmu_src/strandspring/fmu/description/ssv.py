@@ -2,7 +2,7 @@
 
 Tools for systems of FMUs apply such a file to a spring FMU with the same number of coefficients, so another
 identification of the same mount needs no new FMU. Displacement is counted from the same zero as in the FMU. For FMI 2.0
-they are those of SSP 1.0; the arrays of FMI 3.0 need SSP 2.0.
+they are those of SSP 1.0, for FMI 3.0, which has arrays, of SSP 2.0.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ _SSP = {2: 1, 3: 2}
 _REAL = {1: "Real", 2: "Float64"}
 
 
-def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2) -> str:
+def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2, arrays: bool = False) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
-    table, known, start = described_variables(model.parameters, with_states, fmi)
+    table, known, start = described_variables(model.parameters, with_states, fmi, arrays)
     rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
     return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
 

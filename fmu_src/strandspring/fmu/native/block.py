@@ -19,7 +19,7 @@ from .macho import is_macho, with_new_hashes
 
 # Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start and the form.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 5
+_MAGIC, _VERSION = b"strandspringfmu", 6
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
@@ -27,11 +27,14 @@ _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces":
 
 @dataclass(frozen=True)
 class NativeForm:
-    """The forms of an FMU: with continuous states; for a step with a deadline; without absorbed energy."""
+    """The forms of an FMU: with continuous states; for a step with a deadline; without absorbed energy; coefficients as
+    arrays of FMI 3.0.
+    """
 
     with_states: bool = False
     real_time: bool = False
     no_energy: bool = False
+    arrays: bool = False
 
 
 USUAL = NativeForm()
@@ -46,7 +49,7 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeFo
     """
     start = start_values(parameters)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters)
-    values += struct.pack("<dqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy)
+    values += struct.pack("<dqqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy, form.arrays)
     return with_block(image, _MAGIC, _VERSION, values)
 
 
@@ -88,6 +91,7 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
     .has_states = {int(form.with_states)},
     .real_time = {int(form.real_time)},
     .no_energy = {int(form.no_energy)},
+    .arrays = {int(form.arrays)},
 }},
 """
 

@@ -67,6 +67,7 @@ def build_native_fmu(
     fmi: int = 2,
     real_time: bool = False,
     no_energy: bool = False,
+    arrays: bool = False,
 ) -> Path:
     """Write ``<directory>/<model.name>.fmu``, an FMI 2.0 FMU that runs without Python, or ``<model.name>_fmi3.fmu``.
 
@@ -87,6 +88,7 @@ def build_native_fmu(
     fmi : int                           Version of FMI, 2 or 3.
     real_time : bool                    Nothing is allocated after instantiation.
     no_energy : bool                    The output absorbed_energy is left out.
+    arrays : bool                       Coefficients are arrays, in FMI 3.0.
 
     Returns
     -------
@@ -98,7 +100,7 @@ def build_native_fmu(
                        to.
     """
     chosen = default_platforms() if platforms is None else platforms
-    contents = native_contents(model, chosen, zero, author, with_states, fmi, real_time, no_energy)
+    contents = native_contents(model, chosen, zero, author, with_states, fmi, real_time, no_energy, arrays)
     return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi), contents)
 
 
@@ -111,12 +113,13 @@ def native_contents(
     fmi: int = 2,
     real_time: bool = False,
     no_energy: bool = False,
+    arrays: bool = False,
 ) -> dict[str, bytes]:
     """Every file of the native FMU by its path inside it."""
     of_record = model
     model, zero = placed(model, zero)
     settings = BuildSettings(
-        _backend_name(with_states), zero, author, fmi=fmi, real_time=real_time, no_energy=no_energy
+        _backend_name(with_states), zero, author, fmi=fmi, real_time=real_time, no_energy=no_energy, arrays=arrays
     )
     # All forms may be linked into one program.
     name = fmu_name(model.name, settings.backend, fmi)
@@ -124,7 +127,7 @@ def native_contents(
         shorter = LONGEST_NAME - len(name) + len(model.name)
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
     model = replace(model, name=name)
-    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy)
+    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy, arrays)
     listed = (unit.file.removeprefix(_C),)  # includes all other sources
     backend = Backend(
         co_simulation=None if with_states else _CO_SIMULATION[fmi],
@@ -135,6 +138,7 @@ def native_contents(
         with_states=with_states,
         real_time=real_time,
         fmi=fmi,
+        arrays=arrays,
         left_out=frozenset({"absorbed_energy"} if no_energy else ()),
     )
     tool = f"strandspring {installed_version('strandspring')}"

@@ -4,10 +4,11 @@
 
 SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueReference reference)
 {
-    const SpringParameters *p = &instance->state.settings.spring;
+    const Settings *settings = &instance->state.settings;
+    const SpringParameters *p = &settings->spring;
     const int arrays[] = {p->elastic, p->knots, p->forces, p->amplifier};
     unsigned first = SPRING_FIRST_PARAMETER, left = reference - 1 - SPRING_FIRST_PARAMETER;
-    for (size_t i = 0; i < sizeof arrays / sizeof *arrays; i++) {
+    for (size_t i = 0; settings->arrays && i < sizeof arrays / sizeof *arrays; i++) {
         if (arrays[i] > 0 && left-- == 0)
             return (Elements){first, (unsigned)arrays[i]};
         first += (unsigned)arrays[i];

@@ -1,5 +1,5 @@
 /* Variables of FMI 3.0 by their value references, which are those of the model description: for a spring the variables
- * in the order of fmu_variables.h, each array as one, then the time and, but for the form with states, the event
+ * in the order of fmu_variables.h, each array as one if there are arrays, then the time and, but for the form with states, the event
  * indicator, counted from 1: some importers read dependencies, which are value references in FMI 3.0, as the indices
  * that they are in FMI 2.0.
  * Those of a spring are in fmi3_elements.c; another FMU defines functions of its own.

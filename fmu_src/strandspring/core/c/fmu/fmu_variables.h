@@ -36,6 +36,7 @@ typedef struct {
     int64_t has_states;
     int64_t real_time; /* whether nothing may be allocated after instantiation */
     int64_t no_energy; /* whether absorbed_energy is left out */
+    int64_t arrays; /* whether coefficients are arrays, in FMI 3.0 */
 } Settings;
 
 /* The start values of all parameters, copied from the FMU's block (fmu_block.c). */
