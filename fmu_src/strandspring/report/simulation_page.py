@@ -127,8 +127,8 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
     ]:
         yield Notice(
             Level.CARE,
-            f"No candidate is known to be within all limits in all load cases; of {', '.join(open_ones)} that is not "
-            "decided, and no case fails.",
+            f"Not decided: {', '.join(open_ones)}. No limit is known to be exceeded, but in some load cases a range "
+            "reaches beyond one.",
         )
     elif simulation.answers:
         yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
