@@ -28,7 +28,7 @@ from strandspring.core.parameters import (
     problems,
 )
 from strandspring.ground.quoting import shown
-from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model
+from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model, saved_model
 from strandspring.model.names import NAME_PATTERN
 
 # Files are rewritten example by example, so that one folder per test is enough.
@@ -645,3 +645,22 @@ def test_control_characters_of_a_file_do_not_reach_the_terminal(tmp_path: Path, 
 def test_an_impossible_path_is_refused() -> None:
     with pytest.raises(ModelError, match="not a possible path"):
         load_model("a\0b.json")
+
+
+def test_a_model_that_differs_by_rounding_only_keeps_its_file(tmp_path: Path) -> None:
+    path, kept = tmp_path / "hinge.json", load_model(SCHEMA.with_name("rubber_hinge.json"))
+
+    def scaled(factor: float) -> ModelFile:
+        """The model with all its figures in other last digits, or other ones."""
+        parameters = replace(kept.parameters, rho=factor * kept.parameters.rho)
+        fit = {**kept.fit, "small": {"values": [factor * 0.123, 1e-12 * factor]}}
+        return replace(kept, parameters=parameters, fit=fit)
+
+    save_model(path, scaled(1.0))
+    before = path.read_bytes()
+    assert saved_model(path, scaled(1.0 + 1e-8)) == load_model(path)
+    assert path.read_bytes() == before
+    assert saved_model(path, scaled(1.0 + 1e-5)) == scaled(1.0 + 1e-5)
+    assert path.read_bytes() != before
+    path.write_text("{}")
+    assert saved_model(path, kept) == kept == load_model(path)

@@ -6,8 +6,9 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
+_ROUNDING = 1e-6  # of figures that the order of sums changes, relative
 MODEL_IN_FMU = "resources/strandspring/model.json"
 
 Json = dict[str, Any]
@@ -191,6 +193,31 @@ def text_in_fmu(path: Path, name: str) -> str:
 def save_model(path: str | Path, model: ModelFile) -> None:
     """Write a model file; the same model gives the same bytes."""
     write_text(Path(path), model.to_json())
+
+
+def saved_model(path: Path, model: ModelFile) -> ModelFile:
+    """Write a model file, or keep the one that is there if it differs by rounding only; what the file then holds.
+
+    Processors round differently, so that the records of a file identified elsewhere give other last digits.
+    """
+    with suppress(ModelError):
+        held = load_model(path)
+        if _is_rounded(json.loads(held.to_json()), json.loads(model.to_json())):
+            return held
+    save_model(path, model)
+    return model
+
+
+def _is_rounded(one: Any, other: Any, largest: float = 0.0) -> bool:
+    """Whether two contents of JSON differ by rounding only; `largest` is that of the numbers beside them."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_is_rounded(one[name], other[name]) for name in one)
+    if isinstance(one, list) and isinstance(other, list):
+        largest = max((abs(value) for value in one if isinstance(value, float)), default=0.0)
+        return len(one) == len(other) and all(_is_rounded(*pair, largest) for pair in zip(one, other, strict=True))
+    if isinstance(one, float) and isinstance(other, float):
+        return math.isclose(one, other, rel_tol=_ROUNDING, abs_tol=1e-3 * _ROUNDING * largest)
+    return bool(one == other)
 
 
 def _check_uncertainty(spring: SpringParameters, uncertainty: Json) -> None:

@@ -19,7 +19,7 @@ from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
 from ...model.coordinates import zero_sentence
-from ...model.modelfile import is_model_path, load_model, save_model
+from ...model.modelfile import is_model_path, load_model, saved_model
 from ...model.stated_figures import NAMES
 from ...records.given import bundled_record
 from ...vibration.description.system_file import is_system_file
@@ -184,7 +184,7 @@ def build(
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_most_harmful(identification, str(model_path))
-        save_model(model_path, model)
+        model = saved_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
         built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
