@@ -283,6 +283,6 @@ def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> 
 
 def _quantile(values: FloatArray, weight: FloatArray) -> float:
     """The value below which the wanted share of the weight lies."""
-    order = np.argsort(values)
+    order = np.argsort(values, kind="stable")
     share = np.cumsum(weight[order])
     return float(values[order[min(np.searchsorted(share, LEVEL * share[-1]), order.size - 1)]])

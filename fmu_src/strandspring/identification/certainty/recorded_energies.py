@@ -59,7 +59,7 @@ def recorded_energies(
     pieces = [_cycles(solver, part, fit) for part, fit in zip(parts, fits, strict=True)]
     amplitudes, settled, measured, predicted, variances = np.concatenate(pieces, axis=1)
     energies = []
-    order = np.argsort(-amplitudes)
+    order = np.argsort(-amplitudes, kind="stable")
     while order.size:
         group = order[amplitudes[order] >= ONE_AMPLITUDE * amplitudes[order[0]]]
         order = order[group.size :]

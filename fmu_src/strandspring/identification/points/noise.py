@@ -14,7 +14,6 @@ from ...loops.noise_levels import Samples, across, medians, noise_level
 _GROUPS = 24
 _ROUNDS = 4  # of weighting
 _GROUP_SAMPLES = 30  # a group has at least so many
-_SORTED = 50_000  # samples above which they are grouped without being sorted
 _LEAST_DIFFERENCES = 86  # below which the noise is called additive
 
 
@@ -56,7 +55,8 @@ def force_noise(force: FloatArray, turns: Samples = ()) -> ForceNoise:
     sizes = np.full(count, size)
     sizes[:larger] += 1
     ends = np.cumsum(sizes)
-    order = np.argpartition(level, ends[:-1]) if level.size > _SORTED else np.argsort(level)
+    # Stable: forces of few digits have many equals, which processors would order each in its way.
+    order = np.argsort(level, kind="stable")
     first, others = np.split(fourth[order], [larger * (size + 1)])
     middles = np.append(medians(first.reshape(larger, size + 1)), medians(others.reshape(-1, size)))
     variance = (middles / 0.6745) ** 2 / 70.0

@@ -123,7 +123,7 @@ def _classes(values: FloatArray) -> list[int]:
     """Numbers of classes of like values, each within _ALIKE of the largest in it."""
     number = np.zeros(values.size, int)
     largest, current = math.inf, -1
-    for k in np.argsort(-values).tolist():
+    for k in np.argsort(-values, kind="stable").tolist():
         if values[k] < _ALIKE * largest:
             largest, current = float(values[k]), current + 1
         number[k] = current
