@@ -28,7 +28,7 @@ def cradle() -> Simulation:
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_every_example_is_answered_in_full(path: Path) -> None:
     file = load_system_file(path)
-    found = simulate(file, courses=False)
+    found = simulate(file, courses=False, draws=16)
     assert len(found.answers) == len(file.candidates) * len(file.cases)
     assert not {answer.verdict for answer in found.answers} & {CaseVerdict.REFUSED, CaseVerdict.OUTSIDE}
     assert all(run.energies.relative_residual < 1e-2 for answer in found.answers for run in answer.runs)

@@ -244,7 +244,6 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     ("command", "written"),
     [
         ("show loop.csv -o page.csv", ".html"),
-        ("docs -o page.json", ".html"),
         ("identify loop.csv -o model.xlsx", ".json"),
         ("info mount.json --save mount.fmu", ".json"),
         ("predict mount.json loop.csv -o out.xlsx", ".csv"),

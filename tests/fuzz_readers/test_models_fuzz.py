@@ -12,7 +12,7 @@ import harness
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc")
 @pytest.mark.parametrize(
-    ("script", "count", "accepted"), [("models", 30, 0.2), ("models_fmus", 40, 0.3), ("identify", 50, 0.02)]
+    ("script", "count", "accepted"), [("models", 20, 0.2), ("models_fmus", 20, 0.3), ("identify", 20, 0.02)]
 )
 def test_nothing_fails(script: str, count: int, accepted: float) -> None:
     report = harness.run(Path(__file__).with_name(f"{script}.py"), 1, count)

@@ -11,7 +11,7 @@ from harness import run
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc")
-@pytest.mark.parametrize(("script", "count"), [("text", 60), ("binary", 100), ("descriptions", 60)])
+@pytest.mark.parametrize(("script", "count"), [("text", 40), ("binary", 50), ("descriptions", 30)])
 def test_random_records_are_read_or_refused_in_a_sentence(script: str, count: int) -> None:
     report = run(Path(__file__).with_name(f"records_{script}.py"), 1, count)
     assert not report.failures

@@ -45,16 +45,14 @@ COMMANDS = (
     "compare mount.json mount.json --plot difference.png",
     "synthesize spring mount.json --amplitude 5 -o synthesized.csv",
     "build parquet_file --method two-stage --models models -o dist",
-    "build mount.json --backend both -o dist",
     "build mount.fmu --backend both -o dist",
-    "build mount_python.fmu --backend python -o dist",
     "build electronics_box.toml --candidate standard -o dist",
     "verify mount.fmu mount_python.fmu",
     "export mount.json --ssv --modelica --ssp --c --mass 5 -o exported",
     "isolate mount.json --mass 5 --points 20 --plot curves.svg",
-    "simulate electronics_box.toml -o figures.csv",
+    "simulate gun_cradle.toml --draws 16 -o figures.csv",
     "study corner_shear.json --mass 4:6:3 --draws 4 --workers 2 -o study.csv",
-    "docs -o docs.html",
+    "docs limits --text",
 )
 
 

@@ -142,8 +142,7 @@ def _build(source: Path, built: Path, state: Path) -> None:
         from sphinx.errors import SphinxError
     except ImportError:
         raise StrandspringError(
-            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]"; or read a page in '
-            "the terminal by --text."
+            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]".'
         ) from None
     try:
         Sphinx(source, None, built, state, "html", _SETTINGS, status=None, warningiserror=True).build()
