@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_void_p
+from ctypes import c_double, c_int, c_size_t, c_void_p
 from functools import cache
 
 from ..compiled.images import KERNEL, image
 from ..compiled.targets import host_target
-from ..errors import BuildError
-from .structures import structures
-
-
-class _Place(Structure):
-    """KernelPlace of layout.c."""
-
-    _fields_ = [("structure", c_char_p), ("field", c_char_p), ("bytes", c_size_t)]
-
 
 # Result and arguments of each function. Arrays and structures are passed by their addresses.
 _FUNCTIONS = {
-    "kernel_layout": (POINTER(_Place), ()),
     "kernel_tabulate": (None, (c_void_p, c_double, c_double, c_int)),
     "kernel_prepare": (None, (c_void_p, c_void_p, c_void_p)),
     "kernel_saturation": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
@@ -58,27 +48,10 @@ def library() -> ctypes.CDLL:
 
     Raises
     ------
-    BuildError   If it has not been compiled and cannot be compiled now, or its structures are not those of the headers.
+    BuildError   If it has not been compiled and cannot be compiled now.
     """
     loaded = ctypes.CDLL(str(image(KERNEL, host_target())))
     for name, (result, arguments) in _FUNCTIONS.items():
         function = getattr(loaded, name)
         function.restype, function.argtypes = result, arguments
-    _check_layout(loaded)
     return loaded
-
-
-def _check_layout(loaded: ctypes.CDLL) -> None:
-    """Compare size and fields of each structure that Python shares with the library, or memory would be corrupted."""
-    for place in loaded.kernel_layout():
-        if place.structure is None:
-            return
-        name, field = place.structure.decode("ascii"), place.field.decode("ascii")
-        structure = structures()[name]
-        offsets = {part: getattr(structure, part).offset for part, *_ in structure._fields_}
-        expected = offsets.get(field) if field else ctypes.sizeof(structure)
-        if place.bytes != expected:
-            raise BuildError(
-                f"The compiled kernel does not fit its C headers: {field or 'the end'} of {name} is at byte "
-                f"{place.bytes}, not {expected}; install strandspring again."
-            )

@@ -18,7 +18,6 @@
 #include "motion/motion.c"
 #include "motion/motion_rest.c"
 #include "motion/motion_run.c"
-#include "layout.c"
 
 void kernel_tabulate(SpringTable *table, double n, double sigma, int with)
 {

@@ -71,6 +71,18 @@ double spring_force(const SpringLaw *law, const SpringMemory *memory)
     return elastic_force(law, x) + law->parameters.kappa_omega * memory->omega * amplifier(law, x);
 }
 
+double spring_force_partials(
+    const SpringLaw *law, double displacement, double omega, double *by_displacement, double *by_omega)
+{
+    const SpringParameters *p = &law->parameters;
+    double x = displacement - p->displacement_offset, inside = clip(x, law->x_min, law->x_max);
+    double dFE = elastic_slope(law, inside), FA = polynomial(p->kA, p->amplifier, inside);
+    double dFA = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
+    *by_displacement = dFE + p->kappa_omega * omega * dFA;
+    *by_omega = p->kappa_omega * FA;
+    return elastic_inside(law, inside) + dFE * (x - inside) + p->kappa_omega * omega * FA;
+}
+
 double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
 {
     const SpringParameters *p = &law->parameters;

@@ -309,75 +309,6 @@ static void moment_on_bodies(const MotionSystem *system, const MotionState *stat
     }
 }
 
-/* Springs are taken so many at once, in passes: operations of one spring wait for each other, those of several do
- * not. */
-enum { AT_ONCE = 32 };
-
-/* Springs that go on in their strokes, and where: omega is sign times the polynomial of theta. */
-typedef struct {
-    const double *coefficients[AT_ONCE];
-    double theta[AT_ONCE], sign[AT_ONCE];
-    SpringMemory *memory[AT_ONCE];
-    size_t count;
-} Strokes;
-
-/* The last pass of spring_commit. */
-static void saturate(const Strokes *strokes)
-{
-    for (size_t k = 0; k < strokes->count; k++) {
-        double value = spring_polynomial(strokes->coefficients[k], strokes->theta[k]);
-        strokes->memory[k]->omega = strokes->sign[k] * (value < 1.0 ? value : 1.0);
-    }
-}
-
-/* spring_commit, whose omega is left to saturate() where the spring goes on in its stroke. */
-static inline void go_on(const SpringLaw *law, SpringMemory *memory, double displacement, Strokes *strokes)
-{
-    double direction = memory->direction;
-    if (!((displacement - memory->displacement) * direction > 0.0)) {
-        spring_commit(law, memory, NULL, displacement);
-        return;
-    }
-    double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start), z = fabs(xi);
-    const SpringBranch *branch = xi >= 0.0 ? &law->table->rising : &law->table->falling;
-    double sign = xi >= 0.0 ? direction : -direction;
-    int index = spring_piece(branch, z);
-    memory->displacement = displacement;
-    if (index == branch->pieces) {
-        memory->omega = sign;
-        return;
-    }
-    const SpringPiece *piece = &branch->piece[index];
-    size_t k = strokes->count++;
-    strokes->coefficients[k] = piece->coefficients;
-    strokes->theta[k] = (z - piece->middle) * piece->per_half;
-    strokes->sign[k] = sign;
-    strokes->memory[k] = memory;
-}
-
-/* Takes the springs to new displacements, and the forces of all axes but their dampers'. */
-static void take_springs(const MotionSystem *system, MotionState *state, const double *displacements)
-{
-    for (size_t first = 0; first < system->axes; first += AT_ONCE) {
-        size_t left = system->axes - first, count = left < AT_ONCE ? left : AT_ONCE;
-        const MotionAxis *axis = system->axis + first;
-        MotionAxisState *own = state->axis + first;
-        double displacement[AT_ONCE]; /* all divisions first, which take long */
-        Strokes strokes;
-        strokes.count = 0;
-        for (size_t k = 0; k < count; k++)
-            displacement[k] = axis[k].nominal + displacements[first + k] / axis[k].series;
-        for (size_t k = 0; k < count; k++)
-            go_on(axis[k].law, &own[k].memory, displacement[k], &strokes);
-        saturate(&strokes);
-        for (size_t k = 0; k < count; k++) {
-            own[k].displacement = displacements[first + k];
-            own[k].force = axis[k].parallel * spring_force(axis[k].law, &own[k].memory)
-                           + motion_stop_force(axis + k, displacement[k]);
-        }
-    }
-}
-
 /* ---- coupled friction ---- */
 
 enum { TOGETHER = 3 }; /* axes of a mount at most */
@@ -438,17 +369,21 @@ static void slide_together(const MotionAxis *axis, int count, const double *disp
         memory->direction = way[i] == 0.0 ? memory->direction : way[i] > 0.0 ? 1 : -1;
         memory->start = memory->energy_at = memory->displacement;
         memory->start_xi = spring_inverse(axis[i].law->table, memory->direction * memory->omega);
-        own[i].displacement = displacements[i];
-        own[i].force = axis[i].parallel * spring_force(axis[i].law, memory)
-                       + motion_stop_force(axis + i, memory->displacement);
     }
+}
+
+/* Takes the spring of an axis to a new displacement, unless it is there, and its force but for the damper's. */
+static void take_spring(const MotionAxis *axis, double displacement, MotionAxisState *own)
+{
+    double of_spring = axis->nominal + displacement / axis->series;
+    spring_commit(axis->law, &own->memory, NULL, of_spring);
+    own->displacement = displacement;
+    own->force = axis->parallel * spring_force(axis->law, &own->memory) + motion_stop_force(axis, of_spring);
 }
 
 /* Takes the springs to new displacements, and the forces of all mounts at the present velocities. */
 static void take_forces(const MotionSystem *system, MotionState *state, const double *displacements)
 {
-    if (!system->coupled)
-        take_springs(system, state, displacements);
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
         const MotionMount *mount = system->mount + m;
@@ -456,6 +391,8 @@ static void take_forces(const MotionSystem *system, MotionState *state, const do
         double velocity[3], x = 0.0, y = 0.0, z = 0.0;
         if (system->coupled)
             slide_together(system->axis + first, end - first, displacements + first, state->axis + first);
+        for (int a = first; a < end; a++)
+            take_spring(system->axis + a, displacements[a], state->axis + a);
         if (state->has_dampers != 0.0) {
             velocity_between(mount, state->reach + m, state, velocity);
             for (int a = first; a < end; a++)
