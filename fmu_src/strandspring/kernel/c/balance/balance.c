@@ -9,8 +9,7 @@
 enum {
     NEWTON_STEPS = 40,
     HALVINGS = 8,    /* of a step of Newton's method */
-    SWEEP_PARTS = 32, /* of the way to the next wanted frequency, at the finest */
-    STROKES = 2       /* that are added to the Jacobian together */
+    SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
 };
 
 static const double STILL = 1e-9;           /* of the largest motion: what moves less has its tangent stiffness */
@@ -40,7 +39,7 @@ typedef struct {
     double *stiffness, *damping;           /* dr/dq and dr/dq' of the forces r, D*D rows of K [N/m] */
     double *is_coupled;                    /* D*D: whether they are anything but 0 */
     double *damped;                        /* forces of the dampers over Omega, D rows of K [N s] */
-    double *columns, *lines;               /* STROKES rows of D*N each */
+    double *column, *row;                  /* of a stroke, D*N each */
     int is_bent;                           /* whether any second derivative is not 0 */
     double *product;                       /* N rows of N */
     SpringPeriod period;
@@ -66,7 +65,7 @@ size_t balance_workspace(const BalancedSystem *system)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
     size_t degrees = system->degrees, balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS;
-    return 2 * (balance + degrees * samples) + (5 + 2 * STROKES) * size + size * size + system->axes * (count + 1) +
+    return 2 * (balance + degrees * samples) + 7 * size + size * size + system->axes * (count + 1) +
            degrees * (5 * samples + count * count) + degrees * degrees * (2 * samples + 1) + count * count +
            samples * (7 + count) + spans_room(&system->basis) + fourier_room(&system->basis) +
            spring_periodic_workspace(system->basis.harmonics, samples);
@@ -119,8 +118,8 @@ static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
         .damping = linear_taken(&workspace, degrees * signals),
         .is_coupled = linear_taken(&workspace, degrees * degrees),
         .damped = linear_taken(&workspace, signals),
-        .columns = linear_taken(&workspace, STROKES * size),
-        .lines = linear_taken(&workspace, STROKES * size),
+        .column = linear_taken(&workspace, size),
+        .row = linear_taken(&workspace, size),
         .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
         .product = linear_taken(&workspace, count * count),
         .period = {.displacement = linear_taken(&workspace, samples),
@@ -209,7 +208,7 @@ static double move_axes(const BalancedSystem *system, const double *z, BalanceRo
             for (size_t j = 0; j < samples; j++)
                 displacement[j] += 0.5 * room->turning[d * samples + j] * room->values[d * samples + j];
         }
-        fourier_coefficients(basis, displacement, moved, room->fourier);
+        fourier_coefficients(basis, displacement, moved);
         for (size_t d = 0; d < system->degrees; d++)
             add_signal(count, along[d], z + d * count, moved);
         room->sizes[m] = linear_norm(count - 1, moved + 1);
@@ -325,11 +324,13 @@ static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, 
 }
 
 /* Fills column and row of a stroke, whose product is what the forces owe to its beginning. */
-static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room, double *column,
-                        double *row)
+static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room)
 {
     const FourierBasis *basis = &system->basis;
     size_t count = fourier_size(basis), degrees = system->degrees;
+    double *column = room->column, *row = room->row;
+    memset(column, 0, degrees * count * sizeof *column);
+    memset(row, 0, degrees * count * sizeof *row);
     const double *inherited = room->period.inherited + stroke * count;
     double *projected = room->fourier, *turned = projected + count, *turned_row = turned + count;
     memset(projected, 0, count * sizeof *projected);
@@ -364,22 +365,14 @@ static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, B
 static void add_strokes(const BalancedSystem *system, size_t m, size_t strokes, BalanceRoom *room, double *jacobian)
 {
     size_t count = fourier_size(&system->basis), size = motion_size(system), degrees = system->degrees;
-    for (size_t first = 0; first < strokes; first += STROKES) {
-        memset(room->columns, 0, STROKES * size * sizeof *room->columns);
-        memset(room->lines, 0, STROKES * size * sizeof *room->lines);
-        for (size_t k = 0; k < STROKES && first + k < strokes; k++)
-            take_stroke(system, m, first + k, room, room->columns + k * size, room->lines + k * size);
+    for (size_t stroke = 0; stroke < strokes; stroke++) {
+        take_stroke(system, m, stroke, room);
         for (size_t d = 0; d < degrees; d++)
-            for (size_t e = 0; e < degrees; e++) {
-                if (is_apart(system, m, d) || is_apart(system, m, e))
+            for (size_t e = 0; e < degrees && !is_apart(system, m, d); e++) {
+                if (is_apart(system, m, e))
                     continue;
-                const double *first_line = room->lines + e * count, *second_line = first_line + size;
-                for (size_t i = d * count; i < (d + 1) * count; i++) {
-                    double a = room->columns[i], b = room->columns[size + i];
-                    double *row = jacobian + i * size + e * count;
-                    for (size_t j = 0; j < count; j++)
-                        row[j] += a * first_line[j] + b * second_line[j];
-                }
+                for (size_t i = d * count; i < (d + 1) * count; i++)
+                    add_signal(count, room->column[i], room->row + e * count, jacobian + i * size + e * count);
             }
     }
 }
@@ -476,8 +469,8 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
         const double *forcing = system->forcing + d;
         double by_square = forcing[degrees] * squared, by_inverse = forcing[2 * degrees] / squared;
         double amplitude = forcing[0] + by_square + by_inverse;
-        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
-        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
+        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count);
+        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count);
         balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;

@@ -228,15 +228,12 @@ static void write_row(
     const MotionSystem *system, const MotionState *state, const Watch *watch, size_t row, MotionRecord *record)
 {
     size_t of_points = 3 * system->points;
-    double *displacements = record->displacements, *forces = record->forces;
-    if (record->accelerations != NULL)
-        memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
-    if (record->sway != NULL)
-        memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
-    for (size_t a = 0; displacements != NULL && a < system->axes; a++)
-        displacements[row * system->axes + a] = state->axis[a].memory.displacement;
-    for (size_t a = 0; forces != NULL && a < system->axes; a++)
-        forces[row * system->axes + a] = state->axis[a].force;
+    memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
+    memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
+    for (size_t a = 0; a < system->axes; a++) {
+        record->displacements[row * system->axes + a] = state->axis[a].memory.displacement;
+        record->forces[row * system->axes + a] = state->axis[a].force;
+    }
 }
 
 static void begin(const MotionSystem *system, const MotionState *state, Watch *watch, MotionRecord *record)
