@@ -13,7 +13,6 @@ from ..compiled.targets import host_target
 _FUNCTIONS = {
     "kernel_tabulate": (None, (c_void_p, c_double, c_double, c_int)),
     "kernel_prepare": (None, (c_void_p, c_void_p, c_void_p)),
-    "kernel_saturation": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "kernel_inverse": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
     "spring_path": (None, (c_void_p, c_size_t, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p)),
     "spring_force_at": (None, (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),

@@ -46,13 +46,6 @@ class SaturationTable:
         """Where the kernel finds it; valid while the table lives."""
         return address(self._memory)
 
-    def saturation(self, xi: FloatArray) -> FloatArray:
-        """W(xi) elementwise: u = direction*omega after the scaled distance xi from its zero crossing."""
-        xi = floats(xi)
-        u = np.empty_like(xi)
-        library().kernel_saturation(self.address, xi.size, address(xi), address(u))
-        return u
-
     def inverse(self, u: FloatArray) -> FloatArray:
         """xi at which W is u, elementwise, -1 <= u <= 1; the largest xi of the table for 1."""
         u = floats(u)

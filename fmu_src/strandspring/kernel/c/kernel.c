@@ -29,13 +29,7 @@ void kernel_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     spring_prepare(law, parameters, table);
 }
 
-/* W and its inverse, elementwise. */
-void kernel_saturation(const SpringTable *table, size_t count, const double *xi, double *u)
-{
-    for (size_t i = 0; i < count; i++)
-        u[i] = spring_saturation(table, xi[i]);
-}
-
+/* The inverse of W, elementwise. */
 void kernel_inverse(const SpringTable *table, size_t count, const double *u, double *xi)
 {
     for (size_t i = 0; i < count; i++)

@@ -4,7 +4,6 @@
 #include "spring_library.h"
 
 #include <float.h>
-#include <stdint.h>
 
 /* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
@@ -251,21 +250,6 @@ static void continue_stroke(const SpringLaw *law, SpringMemory *memory, double d
     memory->omega = memory->direction * spring_saturation(law->table, xi);
 }
 
-SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
-{
-    SpringMemory after = *memory;
-    double travel = displacement - memory->displacement;
-    if (travel == 0.0)
-        return after;
-    int direction = travel > 0.0 ? 1 : -1;
-    if (direction != memory->direction) {
-        spring_integrate(law, &after);
-        reverse(law, &after, direction);
-    }
-    continue_stroke(law, &after, displacement);
-    return after;
-}
-
 /* ---- derivatives ------------------------------------------------------------------------------------------------ */
 
 /* Derivatives of omega where the path ends. */
@@ -354,6 +338,13 @@ void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity
             reverse(law, memory, direction);
     }
     continue_stroke(law, memory, displacement);
+}
+
+SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
+{
+    SpringMemory after = *memory;
+    spring_commit(law, &after, NULL, displacement);
+    return after;
 }
 
 /* x^i and its derivatives. */
