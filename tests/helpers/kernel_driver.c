@@ -1,5 +1,4 @@
 /* Loops over single steps for the tests of spring.c: a call per step through ctypes would take longer than the step. */
-#include "saturation_table.h"
 #include "spring.h"
 
 #include <stdlib.h>

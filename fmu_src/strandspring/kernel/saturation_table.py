@@ -12,9 +12,7 @@ import numpy as np
 
 from .arrays import FloatArray, address, floats
 from .library import library
-from .structures import structures
-
-WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
+from .structures import constants, structures
 
 
 class SaturationTable:
@@ -24,22 +22,15 @@ class SaturationTable:
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
     derivatives : bool   Tabulate the derivatives by n and sigma too, for `RecordPoints.omega`.
-    energies : bool      Tabulate what absorbed energies need.
-    coarse : bool        To 1e-8 only, in a quarter of the time.
+    coarse : bool        To 1e-8 only, in a quarter of the time, and without what absorbed energies need.
     """
 
-    def __init__(
-        self, n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
-    ) -> None:
+    def __init__(self, n: float, sigma: float, derivatives: bool = False, coarse: bool = False) -> None:
         self.n = n
         self.sigma = sigma
         self._memory = np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
-        library().kernel_tabulate(
-            self.address,
-            n,
-            sigma,
-            WITH_DERIVATIVES * derivatives + WITH_ENERGIES * energies + COARSE * coarse,
-        )
+        held = ("SPRING_COARSE" if coarse else "SPRING_WITH_ENERGIES", *["SPRING_WITH_DERIVATIVES"] * derivatives)
+        library().kernel_tabulate(self.address, n, sigma, sum(constants()[name] for name in held))
 
     @property
     def address(self) -> int:
@@ -54,12 +45,10 @@ class SaturationTable:
         return xi
 
 
-def table(
-    n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
-) -> SaturationTable:
+def table(n: float, sigma: float, derivatives: bool = False, coarse: bool = False) -> SaturationTable:
     """The table of a pair (n, sigma), which springs share."""
-    shared = _coarse if coarse and not derivatives and not energies else _shared
-    return shared(n, sigma, derivatives, energies, coarse)
+    shared = _coarse if coarse and not derivatives else _shared
+    return shared(n, sigma, derivatives, coarse)
 
 
 _shared = lru_cache(maxsize=16)(SaturationTable)

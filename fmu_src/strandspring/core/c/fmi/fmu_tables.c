@@ -1,7 +1,5 @@
 #include "fmu_tables.h"
 
-#include "../spring/saturation_table.h"
-
 #include <stdlib.h>
 
 #if defined(_MSC_VER) && !defined(__clang__)

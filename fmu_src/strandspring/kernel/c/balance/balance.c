@@ -51,26 +51,6 @@ static size_t motion_size(const BalancedSystem *system)
     return system->degrees * fourier_size(&system->basis);
 }
 
-static size_t fourier_room(const FourierBasis *basis)
-{
-    return 2 * basis->samples + 2 * (3 * basis->harmonics + 1);
-}
-
-static size_t spans_room(const FourierBasis *basis)
-{
-    return 2 * basis->samples * (sizeof(Span) / sizeof(double));
-}
-
-size_t balance_workspace(const BalancedSystem *system)
-{
-    size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    size_t degrees = system->degrees, balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS;
-    return 2 * (balance + degrees * samples) + 7 * size + size * size + system->axes * (count + 1) +
-           degrees * (5 * samples + count * count) + degrees * degrees * (2 * samples + 1) + count * count +
-           samples * (7 + count) + spans_room(&system->basis) + fourier_room(&system->basis) +
-           spring_periodic_workspace(system->basis.harmonics, samples);
-}
-
 static int is_zero(size_t count, const double *values)
 {
     for (size_t i = 0; i < count; i++)
@@ -79,7 +59,7 @@ static int is_zero(size_t count, const double *values)
     return 1;
 }
 
-static Balance lay_balance(const BalancedSystem *system, double **workspace)
+static Balance lay_balance(const BalancedSystem *system, Workspace *workspace)
 {
     size_t size = motion_size(system);
     Balance balance = {
@@ -92,48 +72,59 @@ static Balance lay_balance(const BalancedSystem *system, double **workspace)
     return balance;
 }
 
-/* z becomes the motion of `here`. */
-static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
+static BalanceRoom lay_room(const BalancedSystem *system, Workspace *workspace)
 {
     size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    size_t degrees = system->degrees, signals = degrees * samples;
-    double *workspace = system->workspace;
-    BalanceRoom room = {
-        .here = lay_balance(system, &workspace),
-        .there = lay_balance(system, &workspace),
-        .step = linear_taken(&workspace, size),
-        .tangent = linear_taken(&workspace, size),
-        .before = linear_taken(&workspace, size),
-        .guess = linear_taken(&workspace, size),
-        .last = linear_taken(&workspace, size),
-        .matrix = linear_taken(&workspace, size * size),
-        .moved = linear_taken(&workspace, system->axes * count),
-        .sizes = linear_taken(&workspace, system->axes),
-        .values = linear_taken(&workspace, signals),
-        .rates = linear_taken(&workspace, signals),
-        .products = linear_taken(&workspace, degrees * count * count),
-        .gradient = linear_taken(&workspace, signals),
-        .turning = linear_taken(&workspace, signals),
-        .stiffness = linear_taken(&workspace, degrees * signals),
-        .damping = linear_taken(&workspace, degrees * signals),
-        .is_coupled = linear_taken(&workspace, degrees * degrees),
-        .damped = linear_taken(&workspace, signals),
-        .column = linear_taken(&workspace, size),
-        .row = linear_taken(&workspace, size),
+    size_t degrees = system->degrees, signals = degrees * samples, spans = 2 * samples;
+    return (BalanceRoom){
+        .here = lay_balance(system, workspace),
+        .there = lay_balance(system, workspace),
+        .step = linear_taken(workspace, size),
+        .tangent = linear_taken(workspace, size),
+        .before = linear_taken(workspace, size),
+        .guess = linear_taken(workspace, size),
+        .last = linear_taken(workspace, size),
+        .matrix = linear_taken(workspace, size * size),
+        .moved = linear_taken(workspace, system->axes * count),
+        .sizes = linear_taken(workspace, system->axes),
+        .values = linear_taken(workspace, signals),
+        .rates = linear_taken(workspace, signals),
+        .products = linear_taken(workspace, degrees * count * count),
+        .gradient = linear_taken(workspace, signals),
+        .turning = linear_taken(workspace, signals),
+        .stiffness = linear_taken(workspace, degrees * signals),
+        .damping = linear_taken(workspace, degrees * signals),
+        .is_coupled = linear_taken(workspace, degrees * degrees),
+        .damped = linear_taken(workspace, signals),
+        .column = linear_taken(workspace, size),
+        .row = linear_taken(workspace, size),
         .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
-        .product = linear_taken(&workspace, count * count),
-        .period = {.displacement = linear_taken(&workspace, samples),
-                   .rate = linear_taken(&workspace, samples),
-                   .omega = linear_taken(&workspace, samples),
-                   .force = linear_taken(&workspace, samples),
-                   .stiffness = linear_taken(&workspace, samples),
-                   .memory = linear_taken(&workspace, samples),
-                   .turns = linear_taken(&workspace, samples),
-                   .inherited = linear_taken(&workspace, samples * count),
-                   .spans = (Span *)linear_taken(&workspace, spans_room(&system->basis))},
-        .fourier = linear_taken(&workspace, fourier_room(&system->basis))};
-    room.periodic = workspace;
-    memcpy(room.here.z, z, size * sizeof *z);
+        .product = linear_taken(workspace, count * count),
+        .period = {.displacement = linear_taken(workspace, samples),
+                   .rate = linear_taken(workspace, samples),
+                   .omega = linear_taken(workspace, samples),
+                   .force = linear_taken(workspace, samples),
+                   .stiffness = linear_taken(workspace, samples),
+                   .memory = linear_taken(workspace, samples),
+                   .turns = linear_taken(workspace, samples),
+                   .inherited = linear_taken(workspace, samples * count),
+                   .spans = (Span *)linear_taken(workspace, spans * (sizeof(Span) / sizeof(double)))},
+        .fourier = linear_taken(workspace, samples + 2 * (3 * system->basis.harmonics + 1)),
+        .periodic = linear_taken(workspace, spring_periodic_workspace(system->basis.harmonics, samples))};
+}
+
+size_t balance_workspace(const BalancedSystem *system)
+{
+    Workspace counted = {.taken = 0};
+    (void)lay_room(system, &counted);
+    return counted.taken;
+}
+
+/* The parts of the workspace, where z is the motion of `here`. */
+static BalanceRoom begin_room(const BalancedSystem *system, const double *z)
+{
+    BalanceRoom room = lay_room(system, &(Workspace){.memory = system->workspace});
+    memcpy(room.here.z, z, motion_size(system) * sizeof *z);
     return room;
 }
 
@@ -495,7 +486,7 @@ int balance_at(
     double *by_frequency, double *scale, const BalancedMotion *motion)
 {
     size_t size = motion_size(system);
-    BalanceRoom room = lay_room(system, z);
+    BalanceRoom room = begin_room(system, z);
     if (!balance_motion(system, frequency, &room, &room.here))
         return 0;
     memcpy(residual, room.here.residual, size * sizeof *residual);
@@ -553,7 +544,7 @@ static int newton(BalancedSystem *system, double frequency, BalanceRoom *room)
 
 int balance_solve(BalancedSystem *system, double frequency, double *z, const BalancedMotion *motion)
 {
-    BalanceRoom room = lay_room(system, z);
+    BalanceRoom room = begin_room(system, z);
     if (!newton(system, frequency, &room))
         return 0;
     memcpy(z, room.here.z, motion_size(system) * sizeof *z);
@@ -626,7 +617,7 @@ size_t balance_sweep(
     const BalancedMotion *motions)
 {
     size_t size = motion_size(system), reached = 0;
-    BalanceRoom room = lay_room(system, z);
+    BalanceRoom room = begin_room(system, z);
     if (!balance_motion(system, exp(log), &room, &room.here))
         return 0;
     /* That of the motion before, of which there is none. */

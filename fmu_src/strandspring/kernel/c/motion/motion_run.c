@@ -39,7 +39,7 @@ size_t motion_workspace(size_t bodies, size_t mounts, size_t axes, size_t points
     return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
-static double *zeros(double **workspace, size_t count)
+static double *zeros(Workspace *workspace, size_t count)
 {
     return memset(linear_taken(workspace, count), 0, count * sizeof(double));
 }
@@ -240,7 +240,7 @@ static void begin(const MotionSystem *system, const MotionState *state, Watch *w
 {
     static const double UNLOADED[MOTION_CHANNELS] = {0.0};
     size_t points = system->points, axes = system->axes;
-    double *workspace = record->workspace;
+    Workspace workspace = {.memory = record->workspace};
     *watch = (Watch){.is_sharp = {0, 0, 1}, .averaged = COURSES * points};
     watch->watched = count_watched(system->bodies, system->mounts, axes, points);
     watch->accelerations = zeros(&workspace, 3 * points);
