@@ -7,7 +7,6 @@
 #include "../../core/c/spring/spline.c"
 #include "../../core/c/spring/spring.c"
 #include "path.c"
-#include "line.c"
 #include "balance/steady.c"
 #include "balance/fourier.c"
 #include "balance/periodic.c"
