@@ -66,13 +66,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 {
     FMU_REQUIRE(c, SetReal);
     FMI2_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
-    for (size_t i = 0; i < nvr; i++)
-        if (fmu_require_change(instance, vr[i], value[i]) != FMU_OK)
-            return fmi2Error;
-    fmu_open_changes(instance);
-    for (size_t i = 0; i < nvr; i++)
-        fmu_change(instance, vr[i], value[i]);
-    return fmu_apply_changes(instance);
+    return change_all(instance, vr, nvr, value);
 }
 
 /* The one Boolean is `extrapolating`. */

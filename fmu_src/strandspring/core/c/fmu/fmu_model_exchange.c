@@ -72,14 +72,7 @@ size_t fmu_states(const Instance *instance)
 
 static FmuStatus set_states(Instance *instance, const double values[])
 {
-    size_t count = fmu_states(instance);
-    for (size_t i = 0; i < count; i++)
-        if (fmu_require_change(instance, STATES[i], values[i]) != FMU_OK)
-            return FMU_ERROR;
-    fmu_open_changes(instance);
-    for (size_t i = 0; i < count; i++)
-        fmu_change(instance, STATES[i], values[i]);
-    return fmu_apply_changes(instance);
+    return change_all(instance, STATES, fmu_states(instance), values);
 }
 
 static FmuStatus get_states(Instance *instance, double values[])

@@ -531,12 +531,8 @@ void motion_begin(
     const double *velocity)
 {
     double displacements[MOTION_AXES];
-    memset(state->base_spin, 0, sizeof state->base_spin);
-    memset(state->end_spin, 0, sizeof state->end_spin);
-    memset(state->spin_slope, 0, sizeof state->spin_slope);
-    state->damped = state->gravity_work = state->base_work = state->load_work = state->exchanged = 0.0;
+    *state = (MotionState){.body = state->body, .reach = state->reach, .axis = state->axis};
     memcpy(state->gravity, gravity, sizeof state->gravity);
-    state->has_dampers = state->has_loads = 0.0;
     motion_set_directions(system, state);
     for (size_t a = 0; a < system->axes; a++)
         if (system->axis[a].damping != 0.0)
@@ -569,12 +565,7 @@ void motion_of_points(
     double force[MOTION_BODIES][3], torque[MOTION_BODIES][3], linear[MOTION_BODIES][3], angular[MOTION_BODIES][3];
     double of_base[3];
     motion_of_base(system, values, 0.0, of_base);
-    if (state->has_loads != 0.0) {
-        loads_of(system, state->body, values, force, torque);
-    } else {
-        memset(force, 0, system->bodies * sizeof *force);
-        memset(torque, 0, system->bodies * sizeof *torque);
-    }
+    loads_of(system, state->body, values, force, torque);
     for (size_t b = 0; b < system->bodies; b++) {
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;
