@@ -15,6 +15,7 @@
 #include "generalised.c"
 #include "shock.c"
 #include "motion/motion.c"
+#include "motion/motion_mounts.c"
 #include "motion/motion_rest.c"
 #include "motion/motion_run.c"
 

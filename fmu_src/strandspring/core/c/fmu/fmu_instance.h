@@ -120,6 +120,11 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
     return fmu_step(instance, time, size);
 }
 
+/* Of model exchange: how many event indicators there are, 0 or 1, and its value; how many continuous states there are. */
+SPRING_LOCAL size_t fmu_indicators(const Instance *instance);
+SPRING_LOCAL double fmu_indicator(const Instance *instance);
+SPRING_LOCAL size_t fmu_states(const Instance *instance);
+
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);
 

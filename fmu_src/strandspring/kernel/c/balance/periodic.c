@@ -1,5 +1,5 @@
 /* A period is a closed chain of monotone strokes between the turning points of the series. What the spring remembers at
- * the first of them is the fixed point of one period (steady.h); then omega = D*W(xi0 + rho*s) at every sample, with D
+ * the first of them is the fixed point of one period (steady.c); then omega = D*W(xi0 + rho*s) at every sample, with D
  * the direction of its stroke, which begins at displacement z_k, and s the distance from there.
  *
  * The derivatives follow the same chain:
@@ -16,7 +16,6 @@
 
 #include "../linear.h"
 #include "../path.h"
-#include "steady.h"
 
 #include <math.h>
 #include <string.h>
