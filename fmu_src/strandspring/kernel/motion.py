@@ -80,7 +80,7 @@ class MotionSolver:
         points: NDArray[np.void],
         coupled: bool = False,
     ) -> None:
-        laws = {spring: Law(spring) for spring in dict.fromkeys(springs)}
+        laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
         self._laws = tuple(laws.values())  # kept alive
         self._axes = axes.copy()
         self._axes["law"] = [laws[spring].address for spring in springs]

@@ -42,10 +42,11 @@ class Law:
     Parameters
     ----------
     parameters : SpringParameters
+    energies : bool              Whether energies will be asked for.
     """
 
-    def __init__(self, parameters: SpringParameters) -> None:
-        self._table = table(parameters.n, parameters.sigma)
+    def __init__(self, parameters: SpringParameters, energies: bool = False) -> None:
+        self._table = table(parameters.n, parameters.sigma, energies=energies)
         self._memory = np.empty(ctypes.sizeof(structures()["SpringLaw"]) // 8)
         library().kernel_prepare(self.address, packed(parameters), self._table.address)
 
@@ -97,5 +98,6 @@ class PathSolver:
         path = floats(path)
         values = np.empty_like(path)
         results = [address(values) if k == which else None for k in range(4)]
-        library().spring_path(self._law.address, path.size, address(path), omega_start, *results)
+        law = Law(self.parameters, energies=True) if which == 3 else self._law
+        library().spring_path(law.address, path.size, address(path), omega_start, *results)
         return values

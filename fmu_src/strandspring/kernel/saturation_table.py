@@ -22,15 +22,19 @@ class SaturationTable:
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
     derivatives : bool   Tabulate the derivatives by n and sigma too, for `RecordPoints.omega`.
-    coarse : bool        To 1e-8 only, in a quarter of the time, and without what absorbed energies need.
+    energies : bool      Tabulate what absorbed energies need; each turn of a path is then integrated.
+    coarse : bool        To 1e-8 only, in a quarter of the time.
     """
 
-    def __init__(self, n: float, sigma: float, derivatives: bool = False, coarse: bool = False) -> None:
+    def __init__(
+        self, n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
+    ) -> None:
         self.n = n
         self.sigma = sigma
         self._memory = np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
-        held = ("SPRING_COARSE" if coarse else "SPRING_WITH_ENERGIES", *["SPRING_WITH_DERIVATIVES"] * derivatives)
-        library().kernel_tabulate(self.address, n, sigma, sum(constants()[name] for name in held))
+        choices = {"WITH_DERIVATIVES": derivatives, "WITH_ENERGIES": energies, "COARSE": coarse}
+        with_ = sum(constants()[f"SPRING_{name}"] for name, is_chosen in choices.items() if is_chosen)
+        library().kernel_tabulate(self.address, n, sigma, with_)
 
     @property
     def address(self) -> int:
@@ -45,10 +49,12 @@ class SaturationTable:
         return xi
 
 
-def table(n: float, sigma: float, derivatives: bool = False, coarse: bool = False) -> SaturationTable:
+def table(
+    n: float, sigma: float, derivatives: bool = False, energies: bool = False, coarse: bool = False
+) -> SaturationTable:
     """The table of a pair (n, sigma), which springs share."""
-    shared = _coarse if coarse and not derivatives else _shared
-    return shared(n, sigma, derivatives, coarse)
+    shared = _coarse if coarse and not derivatives and not energies else _shared
+    return shared(n, sigma, derivatives, energies, coarse)
 
 
 _shared = lru_cache(maxsize=16)(SaturationTable)
