@@ -1,13 +1,32 @@
 #include "path.h"
 
+#include <math.h>
 #include <string.h>
+
+/* W(xi), most often on the piece where the last one was. */
+static double saturation_near(const SpringTable *table, double xi, int *piece)
+{
+    const SpringBranch *branch = xi >= 0.0 ? &table->rising : &table->falling;
+    double z = fabs(xi);
+    if (*piece >= branch->pieces || !(branch->edges[*piece] <= z && z < branch->edges[*piece + 1]))
+        *piece = spring_piece(branch, z);
+    double value = spring_on_piece(branch, *piece, z);
+    return xi >= 0.0 ? value : -value;
+}
 
 void spring_path(const SpringLaw *law, size_t count, const double *displacement, double omega_start, double *omega,
                  double *force, double *stiffness, double *energy)
 {
     SpringMemory memory = spring_start(count > 0 ? displacement[0] : 0.0, omega_start);
+    int piece = 0;
     for (size_t i = 0; i < count; i++) {
-        spring_commit(law, &memory, NULL, displacement[i]);
+        if ((displacement[i] - memory.displacement) * memory.direction > 0.0) {
+            double xi = memory.start_xi + law->parameters.rho * fabs(displacement[i] - memory.start);
+            memory.displacement = displacement[i];
+            memory.omega = memory.direction * saturation_near(law->table, xi, &piece);
+        } else {
+            spring_commit(law, &memory, NULL, displacement[i]);
+        }
         if (omega != NULL)
             omega[i] = memory.omega;
         if (force != NULL)
@@ -67,11 +86,12 @@ static void at_points(const SpringTable *table, double rho, const Beginning *beg
                       size_t points, const int64_t *stroke, const double *travel, double *omega, size_t row,
                       double *derivatives, double *by_start)
 {
+    int piece = 0;
     for (size_t i = 0; i < points; i++) {
         const Beginning *at = &begin[stroke[i]];
         double side = (double)direction[stroke[i]], xi = at->xi + rho * travel[i];
         if (derivatives == NULL) {
-            omega[i] = side * spring_saturation(table, xi);
+            omega[i] = side * saturation_near(table, xi, &piece);
             continue;
         }
         SpringSlopes here = spring_slopes(table, xi);
