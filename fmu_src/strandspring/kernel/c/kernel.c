@@ -12,6 +12,7 @@
 #include "balance/periodic.c"
 #include "linear.c"
 #include "balance/balance.c"
+#include "balance/balance_sweep.c"
 #include "generalised.c"
 #include "shock.c"
 #include "motion/motion.c"
