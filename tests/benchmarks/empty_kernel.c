@@ -1,6 +1,5 @@
 /* The kernel of the native FMU without its mathematics, each output being the displacement: what is left is the FMI
  * layer. */
-#include "saturation_table.h"
 #include "spring.h"
 
 #include <string.h>

@@ -83,7 +83,7 @@ def response_against_pow() -> None:
         table.add_column(column, justify="right")
     with tempfile.TemporaryDirectory() as folder:
         library = compiled_powers(Path(folder))
-        for name, path, target in (("smooth", smooth_path(), 0.8), ("all turning", turning_path(), 8.0)):
+        for name, path, target in (("smooth", smooth_path(), 1.2), ("all turning", turning_path(), 8.0)):
             x, result = np.random.default_rng(0).uniform(0.0, 1.0, path.size), np.empty(path.size)
 
             def powers(x: np.ndarray = x, result: np.ndarray = result) -> None:

@@ -101,7 +101,6 @@ def test_both_kernels_have_the_same_limits() -> None:
     assert found == {
         "SPRING_COEFFICIENTS": limits.MAXIMUM_DEGREE + 1,
         "SPRING_AMPLIFIERS": limits.MAXIMUM_AMPLIFIER_DEGREE + 1,
-        "LEAST_KNOTS": limits.KNOTS[0],
         "SPRING_KNOTS": limits.KNOTS[1],
         "N_LOW": limits.N_RANGE[0],
         "N_HIGH": limits.N_RANGE[1],

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import subprocess
 import sys
@@ -21,15 +20,8 @@ from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
 
 BAD = {
-    "no kE": {"kE": ()},
-    "no kA": {"kA": ()},
-    "long kE": {"kE": (1.0,) * 22},
-    "long kA": {"kA": (1.0,) * 25},
     "kA[0]": {"kA": (1.5, 2.0)},
     "kA[0] by a bit": {"kA": (1.0 + 2.0**-52,)},
-    "kE nan": {"kE": (3.0, math.nan, math.inf)},
-    "kA inf": {"kA": (1.0, 0.0, -math.inf)},
-    **{f"{name} {value}": {name: value} for name in SCALARS for value in (math.nan, math.inf, -math.inf)},
     **{
         f"{name} {value}": {name: value}
         for name in ("kappa_omega", "rho", "sigma", "n")
@@ -79,19 +71,10 @@ BAD = {
 
 KNOTS, FORCES = TABLE.FE_knots, TABLE.FE_forces
 BAD_TABLES = {
-    "both": {"kE": (0.0, 1.0)},
-    "few knots": {"FE_knots": (*KNOTS[:5], KNOTS[-1]), "FE_forces": FORCES[:6]},
-    "many knots": {"FE_knots": KNOTS * 3, "FE_forces": FORCES * 3},
-    "no forces": {"FE_forces": ()},
-    "no knots": {"FE_knots": ()},
-    "one force too few": {"FE_forces": FORCES[1:]},
-    "knot nan": {"FE_knots": (KNOTS[0], math.nan, *KNOTS[2:])},
-    "force inf": {"FE_forces": (*FORCES[:-1], math.inf)},
     "low end": {"displacement_min": KNOTS[0] - 1e-9},
     "high end": {"displacement_max": KNOTS[-1] + 1e-9},
     "falling": {"FE_knots": (*KNOTS[:3], KNOTS[2] - 0.001, *KNOTS[4:])},
     "close": {"FE_knots": (*KNOTS[:3], KNOTS[2] + 3.9e-5, *KNOTS[4:])},
-    "no amplifier": {"kA": ()},
     "amplifier": {"kA": (1.0, 90.0)},
     "huge force": {"FE_forces": (*FORCES[:2], -1e16, *FORCES[3:])},
 }
@@ -110,23 +93,15 @@ def test_problems_are_reported_in_the_same_words(good: SpringParameters, changes
             continue
         setattr(given, counts[name], len(value))
         column = getattr(given, name)
-        for i, entry in enumerate(value[: len(column)]):
+        for i, entry in enumerate(value):
             column[i] = entry
     # Named as the FMU's variables are.
     assert kernel_tools.problem(given) == re.sub(r"\[(\d+)\]`", r"_\1`", str(refusal.value))
 
 
-def test_no_problem_and_counts_out_of_range() -> None:
+def test_no_problem() -> None:
     assert kernel_tools.problem(c_parameters(SPRING)) == ""
-    given = c_parameters(SPRING)
-    for count in (-2147483648, -1, 0, 22, 2147483647):
-        given.elastic = count
-        assert kernel_tools.problem(given) == f"`kE` must have between 1 and 21 coefficients, got {count}."
     assert kernel_tools.problem(c_parameters(TABLE)) == ""
-    given = c_parameters(TABLE)
-    for count in (-2147483648, -1, 6, 26, 2147483647):
-        given.knots = given.forces = count
-        assert kernel_tools.problem(given) == f"`FE_knots` must have between 7 and 25 knots, got {count}."
 
 
 def test_problem_is_cut_where_the_room_ends() -> None:

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import kernel_tools
 from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.core.saturation import (
     Saturation,
@@ -20,7 +21,7 @@ from strandspring.core.saturation import (
     saturation,
     stroke_start,
 )
-from strandspring.kernel.arrays import FloatArray
+from strandspring.kernel.arrays import FloatArray, address, floats
 from strandspring.kernel.saturation_table import SaturationTable
 
 # The design asks for 1e-10. The interpolants are good to this, and W' multiplies the rounding of xi.
@@ -71,7 +72,14 @@ def in_python(n: float, sigma: float) -> tuple[Elementwise, Elementwise]:
 
 def in_c(n: float, sigma: float) -> tuple[Elementwise, Elementwise]:
     table = compiled_table_of(n, sigma)
-    return table.saturation, table.inverse
+
+    def compiled_saturation(xi: FloatArray) -> FloatArray:
+        xi = floats(xi)
+        u = np.empty_like(xi)
+        kernel_tools.library().driver_saturation(table.address, xi.size, address(xi), address(u))
+        return u
+
+    return compiled_saturation, table.inverse
 
 
 implementations = pytest.mark.parametrize("implementation", [in_python, in_c])

@@ -33,7 +33,7 @@ FAULTS = {
     ),
     "a sensitivity is not serialized": ("fmu_state.c", "fmu_double_field(cursor, &sensitivity->by_n);", ""),
     "a state is not freed": ("fmu_snapshots.c", "free(snapshot);", ""),
-    "a table is not released": ("fmu_instance.c", "        fmu_release(instance->shared);\n", ""),
+    "a table is not released": ("fmu_instance.c", "        fmu_release(shared);\n", "        return;\n"),
     "a reference too many": ("fmi2_arguments.h", "< instance->variables", "<= instance->variables"),
     "text of the host as a format": ("fmi2_life.c", "*text == '%'", "0"),
     "absurd parameters": (
@@ -46,7 +46,7 @@ FAULTS = {
     "a derivative that is not finite": ("fmu_derivatives.c", "isfinite(sum)", "1"),
     "a state whose energy is not finite": ("fmu_sound.h", "fabs(memory->energy) <= LARGEST_SUM", "1"),
     "a trial is not forgotten": ("fmu_instance.c", "instance->has_trial = 0;", ""),
-    "a step before initialization": ("fmi2_states.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),
+    "a step before initialization": ("fmu_modes.h", "(DoStep, CS_STEP)", "(DoStep, CS_STEP | CS_INITIALIZATION)"),
 }
 
 

@@ -44,7 +44,7 @@ FAULTS = {
     "a stop time is forgotten": ("fmi3", "fmi3_life.c", "instance->state.stop_time = stop;", ""),
     "a step before initialization": (
         "fmi3",
-        "fmi3_states.h",
+        "fmu_modes.h",
         "(DoStep, CS_STEP)",
         "(DoStep, CS_STEP | CS_INITIALIZATION)",
     ),

@@ -1,5 +1,4 @@
 /* Loops over single steps for the tests of spring.c: a call per step through ctypes would take longer than the step. */
-#include "saturation_table.h"
 #include "spring.h"
 
 #include <stdlib.h>
@@ -18,6 +17,7 @@ int driver_taken(const Spring *spring);
 int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response);
 void driver_gradient(const Spring *spring, int count, const double *displacement, double omega_start,
                      SpringGradient *of_force, SpringGradient *of_stiffness);
+void driver_saturation(const SpringTable *table, int count, const double *xi, double *u);
 
 Spring *driver_spring(const SpringParameters *parameters)
 {
@@ -87,4 +87,11 @@ void driver_gradient(const Spring *spring, int count, const double *displacement
         spring_commit(&spring->law, &memory, &sensitivity, displacement[k]);
         spring_gradient(&spring->law, &memory, &sensitivity, &of_force[k], &of_stiffness[k]);
     }
+}
+
+/* W, elementwise. */
+void driver_saturation(const SpringTable *table, int count, const double *xi, double *u)
+{
+    for (int i = 0; i < count; i++)
+        u[i] = spring_saturation(table, xi[i]);
 }

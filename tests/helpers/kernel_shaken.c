@@ -1,6 +1,5 @@
 /* Runs every function of spring.c and saturation.c over random springs and paths, for the sanitizers to watch; returns
  * 0 if all outputs are finite and omega stays within [-1, 1]. */
-#include "saturation_table.h"
 #include "spring_problem.h"
 
 #include <math.h>

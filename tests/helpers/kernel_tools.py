@@ -77,6 +77,7 @@ def library() -> ctypes.CDLL:
     kernel.driver_taken.argtypes = [c_void_p]
     kernel.driver_path.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p]
     kernel.driver_gradient.argtypes = [c_void_p, c_int, c_void_p, c_double, c_void_p, c_void_p]
+    kernel.driver_saturation.argtypes = [c_void_p, c_int, c_void_p, c_void_p]
     kernel.spring_problem.argtypes = [POINTER(Parameters), c_char_p, c_size_t]
     return kernel
 

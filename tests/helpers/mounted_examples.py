@@ -137,7 +137,7 @@ def kernel_motion(
     pose, unbalance, is_found = kernel.rest(at_rest, omegas)
     assert is_found, unbalance
     count = round(case.duration / step)
-    figures, histories = kernel.run_with_histories(
+    figures, histories = kernel.run(
         channel_rows(system, case.channels), case.averages(step, count), step, gravity, pose, omegas,
         np.array(case.velocity), round(case.settling / step), 1 if every is None else round(every / step),
     )  # fmt: skip

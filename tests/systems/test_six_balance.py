@@ -178,7 +178,7 @@ def in_time(
     integral = np.cos(angles) if of_rate else np.sin(angles)
     values = level * np.diff(integral)[None] * per_period / (2.0 * np.pi)
     count = len(list(system.axes()))
-    figures, histories = solver(system).run_with_histories(
+    figures, histories = solver(system).run(
         channel_rows(system, [channel]),
         values,
         1.0 / frequency / per_period,
@@ -186,6 +186,7 @@ def in_time(
         pose,
         np.zeros(count),
         np.zeros(3),
+        stride=1,
     )
     assert figures.steps == values.shape[1]
     last = histories.acceleration[-kept * per_period :]

@@ -65,7 +65,7 @@ def test_the_compiled_integrator_has_the_same_limit(damping: float) -> None:
     def largest(step: float) -> float:
         channels, values, velocity = np.empty((0, 8)), np.empty((0, count)), np.array([1e-9, 2e-9, 1e-9])
         pose, omega = kernel.nominal_pose, np.zeros(kernel.axes)
-        found = kernel.run(channels, values, step, np.zeros(3), pose, omega, velocity)
+        found, _ = kernel.run(channels, values, step, np.zeros(3), pose, omega, velocity)
         return float(found.of_axes[:, 1].max())
 
     assert largest(0.995 * limit) < 1e-9  # [m]

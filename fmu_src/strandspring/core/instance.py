@@ -67,15 +67,11 @@ class SpringInstance:
         """Return to a state of this instance or of another one of the same FMU."""
         if not isinstance(state, State) or len(state.settings) != len(self._place):
             raise RefusedCallError("The state must come from an instance of the same FMU.")
-        before = self._state
-        self._change(state)
+        if state.memory is None:
+            self._change(state)
+        else:
+            self._change_to_possible(state)
         self._trial = None
-        if state.memory is not None:
-            try:
-                self._require_law()
-            except RefusedCallError:
-                self._change(before)
-                raise
 
     def read(self, references: Sequence[int], kind: str) -> list[Any]:
         """Values of variables of one type.
@@ -158,14 +154,19 @@ class SpringInstance:
 
     def _tune(self, state: State, memory: Memory) -> None:
         """Change parameters of a path that has begun, if the spring that they make is physically possible."""
-        before, previous = self._state, self._require_law()
+        previous = self._require_law()
+        law = self._change_to_possible(state)
+        self._state = state._replace(memory=stepper.change(previous, law, memory))
+
+    def _change_to_possible(self, state: State) -> SpringLaw:
+        """The law of a state; where its parameters make no spring, nothing has changed."""
+        before = self._state
         self._change(state)
         try:
-            law = self._require_law()
+            return self._require_law()
         except RefusedCallError:
             self._change(before)
             raise
-        self._state = state._replace(memory=stepper.change(previous, law, memory))
 
     def _require_law(self) -> SpringLaw:
         """The law of the present parameters; RefusedCallError says why they are not physically possible."""

@@ -18,8 +18,7 @@ from ..core.parameters import SpringParameters
 from ..ground.files import write_text
 from ..kernel.library import library
 from ..kernel.path import packed
-from ..kernel.saturation_table import WITH_ENERGIES
-from ..kernel.structures import structures
+from ..kernel.structures import constants, structures
 from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
 
@@ -136,7 +135,8 @@ def _law_source(model: ModelFile, kernel: str) -> str:
 def _constants(parameters: SpringParameters) -> tuple[ctypes.Structure, ctypes.Structure]:
     """Table and law, which are zero wherever the kernel writes nothing."""
     table, law = (structures()[name]() for name in ("SpringTable", "SpringLaw"))
-    library().kernel_tabulate(ctypes.addressof(table), parameters.n, parameters.sigma, WITH_ENERGIES)
+    held = constants()["SPRING_WITH_ENERGIES"]
+    library().kernel_tabulate(ctypes.addressof(table), parameters.n, parameters.sigma, held)
     library().kernel_prepare(ctypes.addressof(law), packed(parameters), ctypes.addressof(table))
     return table, law
 

@@ -1,84 +1,35 @@
-"""The compiled kernel, found, loaded and declared."""
+"""The compiled kernel, found, loaded and declared as its C sources define it."""
 
 from __future__ import annotations
 
 import ctypes
-from ctypes import POINTER, Structure, c_char_p, c_double, c_int, c_size_t, c_void_p
+import re
 from functools import cache
 
 from ..compiled.images import KERNEL, image
 from ..compiled.targets import host_target
-from ..errors import BuildError
-from .structures import structures
 
-
-class _Place(Structure):
-    """KernelPlace of layout.c."""
-
-    _fields_ = [("structure", c_char_p), ("field", c_char_p), ("bytes", c_size_t)]
-
-
-# Result and arguments of each function. Arrays and structures are passed by their addresses.
-_FUNCTIONS = {
-    "kernel_layout": (POINTER(_Place), ()),
-    "kernel_tabulate": (None, (c_void_p, c_double, c_double, c_int)),
-    "kernel_prepare": (None, (c_void_p, c_void_p, c_void_p)),
-    "kernel_saturation": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
-    "kernel_inverse": (None, (c_void_p, c_size_t, c_void_p, c_void_p)),
-    "spring_path": (None, (c_void_p, c_size_t, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "spring_force_at": (None, (c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "spring_on_records": (
-        None,
-        (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p,
-         c_void_p, c_void_p, c_void_p),
-    ),
-    "balance_workspace": (c_size_t, (c_void_p,)),
-    "balance_at": (c_int, (c_void_p, c_void_p, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "balance_solve": (c_int, (c_void_p, c_double, c_void_p, c_void_p)),
-    "balance_sweep": (c_size_t, (c_void_p, c_double, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p)),
-    "spring_line_sums": (
-        None,
-        (c_size_t, c_void_p, c_size_t, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_size_t, c_void_p,
-         c_void_p, c_void_p),
-    ),
-    "generalised_path": (None, (c_size_t, c_void_p, c_double, c_double, c_void_p, c_void_p)),
-    "shock_spectrum": (None, (c_size_t, c_void_p, c_double, c_size_t, c_void_p, c_void_p)),
-    "spring_steady": (None, (c_void_p, c_size_t, c_void_p, c_int, c_void_p, c_void_p)),
-    "motion_begin": (None, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "motion_sense": (c_double, (c_void_p, c_double)),
-    "motion_rest": (c_int, (c_void_p, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)),
-    "motion_workspace": (c_size_t, (c_size_t, c_size_t, c_size_t, c_size_t)),
-    "motion_run": (c_size_t, (c_void_p, c_void_p, c_size_t, c_double, c_void_p, c_void_p)),
-}  # fmt: skip
+_TYPES = {"void": None, "int": ctypes.c_int, "size_t": ctypes.c_size_t, "double": ctypes.c_double}
+_DEFINITION = re.compile(rf"^({'|'.join(_TYPES)}) (\w+)\(([^)]*)\)\n\{{", re.MULTILINE)
 
 
 @cache
 def library() -> ctypes.CDLL:
     """The library for this computer; its calls release the interpreter's lock.
 
+    Arrays and structures are passed by their addresses.
+
     Raises
     ------
-    BuildError   If it has not been compiled and cannot be compiled now, or its structures are not those of the headers.
+    BuildError   If it has not been compiled and cannot be compiled now.
     """
     loaded = ctypes.CDLL(str(image(KERNEL, host_target())))
-    for name, (result, arguments) in _FUNCTIONS.items():
-        function = getattr(loaded, name)
-        function.restype, function.argtypes = result, arguments
-    _check_layout(loaded)
+    own = (text.decode("utf-8") for path, text in KERNEL.sources().items() if path.startswith("kernel/"))
+    for result, name, arguments in _DEFINITION.findall("".join(own)):
+        function = getattr(loaded, name, None)
+        if function is not None:  # not one of those that stay within the library
+            function.restype = _TYPES[result]
+            function.argtypes = [
+                ctypes.c_void_p if "*" in argument else _TYPES[argument.split()[0]] for argument in arguments.split(",")
+            ]
     return loaded
-
-
-def _check_layout(loaded: ctypes.CDLL) -> None:
-    """Compare size and fields of each structure that Python shares with the library, or memory would be corrupted."""
-    for place in loaded.kernel_layout():
-        if place.structure is None:
-            return
-        name, field = place.structure.decode("ascii"), place.field.decode("ascii")
-        structure = structures()[name]
-        offsets = {part: getattr(structure, part).offset for part, *_ in structure._fields_}
-        expected = offsets.get(field) if field else ctypes.sizeof(structure)
-        if place.bytes != expected:
-            raise BuildError(
-                f"The compiled kernel does not fit its C headers: {field or 'the end'} of {name} is at byte "
-                f"{place.bytes}, not {expected}; install strandspring again."
-            )

@@ -15,8 +15,6 @@ from .library import library
 from .path import Law
 from .structures import constants, rows, structures
 
-_HISTORIES = ("accelerations", "sway", "displacements", "forces")  # of MotionRecord
-
 
 @dataclass(frozen=True, eq=False)
 class MotionFigures:
@@ -136,7 +134,8 @@ class MotionSolver:
         omega: FloatArray,
         velocity: FloatArray,
         settled: int = 0,
-    ) -> MotionFigures:
+        stride: int | None = None,
+    ) -> tuple[MotionFigures, Histories]:
         """Motion from rest in a pose under channel values that are averages over the steps.
 
         Parameters
@@ -148,25 +147,10 @@ class MotionSolver:
         pose : ndarray, shape (B, 7)        At the beginning.
         omega : ndarray, shape (A,)         Of each axis' springs at the beginning.
         settled : int                       The step from which means are taken.
+        stride : int or None                Steps between rows of the histories; None: the beginning only.
         """
         system, state = self._begun(channels, (gravity, pose, omega, velocity))
-        return self._run(system, state, values, step, settled)
-
-    def run_with_histories(
-        self,
-        channels: NDArray[np.void],
-        values: FloatArray,
-        step: float,
-        gravity: FloatArray,
-        pose: FloatArray,
-        omega: FloatArray,
-        velocity: FloatArray,
-        settled: int = 0,
-        stride: int = 1,
-    ) -> tuple[MotionFigures, Histories]:
-        """The same motion as `run` with its histories, of which a row is kept every `stride` steps."""
-        system, state = self._begun(channels, (gravity, pose, omega, velocity))
-        return self._with_histories(system, state, values, step, settled, stride)
+        return self._run(system, state, values, step, settled, values.shape[1] + 1 if stride is None else stride)
 
     def repeated(
         self,
@@ -184,25 +168,15 @@ class MotionSolver:
         Parameters
         ----------
         momenta : ndarray, shape (B, 6)   At the beginning: V and L of motion.h [m/s], [kg m^2/s]; the others as of
-                                          `run_with_histories`.
+                                          `run`.
         """
         system, state = self._begun(channels, (gravity, pose, omega, np.zeros(3)))
         state.set_momenta(momenta)
         done = values.shape[1]
         while done == values.shape[1]:
-            figures, histories = self._with_histories(system, state, values, step, 0, stride)
+            figures, histories = self._run(system, state, values, step, 0, stride)
             done = figures.steps
             yield histories
-
-    def _with_histories(
-        self, system: Structure, state: _State, values: FloatArray, step: float, settled: int, stride: int
-    ) -> tuple[MotionFigures, Histories]:
-        rows = values.shape[1] // stride + 1
-        shapes = ((rows, self.points, 3), (rows, self.points, 3), (rows, self.axes), (rows, self.axes))
-        histories = [np.zeros(shape) for shape in shapes]
-        figures = self._run(system, state, values, step, settled, stride, histories)
-        time = floats(step * stride * np.arange(figures.steps // stride + 1))
-        return figures, Histories(time, *(history[: time.size] for history in histories))
 
     def _begun(self, channels: NDArray[np.void], beginning: Sequence[FloatArray]) -> tuple[Structure, _State]:
         """The system under its channels, and its state at the beginning: gravity, pose, omega and velocity."""
@@ -212,33 +186,37 @@ class MotionSolver:
         return system, state
 
     def _run(
-        self,
-        system: Structure,
-        state: _State,
-        values: FloatArray,
-        step: float,
-        settled: int,
-        stride: int = 1,
-        histories: Sequence[FloatArray] = (),
-    ) -> MotionFigures:
-        """A run from a state, which goes on, and fills the histories."""
-        values = floats(values)
-        of_points = np.zeros((self.points, constants()["MOTION_OF_POINT"]))
-        of_axes = np.zeros((self.axes, constants()["MOTION_OF_AXIS"]))
-        of_bodies = np.zeros((self.bodies, constants()["MOTION_OF_BODY"]))
-        of_mounts, of_base = np.zeros(self.mounts), np.zeros(constants()["MOTION_OF_BASE"])
-        energies = np.zeros(constants()["MOTION_ENERGIES"])
+        self, system: Structure, state: _State, values: FloatArray, step: float, settled: int, stride: int
+    ) -> tuple[MotionFigures, Histories]:
+        """A run from a state, which goes on."""
+        values, row_count = floats(values), values.shape[1] // stride + 1
+        figures = {
+            "of_points": np.zeros((self.points, constants()["MOTION_OF_POINT"])),
+            "of_axes": np.zeros((self.axes, constants()["MOTION_OF_AXIS"])),
+            "of_bodies": np.zeros((self.bodies, constants()["MOTION_OF_BODY"])),
+            "of_mounts": np.zeros(self.mounts),
+            "of_base": np.zeros(constants()["MOTION_OF_BASE"]),
+            "energies": np.zeros(constants()["MOTION_ENERGIES"]),
+        }
+        histories = {
+            "accelerations": np.zeros((row_count, self.points, 3)),
+            "sway": np.zeros((row_count, self.points, 3)),
+            "displacements": np.zeros((row_count, self.axes)),
+            "forces": np.zeros((row_count, self.axes)),
+        }
         workspace = np.empty(library().motion_workspace(self.bodies, self.mounts, self.axes, self.points))
+        arrays = {**figures, **histories, "workspace": workspace}
         record = structures()["MotionRecord"](
-            of_points=address(of_points), of_axes=address(of_axes), of_bodies=address(of_bodies),
-            of_mounts=address(of_mounts), of_base=address(of_base), energies=address(energies),
-            workspace=address(workspace), stride=stride, settled=settled,
-            **{name: address(history) for name, history in zip(_HISTORIES, histories, strict=False)},
-        )  # fmt: skip
-        steps = library().motion_run(
-            byref(system), state.address, values.shape[1], step, address(values), byref(record)
+            stride=stride, settled=settled, **{name: address(array) for name, array in arrays.items()}
         )
-        return MotionFigures(int(steps), of_points, of_axes, of_bodies, of_mounts, of_base, energies)
+        steps = int(
+            library().motion_run(byref(system), state.address, values.shape[1], step, address(values), byref(record))
+        )
+        time = floats(step * stride * np.arange(steps // stride + 1))
+        return (
+            MotionFigures(steps, **figures),
+            Histories(time, *(history[: time.size] for history in histories.values())),
+        )
 
     def _system(self, channels: NDArray[np.void]) -> Structure:
         counts = {"bodies": self.bodies, "mounts": self.mounts, "axes": self.axes, "points": self.points}

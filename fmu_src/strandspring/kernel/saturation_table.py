@@ -12,9 +12,7 @@ import numpy as np
 
 from .arrays import FloatArray, address, floats
 from .library import library
-from .structures import structures
-
-WITH_DERIVATIVES, WITH_ENERGIES, COARSE = 1, 2, 4  # as in saturation.h
+from .structures import constants, structures
 
 
 class SaturationTable:
@@ -24,7 +22,7 @@ class SaturationTable:
     ----------
     n, sigma : float     Within the bounds of `SpringParameters`.
     derivatives : bool   Tabulate the derivatives by n and sigma too, for `RecordPoints.omega`.
-    energies : bool      Tabulate what absorbed energies need.
+    energies : bool      Tabulate what absorbed energies need; each turn of a path is then integrated.
     coarse : bool        To 1e-8 only, in a quarter of the time.
     """
 
@@ -34,24 +32,14 @@ class SaturationTable:
         self.n = n
         self.sigma = sigma
         self._memory = np.empty(ctypes.sizeof(structures()["SpringTable"]) // 8)
-        library().kernel_tabulate(
-            self.address,
-            n,
-            sigma,
-            WITH_DERIVATIVES * derivatives + WITH_ENERGIES * energies + COARSE * coarse,
-        )
+        choices = {"WITH_DERIVATIVES": derivatives, "WITH_ENERGIES": energies, "COARSE": coarse}
+        with_ = sum(constants()[f"SPRING_{name}"] for name, is_chosen in choices.items() if is_chosen)
+        library().kernel_tabulate(self.address, n, sigma, with_)
 
     @property
     def address(self) -> int:
         """Where the kernel finds it; valid while the table lives."""
         return address(self._memory)
-
-    def saturation(self, xi: FloatArray) -> FloatArray:
-        """W(xi) elementwise: u = direction*omega after the scaled distance xi from its zero crossing."""
-        xi = floats(xi)
-        u = np.empty_like(xi)
-        library().kernel_saturation(self.address, xi.size, address(xi), address(u))
-        return u
 
     def inverse(self, u: FloatArray) -> FloatArray:
         """xi at which W is u, elementwise, -1 <= u <= 1; the largest xi of the table for 1."""

@@ -1,6 +1,6 @@
 """The kernel's structures and constants, read from the C headers, which alone say what they hold.
 
-`library()` compares them with those of the compiled library.
+A library's file name holds a digest of the headers that it was compiled with, so that both always agree.
 """
 
 from __future__ import annotations

@@ -4,7 +4,6 @@
 #define SPRING_LOCAL static inline
 
 #include "fmu_all.c"
-#include "fmi2/fmi2_arguments.c"
 #include "fmi2/fmi2_derivatives.c"
 #include "fmi2/fmi2_life.c"
 #include "fmi2/fmi2_model_exchange.c"

@@ -55,7 +55,6 @@
 extern "C" {
 #endif
 
-#include "saturation_table.h"
 #include "spring.h"
 
 #ifdef __cplusplus

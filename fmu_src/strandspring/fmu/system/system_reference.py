@@ -77,7 +77,7 @@ def expected_motion(
     """
     motion = solver(system)
     start = rest(system, options.omega_start, solve=motion)
-    figures, histories = motion.run_with_histories(
+    figures, histories = motion.run(
         channel_rows_of(system, options),
         np.repeat(inputs, parts, axis=1),
         step,

@@ -27,11 +27,11 @@ from numpy.typing import NDArray
 
 from ...core.parameters import SIGMA_RANGE
 from ...kernel.arrays import FloatArray
-from ...kernel.line import IntegratedLines
 from ...loops.noise_levels import median
 from ..points.polynomials import Columns
 from ..points.sample_points import SamplePoints
 from ..points.smoothing import automatic_half_width, moving_average
+from .integrated_lines import IntegratedLines
 
 SIGMA_BOUNDS = SIGMA_RANGE
 N_BOUNDS = (0.05, 20.0)

@@ -7,18 +7,18 @@
 #include "../../core/c/spring/spline.c"
 #include "../../core/c/spring/spring.c"
 #include "path.c"
-#include "line.c"
 #include "balance/steady.c"
 #include "balance/fourier.c"
 #include "balance/periodic.c"
 #include "linear.c"
 #include "balance/balance.c"
+#include "balance/balance_sweep.c"
 #include "generalised.c"
 #include "shock.c"
 #include "motion/motion.c"
+#include "motion/motion_mounts.c"
 #include "motion/motion_rest.c"
 #include "motion/motion_run.c"
-#include "layout.c"
 
 void kernel_tabulate(SpringTable *table, double n, double sigma, int with)
 {
@@ -30,13 +30,7 @@ void kernel_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     spring_prepare(law, parameters, table);
 }
 
-/* W and its inverse, elementwise. */
-void kernel_saturation(const SpringTable *table, size_t count, const double *xi, double *u)
-{
-    for (size_t i = 0; i < count; i++)
-        u[i] = spring_saturation(table, xi[i]);
-}
-
+/* The inverse of W, elementwise. */
 void kernel_inverse(const SpringTable *table, size_t count, const double *u, double *xi)
 {
     for (size_t i = 0; i < count; i++)

@@ -2,10 +2,10 @@
 
 #include <math.h>
 
-double *linear_taken(double **workspace, size_t count)
+double *linear_taken(Workspace *workspace, size_t count)
 {
-    double *begin = *workspace;
-    *workspace += count;
+    double *begin = workspace->memory == NULL ? NULL : workspace->memory + workspace->taken;
+    workspace->taken += count;
     return begin;
 }
 

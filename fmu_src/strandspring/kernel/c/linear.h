@@ -6,8 +6,14 @@
 
 #include <stddef.h>
 
+/* Memory that is divided into parts, and how many numbers of it are taken; without memory they are only counted. */
+typedef struct {
+    double *memory;
+    size_t taken;
+} Workspace;
+
 /* The next `count` numbers of a workspace. */
-SPRING_LOCAL double *linear_taken(double **workspace, size_t count);
+SPRING_LOCAL double *linear_taken(Workspace *workspace, size_t count);
 
 /* Largest absolute value; NaN if there is one. */
 SPRING_LOCAL double linear_largest(size_t count, const double *values);

@@ -127,7 +127,7 @@ def _rest(
             "all directions."
         )
     no_channels, no_steps = rows("MotionChannel", 0), np.empty((0, 0))
-    _, at = kernel.run_with_histories(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
+    _, at = kernel.run(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
     return RestPose(coordinates, omega, at.displacement[0], at.force[0])
 
 

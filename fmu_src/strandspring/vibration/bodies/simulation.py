@@ -239,7 +239,7 @@ def run_once(
     ------
     MountedSystemError                 If the motion diverges.
     """
-    figures = kernel.run(*_arguments(system, case, start, step, averages))
+    figures, _ = kernel.run(*_arguments(system, case, start, step, averages))
     _check_finished(case, figures, step, averages.shape[1])
     return figures
 
@@ -255,7 +255,7 @@ def run_with_histories(
     """
     count = case.steps(step)
     arguments = _arguments(system, case, start, step, case.averages(step, count))
-    figures, histories = kernel.run_with_histories(*arguments, stride=math.ceil(count / rows))
+    figures, histories = kernel.run(*arguments, stride=math.ceil(count / rows))
     _check_finished(case, figures, step, count)
     return histories
 

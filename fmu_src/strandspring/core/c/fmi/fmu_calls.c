@@ -24,6 +24,19 @@ static FmuStatus reset(Instance *instance)
     return FMU_OK;
 }
 
+/* Sets all of these variables, or none. */
+static inline FmuStatus change_all(
+    Instance *instance, const unsigned references[], size_t count, const double values[])
+{
+    for (size_t i = 0; i < count; i++)
+        if (fmu_require_change(instance, references[i], values[i]) != FMU_OK)
+            return FMU_ERROR;
+    fmu_open_changes(instance);
+    for (size_t i = 0; i < count; i++)
+        fmu_change(instance, references[i], values[i]);
+    return fmu_apply_changes(instance);
+}
+
 FMU_CALL(ExitInitializationMode, (FmiInstance c), fmu_end_initialization(instance))
 FMU_CALL(Terminate, (FmiInstance c), enter(instance, TERMINATED))
 FMU_CALL(Reset, (FmiInstance c), reset(instance))

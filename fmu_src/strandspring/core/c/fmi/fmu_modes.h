@@ -46,6 +46,24 @@ static inline int fmu_of_kind(int mode, int modes)
     return modes & (mode & IN_MODEL_EXCHANGE ? IN_MODEL_EXCHANGE : IN_CO_SIMULATION);
 }
 
+/* The calls that both versions have, in the modes in which both allow them. */
+#define FMU_CALLS_OF_BOTH(CALL) \
+    CALL(SetDebugLogging, ANY_MODE) \
+    CALL(EnterInitializationMode, INSTANTIATED) \
+    CALL(ExitInitializationMode, INITIALIZATION) \
+    CALL(Terminate, INITIALIZED) \
+    CALL(Reset, ANY_MODE) \
+    CALL(SetBoolean, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
+    CALL(GetDirectionalDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
+    CALL(EnterEventMode, ME_INITIALIZED) \
+    CALL(EnterContinuousTimeMode, ME_EVENT) \
+    CALL(CompletedIntegratorStep, ME_CONTINUOUS_TIME) \
+    CALL(SetTime, ME_INITIALIZED) \
+    CALL(SetContinuousStates, ME_CONTINUOUS_TIME) \
+    CALL(GetEventIndicators, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(GetContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
+    CALL(DoStep, CS_STEP)
+
 /* For the list of calls of a version: the modes in which each is legal, as ALLOWED_call. */
 #define FMU_ALLOWED(call, modes) ALLOWED_##call = (modes),
 

@@ -1,14 +1,12 @@
 #include "fmu_tables.h"
 
-#include "../spring/saturation_table.h"
-
 #include <stdlib.h>
 
 #if defined(_MSC_VER) && !defined(__clang__)
 #include <intrin.h>
 static volatile long locked;
 #define TAKE_LOCK() _InterlockedExchange(&locked, 1)
-#define DROP_LOCK() _InterlockedExchange(&locked, 0)
+#define DROP_LOCK() (void)_InterlockedExchange(&locked, 0)
 #else
 #include <stdatomic.h>
 static atomic_flag locked = ATOMIC_FLAG_INIT;
@@ -29,11 +27,6 @@ static void lock(void)
 {
     while (TAKE_LOCK())
         continue;
-}
-
-static void unlock(void)
-{
-    DROP_LOCK();
 }
 
 int fmu_fits(const SharedSpring *shared, const SpringParameters *parameters)
@@ -62,7 +55,7 @@ const SharedSpring *fmu_acquire(const SpringParameters *parameters)
     Entry *entry = find_entry(parameters);
     if (entry != NULL)
         entry->users++;
-    unlock();
+    DROP_LOCK();
     if (entry != NULL)
         return &entry->shared;
 
@@ -79,7 +72,7 @@ const SharedSpring *fmu_acquire(const SpringParameters *parameters)
         entries = entry = made;
     }
     entry->users++;
-    unlock();
+    DROP_LOCK();
     if (entry != made)
         free(made);
     return &entry->shared;
@@ -97,6 +90,6 @@ void fmu_release(const SharedSpring *shared)
             }
             break;
         }
-    unlock();
+    DROP_LOCK();
     free(unused);
 }

@@ -4,6 +4,23 @@
 
 #include <math.h>
 
+static const char *const TYPE_NAMES[] = {
+    [VARIABLE_REAL] = "Real",
+    [VARIABLE_INTEGER] = "Integer",
+    [VARIABLE_BOOLEAN] = "Boolean",
+    [VARIABLE_STRING] = "String",
+};
+
+FmuStatus fmi2_refuse_type(const Instance *instance, fmi2ValueReference reference, VariableType expected)
+{
+    if (reference >= instance->variables)
+        return FMU_REFUSE(&instance->log, "There is no variable with value reference %u; they go from 0 to %u.",
+                          reference, instance->variables - 1);
+    return FMU_REFUSE(&instance->log, "`%s` (value reference %u) is %s, not %s.",
+                      fmu_variable_name(instance, reference).text, reference, TYPE_NAMES[fmu_type(reference)],
+                      TYPE_NAMES[expected]);
+}
+
 static void write_message(const Log *log, FmuStatus status, const char *category, const char *text)
 {
     /* The logger takes a format, which text that holds a value of the host must not be; hosts that show the format alone
@@ -66,13 +83,7 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t nv
 {
     FMU_REQUIRE(c, SetReal);
     FMI2_REQUIRE_VARIABLES(instance, SetReal, vr, nvr, value, VARIABLE_REAL);
-    for (size_t i = 0; i < nvr; i++)
-        if (fmu_require_change(instance, vr[i], value[i]) != FMU_OK)
-            return fmi2Error;
-    fmu_open_changes(instance);
-    for (size_t i = 0; i < nvr; i++)
-        fmu_change(instance, vr[i], value[i]);
-    return fmu_apply_changes(instance);
+    return change_all(instance, vr, nvr, value);
 }
 
 /* The one Boolean is `extrapolating`. */

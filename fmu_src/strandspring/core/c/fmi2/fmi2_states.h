@@ -6,19 +6,14 @@
 #include "../fmi/fmu_modes.h"
 
 #define FMU_CALLS(CALL) \
-    CALL(SetDebugLogging, ANY_MODE) \
+    FMU_CALLS_OF_BOTH(CALL) \
     CALL(SetupExperiment, INSTANTIATED) \
-    CALL(EnterInitializationMode, INSTANTIATED) \
-    CALL(ExitInitializationMode, INITIALIZATION) \
-    CALL(Terminate, INITIALIZED) \
-    CALL(Reset, ANY_MODE) \
     CALL(GetReal, INITIALIZATION | INITIALIZED | TERMINATED) \
     CALL(GetInteger, INITIALIZATION | INITIALIZED | TERMINATED) \
     CALL(GetBoolean, INITIALIZATION | INITIALIZED | TERMINATED) \
     CALL(GetString, INITIALIZATION | INITIALIZED | TERMINATED) \
     CALL(SetReal, INSTANTIATED | INITIALIZATION | INITIALIZED) \
     CALL(SetInteger, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
-    CALL(SetBoolean, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
     CALL(SetString, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
     CALL(GetFMUstate, ANY_MODE) \
     CALL(SetFMUstate, ANY_MODE) \
@@ -26,20 +21,11 @@
     CALL(SerializedFMUstateSize, ANY_MODE) \
     CALL(SerializeFMUstate, ANY_MODE) \
     CALL(DeSerializeFMUstate, ANY_MODE) \
-    CALL(GetDirectionalDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
-    CALL(EnterEventMode, ME_INITIALIZED) \
     CALL(NewDiscreteStates, ME_EVENT) \
-    CALL(EnterContinuousTimeMode, ME_EVENT) \
-    CALL(CompletedIntegratorStep, ME_CONTINUOUS_TIME) \
-    CALL(SetTime, ME_INITIALIZED) \
-    CALL(SetContinuousStates, ME_CONTINUOUS_TIME) \
     CALL(GetDerivatives, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
-    CALL(GetEventIndicators, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
-    CALL(GetContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
     CALL(GetNominalsOfContinuousStates, ME_INSTANTIATED | ME_INITIALIZED | ME_TERMINATED) \
     CALL(SetRealInputDerivatives, CS_INSTANTIATED | CS_INITIALIZATION | CS_STEP) \
     CALL(GetRealOutputDerivatives, CS_STEP | CS_TERMINATED) \
-    CALL(DoStep, CS_STEP) \
     CALL(CancelStep, NO_MODE) \
     CALL(GetStatus, CS_STEP | CS_TERMINATED) \
     CALL(GetRealStatus, CS_STEP | CS_TERMINATED) \

@@ -1,6 +1,6 @@
 #include "fmi3_elements.h"
 
-#include "../fmu/fmu_model_exchange.h"
+#include "../fmu/fmu_instance.h"
 
 SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueReference reference)
 {

@@ -7,38 +7,24 @@
 #include "../fmi/fmu_modes.h"
 
 #define FMU_CALLS(CALL) \
-    CALL(SetDebugLogging, ANY_MODE) \
-    CALL(EnterInitializationMode, INSTANTIATED) \
-    CALL(ExitInitializationMode, INITIALIZATION) \
-    CALL(Terminate, INITIALIZED) \
-    CALL(Reset, ANY_MODE) \
+    FMU_CALLS_OF_BOTH(CALL) \
     CALL(GetFloat64, ANY_MODE) \
     CALL(GetBoolean, ANY_MODE) \
     CALL(SetFloat64, INSTANTIATED | INITIALIZATION | INITIALIZED) \
-    CALL(SetBoolean, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
     CALL(GetFMUState, ANY_MODE) \
     CALL(SetFMUState, ANY_MODE) \
     CALL(FreeFMUState, ANY_MODE) \
     CALL(SerializedFMUStateSize, ANY_MODE) \
     CALL(SerializeFMUState, ANY_MODE) \
     CALL(DeserializeFMUState, ANY_MODE) \
-    CALL(GetDirectionalDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
     CALL(GetAdjointDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
-    CALL(EnterEventMode, ME_INITIALIZED) \
     CALL(EvaluateDiscreteStates, ME_EVENT) \
     CALL(UpdateDiscreteStates, ME_EVENT) \
-    CALL(EnterContinuousTimeMode, ME_EVENT) \
-    CALL(CompletedIntegratorStep, ME_CONTINUOUS_TIME) \
-    CALL(SetTime, ME_INITIALIZED) \
-    CALL(SetContinuousStates, ME_CONTINUOUS_TIME) \
     CALL(GetContinuousStateDerivatives, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
-    CALL(GetEventIndicators, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
-    CALL(GetContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
     CALL(GetNominalsOfContinuousStates, ME_INITIALIZATION | ME_INITIALIZED | ME_TERMINATED) \
     CALL(GetNumberOfEventIndicators, IN_MODEL_EXCHANGE) \
     CALL(GetNumberOfContinuousStates, IN_MODEL_EXCHANGE) \
-    CALL(GetOutputDerivatives, CS_STEP | CS_TERMINATED) \
-    CALL(DoStep, CS_STEP)
+    CALL(GetOutputDerivatives, CS_STEP | CS_TERMINATED)
 
 enum { FMU_CALLS(FMU_ALLOWED) };
 

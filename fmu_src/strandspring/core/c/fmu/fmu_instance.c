@@ -1,13 +1,11 @@
 #include "fmu_instance.h"
 
 #include "../spring/numerics.h"
-#include "../spring/saturation_table.h"
 #include "../spring/spring_number.h"
 #include "../spring/spring_problem.h"
 
 #include <float.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Where the displacement set last lies: -1 below the identified range, +1 above it, 0 inside. */
@@ -41,20 +39,6 @@ static void release(const Instance *instance, const SharedSpring *shared)
         fmu_release(shared);
 }
 
-/* The own law that is not in use; NULL if there is not enough memory. */
-static SpringLaw *spare_law(Instance *instance)
-{
-    if (instance->own_laws == NULL)
-        instance->own_laws = calloc(2, sizeof *instance->own_laws);
-    return instance->own_laws == NULL ? NULL : &instance->own_laws[instance->law == &instance->own_laws[0] ? 1 : 0];
-}
-
-/* What an instance has after itself for steps with a deadline, where nothing may be allocated later. */
-typedef struct {
-    SharedSpring springs[2];
-    SpringLaw laws[2];
-} Buffers;
-
 Instance *fmu_instantiate(
     Log *log, const char *name, const char *guid, const char *guid_name, const Memory *memory, int mode)
 {
@@ -62,17 +46,15 @@ Instance *fmu_instantiate(
     if (mode == CS_INSTANTIATED && start.has_states)
         return FMU_REFUSE_POINTER(
             log, "This form of the FMU has continuous states and no solver; instantiate it for model exchange.");
-    size_t buffers = start.real_time ? sizeof(Buffers) : 0;
+    /* For steps with a deadline, where nothing may be allocated later. */
+    size_t buffers = start.real_time ? 2 * sizeof(SharedSpring) : 0;
     Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance + buffers);
     if (instance == NULL)
         return NULL;
     instance->log = *log;
     instance->memory = *memory;
-    if (buffers) {
-        Buffers *own = (Buffers *)(void *)(instance + 1);
-        instance->buffers = own->springs;
-        instance->own_laws = own->laws;
-    }
+    if (buffers)
+        instance->buffers = (SharedSpring *)(void *)(instance + 1);
     fmu_begin(instance, mode);
     return instance;
 }
@@ -82,10 +64,7 @@ void fmu_free(Instance *instance)
     if (instance == NULL)
         return;
     Memory memory = instance->memory;
-    if (instance->buffers == NULL) {
-        fmu_release(instance->shared);
-        free(instance->own_laws);
-    }
+    release(instance, instance->shared);
     fmu_free_instance(instance, &memory);
 }
 
@@ -137,11 +116,7 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     if (shared != NULL && memcmp(&shared->law.parameters, &settings->spring, sizeof settings->spring) == 0) {
         instance->law = &shared->law;
     } else {
-        SpringLaw *law = spare_law(instance);
-        if (law == NULL) {
-            release(instance, shared);
-            return refuse_memory(instance);
-        }
+        SpringLaw *law = &instance->own_laws[instance->law == &instance->own_laws[0] ? 1 : 0];
         spring_prepare(law, &settings->spring, shared == NULL ? NULL : &shared->table);
         instance->law = law;
     }

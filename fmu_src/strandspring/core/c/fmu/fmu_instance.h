@@ -34,10 +34,10 @@ typedef struct {
     const SpringLaw *law; /* of the present parameters: a shared one or one of its own; NULL if there is none */
     State state;
     Changes changes;
-    SpringLaw *own_laws; /* two, one of which may be the present one; NULL until they are needed */
     const SharedSpring *shared; /* acquired for the law made last; may be NULL */
     SharedSpring *buffers;      /* two of its own, for a step with a deadline; else NULL */
     VelocityWatch velocity_watch; /* of the form with states */
+    SpringLaw own_laws[2]; /* one of which may be the present one */
     Log log;
     Memory memory; /* the host's functions for the instance's own memory, which its buffers and its name follow */
 } Instance;
@@ -119,6 +119,11 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
     *reached = time + size;
     return fmu_step(instance, time, size);
 }
+
+/* Of model exchange: how many event indicators there are, 0 or 1, and its value; how many continuous states there are. */
+SPRING_LOCAL size_t fmu_indicators(const Instance *instance);
+SPRING_LOCAL double fmu_indicator(const Instance *instance);
+SPRING_LOCAL size_t fmu_states(const Instance *instance);
 
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);

@@ -1,4 +1,14 @@
-#include "fmu_model_exchange.h"
+/* Model exchange in both versions of FMI.
+ *
+ * In the usual form the spring has no continuous states: its memory changes only where a point of the path is accepted,
+ * and between these the force is a function of the displacement. A point is accepted when an integrator step is
+ * completed, and once more at the end of event mode, where the displacement may have jumped. Trial evaluations leave no
+ * trace.
+ *
+ * In the form with states there is no memory besides them and no event but that of `extrapolating`: their rates are
+ * continuous where the velocity changes its sign, since they are proportional to it.
+ */
+#include "fmu_instance.h"
 
 #include "../spring/spring_number.h"
 
@@ -72,14 +82,7 @@ size_t fmu_states(const Instance *instance)
 
 static FmuStatus set_states(Instance *instance, const double values[])
 {
-    size_t count = fmu_states(instance);
-    for (size_t i = 0; i < count; i++)
-        if (fmu_require_change(instance, STATES[i], values[i]) != FMU_OK)
-            return FMU_ERROR;
-    fmu_open_changes(instance);
-    for (size_t i = 0; i < count; i++)
-        fmu_change(instance, STATES[i], values[i]);
-    return fmu_apply_changes(instance);
+    return change_all(instance, STATES, fmu_states(instance), values);
 }
 
 static FmuStatus get_states(Instance *instance, double values[])

@@ -5,34 +5,36 @@
 static const char *const NAMES[SPRING_FIRST_PARAMETER] = {
     "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega"};
 
-/* Name of each scalar parameter, and the places of its value and of the derivative by it. */
-static const struct {
+/* Name of a parameter, or of a list of them, and the places of its value and of the derivative by it. */
+typedef struct {
     const char *name;
     size_t value, derivative;
-} SCALARS[SPRING_SCALARS] = {
-#define SCALAR(name) {#name, offsetof(Settings, spring.name), offsetof(SpringGradient, by_##name)}
-    SCALAR(kappa_omega),
-    SCALAR(rho),
-    SCALAR(sigma),
-    SCALAR(n),
-    SCALAR(displacement_offset),
-    SCALAR(displacement_min),
-    SCALAR(displacement_max),
-#undef SCALAR
+} Parameter;
+
+#define PARAMETER(name) {#name, offsetof(Settings, spring.name), offsetof(SpringGradient, by_##name)}
+static const Parameter SCALARS[SPRING_SCALARS] = {
+    PARAMETER(kappa_omega),
+    PARAMETER(rho),
+    PARAMETER(sigma),
+    PARAMETER(n),
+    PARAMETER(displacement_offset),
+    PARAMETER(displacement_min),
+    PARAMETER(displacement_max),
 };
+static const Parameter LISTS[] = {PARAMETER(kE), PARAMETER(FE_knots), PARAMETER(FE_forces), PARAMETER(kA)};
+#undef PARAMETER
 
 static const char *const OWN_NAMES[OWN_OF_STATES_FORM] = {"velocity", "der(absorbed_energy)", "der(omega)"};
 
 /* Those up to n. */
 enum { TUNABLE_SCALARS = 4 };
 
-/* The place of a parameter in its list. */
+/* The place of a parameter in its list, and of its value and of the derivative by it. */
 typedef struct {
     enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR, OWN } list;
     int index;
+    size_t value, derivative;
 } ParameterPlace;
-
-static const char *const LIST_NAMES[SCALAR] = {"kE", "FE_knots", "FE_forces", "kA"};
 
 static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
@@ -41,7 +43,12 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
     int index = (int)reference - SPRING_FIRST_PARAMETER, list = 0;
     while (list < OWN && index >= counts[list])
         index -= counts[list++];
-    return (ParameterPlace){list, index};
+    if (list == OWN)
+        return (ParameterPlace){
+            list, index, offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)};
+    const Parameter *parameter = list == SCALAR ? &SCALARS[index] : &LISTS[list];
+    size_t before = list == SCALAR ? 0 : (size_t)index * sizeof(double);
+    return (ParameterPlace){list, index, parameter->value + before, parameter->derivative + before};
 }
 
 int fmu_is_tunable(const Settings *settings, unsigned reference)
@@ -69,34 +76,18 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
     else if (place.list == OWN)
         snprintf(name.text, sizeof name.text, "%s", settings->has_states ? OWN_NAMES[place.index] : "omega_start");
     else
-        snprintf(name.text, sizeof name.text, "%s_%d", LIST_NAMES[place.list], place.index);
+        snprintf(name.text, sizeof name.text, "%s_%d", LISTS[place.list].name, place.index);
     return name;
 }
 
 double *fmu_setting(Settings *settings, unsigned reference)
 {
-    ParameterPlace place = parameter_place(settings, reference);
-    switch (place.list) {
-    case ELASTIC: return &settings->spring.kE[place.index];
-    case KNOT: return &settings->spring.FE_knots[place.index];
-    case KNOT_FORCE: return &settings->spring.FE_forces[place.index];
-    case AMPLIFIER: return &settings->spring.kA[place.index];
-    case SCALAR: return (double *)((char *)settings + SCALARS[place.index].value);
-    default: return &settings->omega_start;
-    }
+    return (double *)((char *)settings + parameter_place(settings, reference).value);
 }
 
 double fmu_derivative_by(const SpringGradient *gradient, const Settings *settings, unsigned reference)
 {
-    ParameterPlace place = parameter_place(settings, reference);
-    switch (place.list) {
-    case ELASTIC: return gradient->by_kE[place.index];
-    case KNOT: return gradient->by_FE_knots[place.index];
-    case KNOT_FORCE: return gradient->by_FE_forces[place.index];
-    case AMPLIFIER: return gradient->by_kA[place.index];
-    case SCALAR: return *(const double *)((const char *)gradient + SCALARS[place.index].derivative);
-    default: return gradient->by_omega_start;
-    }
+    return *(const double *)((const char *)gradient + parameter_place(settings, reference).derivative);
 }
 
 double fmu_slope_derivative_by(const SpringOmegaSlope *slope, const Settings *settings, unsigned reference)

@@ -1,5 +1,5 @@
 #include "numerics.h"
-#include "saturation_table.h"
+#include "saturation.h"
 
 /* Tables are made here, and looked up in saturation.c, which needs no mathematics library. */
 #ifndef SPRING_STEPS_ONLY

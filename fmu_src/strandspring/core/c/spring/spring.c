@@ -4,7 +4,6 @@
 #include "spring_library.h"
 
 #include <float.h>
-#include <stdint.h>
 
 /* ---- law.py ----------------------------------------------------------------------------------------------------- */
 
@@ -69,6 +68,18 @@ double spring_force(const SpringLaw *law, const SpringMemory *memory)
 {
     double x = memory->displacement - law->parameters.displacement_offset;
     return elastic_force(law, x) + law->parameters.kappa_omega * memory->omega * amplifier(law, x);
+}
+
+double spring_force_partials(
+    const SpringLaw *law, double displacement, double omega, double *by_displacement, double *by_omega)
+{
+    const SpringParameters *p = &law->parameters;
+    double x = displacement - p->displacement_offset, inside = clip(x, law->x_min, law->x_max);
+    double dFE = elastic_slope(law, inside), FA = polynomial(p->kA, p->amplifier, inside);
+    double dFA = x == inside ? polynomial(law->dFA, slope_count(p->amplifier), inside) : 0.0;
+    *by_displacement = dFE + p->kappa_omega * omega * dFA;
+    *by_omega = p->kappa_omega * FA;
+    return elastic_inside(law, inside) + dFE * (x - inside) + p->kappa_omega * omega * FA;
 }
 
 double spring_stiffness(const SpringLaw *law, const SpringMemory *memory)
@@ -239,21 +250,6 @@ static void continue_stroke(const SpringLaw *law, SpringMemory *memory, double d
     memory->omega = memory->direction * spring_saturation(law->table, xi);
 }
 
-SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
-{
-    SpringMemory after = *memory;
-    double travel = displacement - memory->displacement;
-    if (travel == 0.0)
-        return after;
-    int direction = travel > 0.0 ? 1 : -1;
-    if (direction != memory->direction) {
-        spring_integrate(law, &after);
-        reverse(law, &after, direction);
-    }
-    continue_stroke(law, &after, displacement);
-    return after;
-}
-
 /* ---- derivatives ------------------------------------------------------------------------------------------------ */
 
 /* Derivatives of omega where the path ends. */
@@ -342,6 +338,13 @@ void spring_commit(const SpringLaw *law, SpringMemory *memory, SpringSensitivity
             reverse(law, memory, direction);
     }
     continue_stroke(law, memory, displacement);
+}
+
+SpringMemory spring_trial(const SpringLaw *law, const SpringMemory *memory, double displacement)
+{
+    SpringMemory after = *memory;
+    spring_commit(law, &after, NULL, displacement);
+    return after;
 }
 
 /* x^i and its derivatives. */

@@ -86,6 +86,10 @@ SPRING_LOCAL double spring_force(const SpringLaw *law, const SpringMemory *memor
 SPRING_LOCAL double spring_stiffness(const SpringLaw *law, const SpringMemory *memory);
 SPRING_APART double spring_absorbed_energy(const SpringLaw *law, const SpringMemory *memory);
 
+/* Force at a displacement with any omega [N], and its derivatives by displacement [N/m] and by omega [N]. */
+SPRING_LOCAL double spring_force_partials(
+    const SpringLaw *law, double displacement, double omega, double *by_displacement, double *by_omega);
+
 /* Integrates the energy up to now, so that asking again costs little. */
 SPRING_LOCAL void spring_integrate(const SpringLaw *law, SpringMemory *memory);
 

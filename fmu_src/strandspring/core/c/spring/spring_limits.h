@@ -5,7 +5,7 @@
 
 /* Of kE, of degree 20 at most, and of kA, of degree 8. */
 enum { SPRING_COEFFICIENTS = 21, SPRING_AMPLIFIERS = 9 };
-enum { LEAST_KNOTS = 7, SPRING_KNOTS = 25 };
+enum { SPRING_KNOTS = 25 };
 
 static const double N_LOW = 0.01, N_HIGH = 100.0;
 static const double SIGMA_LOW = 0.5, SIGMA_HIGH = 1000.0;

@@ -63,27 +63,6 @@ static double least_value(const double *coefficients, int count, double low, dou
 /* Writes a reason into `text`; its value is 1. */
 #define GIVE_REASON(...) (snprintf(text, size, __VA_ARGS__), 1)
 
-static int count_problem(const SpringParameters *p, char *text, size_t size)
-{
-    int is_table = p->knots != 0 || p->forces != 0;
-    if (is_table && p->elastic != 0)
-        return GIVE_REASON("`kE` must be empty where `FE_knots` gives FE as a table, got %d values.", p->elastic);
-    if (is_table && (p->knots < LEAST_KNOTS || p->knots > SPRING_KNOTS))
-        return GIVE_REASON("`FE_knots` must have between %d and %d knots, got %d.", LEAST_KNOTS, SPRING_KNOTS,
-                           p->knots);
-    if (p->forces != p->knots)
-        return GIVE_REASON("`FE_forces` must have one force for each of the %d knots, got %d.", p->knots, p->forces);
-    const struct {
-        const char *name;
-        int count, most;
-    } polynomials[] = {{"kE", p->elastic, SPRING_COEFFICIENTS}, {"kA", p->amplifier, SPRING_AMPLIFIERS}};
-    for (int i = is_table ? 1 : 0; i < 2; i++)
-        if (polynomials[i].count < 1 || polynomials[i].count > polynomials[i].most)
-            return GIVE_REASON("`%s` must have between 1 and %d coefficients, got %d.", polynomials[i].name,
-                               polynomials[i].most, polynomials[i].count);
-    return 0;
-}
-
 static int range_problem(const SpringParameters *p, char *text, size_t size)
 {
     const struct {
@@ -170,38 +149,7 @@ static int knot_problem(const SpringParameters *p, char *text, size_t size)
 int spring_problem(const SpringParameters *parameters, char *text, size_t size)
 {
     const SpringParameters *p = parameters;
-    const struct {
-        const char *name;
-        double value;
-    } named[] = {
-        {"kappa_omega", p->kappa_omega},
-        {"rho", p->rho},
-        {"sigma", p->sigma},
-        {"n", p->n},
-        {"displacement_offset", p->displacement_offset},
-        {"displacement_min", p->displacement_min},
-        {"displacement_max", p->displacement_max},
-    };
-    const struct {
-        const char *name;
-        int count;
-        const double *values;
-    } columns[] = {{"kE", p->elastic, p->kE},
-                   {"FE_knots", p->knots, p->FE_knots},
-                   {"FE_forces", p->forces, p->FE_forces},
-                   {"kA", p->amplifier, p->kA}};
-
     snprintf(text, size, "%s", "");
-    if (count_problem(p, text, size))
-        return 1;
-    for (size_t i = 0; i < sizeof columns / sizeof *columns; i++)
-        for (int k = 0; k < columns[i].count; k++)
-            if (!isfinite(columns[i].values[k]))
-                return GIVE_REASON("`%s_%d` must be finite, got %s.", columns[i].name, k,
-                                   spring_number(columns[i].values[k]).text);
-    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
-        if (!isfinite(named[i].value))
-            return GIVE_REASON("`%s` must be finite, got %s.", named[i].name, spring_number(named[i].value).text);
     if (p->kA[0] != 1.0)
         return GIVE_REASON("`kA_0` must be 1 (kappa_omega carries the scale), got %s.",
                            spring_number(p->kA[0]).text);

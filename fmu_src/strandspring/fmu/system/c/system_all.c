@@ -7,7 +7,6 @@
 #include "system_names.h"
 #include "system_instance.h"
 
-#include "../../../core/c/fmi2/fmi2_arguments.c"
 #include "../../../core/c/fmi2/fmi2_life.c"
 #include "system_calls.c"
 #include "system_shared.c"

@@ -11,6 +11,7 @@
 #include "../../../core/c/spring/spring.c"
 #include "../../../kernel/c/linear.c"
 #include "../../../kernel/c/motion/motion.c"
+#include "../../../kernel/c/motion/motion_mounts.c"
 #include "../../../kernel/c/motion/motion_rest.c"
 #include "system_block.c"
 #include "system_instance.c"

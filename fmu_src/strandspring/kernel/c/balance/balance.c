@@ -1,75 +1,13 @@
-#include "balance.h"
-
-#include "../linear.h"
-#include "periodic.h"
+#include "balance_parts.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {
-    NEWTON_STEPS = 40,
-    HALVINGS = 8,    /* of a step of Newton's method */
-    SWEEP_PARTS = 32, /* of the way to the next wanted frequency, at the finest */
-    STROKES = 2       /* that are added to the Jacobian together */
-};
+static const double STILL = 1e-9; /* of the largest motion: what moves less has its tangent stiffness */
 
-static const double STILL = 1e-9;           /* of the largest motion: what moves less has its tangent stiffness */
-static const double BALANCED = 1e-9;        /* of the largest term */
-static const double WITHIN_ROUNDING = 1e-7; /* of the same: accepted where no step reduces the residual */
-static const double LARGEST_CHANGE = 0.6;   /* of the motion's norm in one step of the sweep */
-static const double LARGEST_SURPRISE = 0.3; /* of the same, between the motion and its prediction */
-
-/* The balance of one motion; arrays as in balance.h. */
-typedef struct {
-    double *z, *residual, *jacobian, *by_frequency;
-    BalancedMotion motion;
-    double scale, size; /* size: largest entry of the residual [N] */
-} Balance;
-
-/* The parts of the workspace. */
-typedef struct {
-    Balance here, there;
-    double *step, *guess, *last;           /* D*N each */
-    double *tangent, *before;              /* D*N each: by ln(Omega), at the last motion and at the one before it */
-    double way;                            /* of ln(Omega) between these; 0 if there is none before */
-    double *matrix;                        /* D*N rows of D*N, lost in the elimination */
-    double *moved, *sizes;                 /* displacement of each axis, M rows of N [m]; how far it moves, M [m] */
-    double *values, *rates;                /* the coordinates and their derivatives by the phase, D rows of K [m] */
-    double *products;                      /* N rows of N for each coordinate, of products with it [m] */
-    double *gradient, *turning;            /* g of an axis and its derivative by the phase, D rows of K */
-    double *stiffness, *damping;           /* dr/dq and dr/dq' of the forces r, D*D rows of K [N/m] */
-    double *is_coupled;                    /* D*D: whether they are anything but 0 */
-    double *damped;                        /* forces of the dampers over Omega, D rows of K [N s] */
-    double *columns, *lines;               /* STROKES rows of D*N each */
-    int is_bent;                           /* whether any second derivative is not 0 */
-    double *product;                       /* N rows of N */
-    SpringPeriod period;
-    double *fourier, *periodic;
-} BalanceRoom;
-
-static size_t motion_size(const BalancedSystem *system)
+size_t balance_size(const BalancedSystem *system)
 {
     return system->degrees * fourier_size(&system->basis);
-}
-
-static size_t fourier_room(const FourierBasis *basis)
-{
-    return 2 * basis->samples + 2 * (3 * basis->harmonics + 1);
-}
-
-static size_t spans_room(const FourierBasis *basis)
-{
-    return 2 * basis->samples * (sizeof(Span) / sizeof(double));
-}
-
-size_t balance_workspace(const BalancedSystem *system)
-{
-    size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    size_t degrees = system->degrees, balance = 3 * size + size * size + system->axes * BALANCED_OF_AXIS;
-    return 2 * (balance + degrees * samples) + (5 + 2 * STROKES) * size + size * size + system->axes * (count + 1) +
-           degrees * (5 * samples + count * count) + degrees * degrees * (2 * samples + 1) + count * count +
-           samples * (7 + count) + spans_room(&system->basis) + fourier_room(&system->basis) +
-           spring_periodic_workspace(system->basis.harmonics, samples);
 }
 
 static int is_zero(size_t count, const double *values)
@@ -80,9 +18,9 @@ static int is_zero(size_t count, const double *values)
     return 1;
 }
 
-static Balance lay_balance(const BalancedSystem *system, double **workspace)
+static Balance lay_balance(const BalancedSystem *system, Workspace *workspace)
 {
-    size_t size = motion_size(system);
+    size_t size = balance_size(system);
     Balance balance = {
         .z = linear_taken(workspace, size),
         .residual = linear_taken(workspace, size),
@@ -93,48 +31,58 @@ static Balance lay_balance(const BalancedSystem *system, double **workspace)
     return balance;
 }
 
-/* z becomes the motion of `here`. */
-static BalanceRoom lay_room(const BalancedSystem *system, const double *z)
+static BalanceRoom lay_room(const BalancedSystem *system, Workspace *workspace)
 {
-    size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = motion_size(system);
-    size_t degrees = system->degrees, signals = degrees * samples;
-    double *workspace = system->workspace;
-    BalanceRoom room = {
-        .here = lay_balance(system, &workspace),
-        .there = lay_balance(system, &workspace),
-        .step = linear_taken(&workspace, size),
-        .tangent = linear_taken(&workspace, size),
-        .before = linear_taken(&workspace, size),
-        .guess = linear_taken(&workspace, size),
-        .last = linear_taken(&workspace, size),
-        .matrix = linear_taken(&workspace, size * size),
-        .moved = linear_taken(&workspace, system->axes * count),
-        .sizes = linear_taken(&workspace, system->axes),
-        .values = linear_taken(&workspace, signals),
-        .rates = linear_taken(&workspace, signals),
-        .products = linear_taken(&workspace, degrees * count * count),
-        .gradient = linear_taken(&workspace, signals),
-        .turning = linear_taken(&workspace, signals),
-        .stiffness = linear_taken(&workspace, degrees * signals),
-        .damping = linear_taken(&workspace, degrees * signals),
-        .is_coupled = linear_taken(&workspace, degrees * degrees),
-        .damped = linear_taken(&workspace, signals),
-        .columns = linear_taken(&workspace, STROKES * size),
-        .lines = linear_taken(&workspace, STROKES * size),
+    size_t count = fourier_size(&system->basis), samples = system->basis.samples, size = balance_size(system);
+    size_t degrees = system->degrees, signals = degrees * samples, spans = 2 * samples;
+    return (BalanceRoom){
+        .here = lay_balance(system, workspace),
+        .there = lay_balance(system, workspace),
+        .step = linear_taken(workspace, size),
+        .tangent = linear_taken(workspace, size),
+        .before = linear_taken(workspace, size),
+        .guess = linear_taken(workspace, size),
+        .last = linear_taken(workspace, size),
+        .matrix = linear_taken(workspace, size * size),
+        .moved = linear_taken(workspace, system->axes * count),
+        .sizes = linear_taken(workspace, system->axes),
+        .values = linear_taken(workspace, signals),
+        .rates = linear_taken(workspace, signals),
+        .products = linear_taken(workspace, degrees * count * count),
+        .gradient = linear_taken(workspace, signals),
+        .turning = linear_taken(workspace, signals),
+        .stiffness = linear_taken(workspace, degrees * signals),
+        .damping = linear_taken(workspace, degrees * signals),
+        .is_coupled = linear_taken(workspace, degrees * degrees),
+        .damped = linear_taken(workspace, signals),
+        .column = linear_taken(workspace, size),
+        .row = linear_taken(workspace, size),
         .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
-        .product = linear_taken(&workspace, count * count),
-        .period = {.displacement = linear_taken(&workspace, samples),
-                   .rate = linear_taken(&workspace, samples),
-                   .omega = linear_taken(&workspace, samples),
-                   .force = linear_taken(&workspace, samples),
-                   .stiffness = linear_taken(&workspace, samples),
-                   .memory = linear_taken(&workspace, samples),
-                   .turns = linear_taken(&workspace, samples),
-                   .inherited = linear_taken(&workspace, samples * count),
-                   .spans = (Span *)linear_taken(&workspace, spans_room(&system->basis))},
-        .fourier = linear_taken(&workspace, fourier_room(&system->basis))};
-    room.periodic = workspace;
-    memcpy(room.here.z, z, size * sizeof *z);
+        .product = linear_taken(workspace, count * count),
+        .period = {.displacement = linear_taken(workspace, samples),
+                   .rate = linear_taken(workspace, samples),
+                   .omega = linear_taken(workspace, samples),
+                   .force = linear_taken(workspace, samples),
+                   .stiffness = linear_taken(workspace, samples),
+                   .memory = linear_taken(workspace, samples),
+                   .turns = linear_taken(workspace, samples),
+                   .inherited = linear_taken(workspace, samples * count),
+                   .spans = (Span *)linear_taken(workspace, spans * (sizeof(Span) / sizeof(double)))},
+        .fourier = linear_taken(workspace, samples + 2 * (3 * system->basis.harmonics + 1)),
+        .periodic = linear_taken(workspace, spring_periodic_workspace(system->basis.harmonics, samples))};
+}
+
+size_t balance_workspace(const BalancedSystem *system)
+{
+    Workspace counted = {.taken = 0};
+    (void)lay_room(system, &counted);
+    return counted.taken;
+}
+
+BalanceRoom balance_begin(const BalancedSystem *system, const double *z)
+{
+    BalanceRoom room = lay_room(system, &(Workspace){.memory = system->workspace});
+    memcpy(room.here.z, z, balance_size(system) * sizeof *z);
     return room;
 }
 
@@ -209,7 +157,7 @@ static double move_axes(const BalancedSystem *system, const double *z, BalanceRo
             for (size_t j = 0; j < samples; j++)
                 displacement[j] += 0.5 * room->turning[d * samples + j] * room->values[d * samples + j];
         }
-        fourier_coefficients(basis, displacement, moved, room->fourier);
+        fourier_coefficients(basis, displacement, moved);
         for (size_t d = 0; d < system->degrees; d++)
             add_signal(count, along[d], z + d * count, moved);
         room->sizes[m] = linear_norm(count - 1, moved + 1);
@@ -325,11 +273,13 @@ static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, 
 }
 
 /* Fills column and row of a stroke, whose product is what the forces owe to its beginning. */
-static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room, double *column,
-                        double *row)
+static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room)
 {
     const FourierBasis *basis = &system->basis;
     size_t count = fourier_size(basis), degrees = system->degrees;
+    double *column = room->column, *row = room->row;
+    memset(column, 0, degrees * count * sizeof *column);
+    memset(row, 0, degrees * count * sizeof *row);
     const double *inherited = room->period.inherited + stroke * count;
     double *projected = room->fourier, *turned = projected + count, *turned_row = turned + count;
     memset(projected, 0, count * sizeof *projected);
@@ -363,23 +313,15 @@ static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, B
 /* Adds to the Jacobian what the forces owe to the beginnings of the strokes of an axis. */
 static void add_strokes(const BalancedSystem *system, size_t m, size_t strokes, BalanceRoom *room, double *jacobian)
 {
-    size_t count = fourier_size(&system->basis), size = motion_size(system), degrees = system->degrees;
-    for (size_t first = 0; first < strokes; first += STROKES) {
-        memset(room->columns, 0, STROKES * size * sizeof *room->columns);
-        memset(room->lines, 0, STROKES * size * sizeof *room->lines);
-        for (size_t k = 0; k < STROKES && first + k < strokes; k++)
-            take_stroke(system, m, first + k, room, room->columns + k * size, room->lines + k * size);
+    size_t count = fourier_size(&system->basis), size = balance_size(system), degrees = system->degrees;
+    for (size_t stroke = 0; stroke < strokes; stroke++) {
+        take_stroke(system, m, stroke, room);
         for (size_t d = 0; d < degrees; d++)
-            for (size_t e = 0; e < degrees; e++) {
-                if (is_apart(system, m, d) || is_apart(system, m, e))
+            for (size_t e = 0; e < degrees && !is_apart(system, m, d); e++) {
+                if (is_apart(system, m, e))
                     continue;
-                const double *first_line = room->lines + e * count, *second_line = first_line + size;
-                for (size_t i = d * count; i < (d + 1) * count; i++) {
-                    double a = room->columns[i], b = room->columns[size + i];
-                    double *row = jacobian + i * size + e * count;
-                    for (size_t j = 0; j < count; j++)
-                        row[j] += a * first_line[j] + b * second_line[j];
-                }
+                for (size_t i = d * count; i < (d + 1) * count; i++)
+                    add_signal(count, room->column[i], room->row + e * count, jacobian + i * size + e * count);
             }
     }
 }
@@ -390,7 +332,7 @@ static void add_strokes(const BalancedSystem *system, size_t m, size_t strokes, 
 static void add_block(const BalancedSystem *system, const double *product, int by_rate, size_t d, size_t e,
                       double *jacobian)
 {
-    size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = motion_size(system);
+    size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = balance_size(system);
     for (size_t i = 0; i < count; i++, product += count) {
         double *row = jacobian + (d * count + i) * size + e * count;
         if (!by_rate)
@@ -425,7 +367,7 @@ static void add_couplings(const BalancedSystem *system, int has_dampers, Balance
 /* Adds inertia to the forces on a coordinate, those of the axes being there; returns the largest term that moves. */
 static double add_inertia(const BalancedSystem *system, double frequency, size_t coordinate, Balance *balance)
 {
-    size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = motion_size(system);
+    size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = balance_size(system);
     double most = 0.0;
     for (size_t i = 1, row = coordinate * count + 1; i < count; i++, row++) {
         double order = (double)(i > harmonics ? i - harmonics : i);
@@ -439,11 +381,10 @@ static double add_inertia(const BalancedSystem *system, double frequency, size_t
     return most;
 }
 
-/* Fills the balance of the motion balance->z; returns 0 if it does not move. */
-static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom *room, Balance *balance)
+int balance_motion(BalancedSystem *system, double frequency, BalanceRoom *room, Balance *balance)
 {
     const FourierBasis *basis = &system->basis;
-    size_t count = fourier_size(basis), size = motion_size(system), degrees = system->degrees;
+    size_t count = fourier_size(basis), size = balance_size(system), degrees = system->degrees;
     size_t samples = basis->samples, signals = degrees * samples;
     double largest = move_axes(system, balance->z, room), squared = frequency * frequency;
     if (!(largest > 0.0))
@@ -476,8 +417,8 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
         const double *forcing = system->forcing + d;
         double by_square = forcing[degrees] * squared, by_inverse = forcing[2 * degrees] / squared;
         double amplitude = forcing[0] + by_square + by_inverse;
-        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
-        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
+        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count);
+        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count);
         balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;
@@ -489,8 +430,8 @@ static int balance_motion(BalancedSystem *system, double frequency, BalanceRoom 
     return 1;
 }
 
-/* Hands out what the motion in room->here is besides its coefficients, as the motion of a number. */
-static void hand_out(const BalancedSystem *system, const BalanceRoom *room, const BalancedMotion *motion, size_t number)
+void balance_hand_out(
+    const BalancedSystem *system, const BalanceRoom *room, const BalancedMotion *motion, size_t number)
 {
     size_t of_axes = system->axes * BALANCED_OF_AXIS, samples = system->degrees * system->basis.samples;
     memcpy(motion->of_axes + number * of_axes, room->here.motion.of_axes, of_axes * sizeof *motion->of_axes);
@@ -501,149 +442,14 @@ int balance_at(
     BalancedSystem *system, const double *z, double frequency, double *residual, double *jacobian,
     double *by_frequency, double *scale, const BalancedMotion *motion)
 {
-    size_t size = motion_size(system);
-    BalanceRoom room = lay_room(system, z);
+    size_t size = balance_size(system);
+    BalanceRoom room = balance_begin(system, z);
     if (!balance_motion(system, frequency, &room, &room.here))
         return 0;
     memcpy(residual, room.here.residual, size * sizeof *residual);
     memcpy(jacobian, room.here.jacobian, size * size * sizeof *jacobian);
     memcpy(by_frequency, room.here.by_frequency, size * sizeof *by_frequency);
     *scale = room.here.scale;
-    hand_out(system, &room, motion, 0);
+    balance_hand_out(system, &room, motion, 0);
     return 1;
-}
-
-/* ---- Newton's method ---- */
-
-/* A motion along room->step from here with a smaller residual, in room->there; 0 if there is none. */
-static int descend(BalancedSystem *system, double frequency, BalanceRoom *room)
-{
-    size_t size = motion_size(system);
-    double share = 1.0;
-    for (int halving = 0; halving < HALVINGS; halving++, share *= 0.5) {
-        for (size_t i = 0; i < size; i++)
-            room->there.z[i] = room->here.z[i] + share * room->step[i];
-        if (balance_motion(system, frequency, room, &room->there) && room->there.size < room->here.size)
-            return 1;
-    }
-    return 0;
-}
-
-/* Solves jacobian*x = -factor*right of the balance in room->here; 0 if there is no solution. */
-static int solve_here(const BalancedSystem *system, BalanceRoom *room, double factor, const double *right, double *x)
-{
-    size_t size = motion_size(system);
-    memcpy(room->matrix, room->here.jacobian, size * size * sizeof *room->matrix);
-    for (size_t i = 0; i < size; i++)
-        x[i] = -factor * right[i];
-    return linear_solve(size, room->matrix, x);
-}
-
-/* The steady motion in room->here, from the motion room->here.z. Returns whether it has been found. */
-static int newton(BalancedSystem *system, double frequency, BalanceRoom *room)
-{
-    if (!balance_motion(system, frequency, room, &room->here))
-        return 0;
-    for (int step = 0; step < NEWTON_STEPS; step++) {
-        if (room->here.size <= BALANCED * room->here.scale)
-            return 1;
-        if (!solve_here(system, room, 1.0, room->here.residual, room->step))
-            return 0;
-        if (!descend(system, frequency, room))
-            return room->here.size <= WITHIN_ROUNDING * room->here.scale;
-        Balance kept = room->here;
-        room->here = room->there;
-        room->there = kept;
-    }
-    return 0;
-}
-
-int balance_solve(BalancedSystem *system, double frequency, double *z, const BalancedMotion *motion)
-{
-    BalanceRoom room = lay_room(system, z);
-    if (!newton(system, frequency, &room))
-        return 0;
-    memcpy(z, room.here.z, motion_size(system) * sizeof *z);
-    hand_out(system, &room, motion, 0);
-    return 1;
-}
-
-/* ---- the sweep ---- */
-
-/* The norm of a motion about its mean. */
-static double norm_of(const BalancedSystem *system, const double *z)
-{
-    size_t count = fourier_size(&system->basis);
-    double total = 0.0;
-    for (size_t d = 0; d < system->degrees; d++)
-        total = hypot(total, linear_norm(count - 1, z + d * count + 1));
-    return total;
-}
-
-/* The steady motion a step of ln(Omega) from room->last, in room->here, if it is near and where it was expected. */
-static int step_ahead(BalancedSystem *system, double frequency, double step, BalanceRoom *room)
-{
-    size_t size = motion_size(system);
-    double norm = norm_of(system, room->last), bend = room->way > 0.0 ? 0.5 * step * step / room->way : 0.0;
-    for (size_t i = 0; i < size; i++)
-        room->guess[i] = room->last[i] + room->tangent[i] * step + (room->tangent[i] - room->before[i]) * bend;
-    if (!(linear_distance(size, room->guess, room->last) <= LARGEST_CHANGE * norm))
-        return 0;
-    memcpy(room->here.z, room->guess, size * sizeof *room->guess);
-    return newton(system, frequency, room) &&
-           linear_distance(size, room->here.z, room->last) <= LARGEST_CHANGE * norm &&
-           linear_distance(size, room->here.z, room->guess) <= LARGEST_SURPRISE * norm;
-}
-
-/* From the steady motion in room->here at ln(Omega) = log to that at `target`, which replaces it if 1 is returned. */
-static int reach(BalancedSystem *system, double log, double target, BalanceRoom *room)
-{
-    double finest = (target - log) / SWEEP_PARTS, step = target - log;
-    int fresh = 1;
-    while (log < target) {
-        if (fresh) {
-            memcpy(room->last, room->here.z, motion_size(system) * sizeof *room->last);
-            double *kept = room->before;
-            room->before = room->tangent;
-            room->tangent = kept;
-            if (!solve_here(system, room, exp(log), room->here.by_frequency, room->tangent))
-                return 0;
-        }
-        double next = log + 1.5 * step > target ? target : log + step;
-        fresh = step_ahead(system, exp(next), next - log, room);
-        if (fresh) {
-            room->way = next - log;
-            log = next;
-        } else if ((step *= 0.5) < finest)
-            return 0;
-    }
-    return 1;
-}
-
-static int is_beyond(const BalancedSystem *system, const double *of_axes)
-{
-    for (size_t m = 0; m < system->axes; m++, of_axes += BALANCED_OF_AXIS)
-        if (of_axes[0] < system->axis[m].low || of_axes[1] > system->axis[m].high)
-            return 1;
-    return 0;
-}
-
-size_t balance_sweep(
-    BalancedSystem *system, double log, const double *z, size_t count, const double *logs, double *found,
-    const BalancedMotion *motions)
-{
-    size_t size = motion_size(system), reached = 0;
-    BalanceRoom room = lay_room(system, z);
-    if (!balance_motion(system, exp(log), &room, &room.here))
-        return 0;
-    /* That of the motion before, of which there is none. */
-    memset(room.tangent, 0, size * sizeof *room.tangent);
-    while (reached < count && reach(system, log, logs[reached], &room)) {
-        log = logs[reached];
-        memcpy(found + reached * size, room.here.z, size * sizeof *found);
-        hand_out(system, &room, motions, reached++);
-        if (is_beyond(system, room.here.motion.of_axes))
-            break;
-    }
-    return reached;
 }

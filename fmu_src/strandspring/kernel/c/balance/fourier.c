@@ -40,32 +40,22 @@ double fourier_dot(size_t count, const double *a, const double *b)
     return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
 }
 
-/* Cosines are even about phase 0 and sines odd, so that half the samples give the other half too. */
 void fourier_samples(const FourierBasis *basis, const double *c, double *value, double *rate)
 {
     size_t harmonics = basis->harmonics, samples = basis->samples;
-    for (size_t first = 0; first <= samples / 2; first += SAMPLE_LANES) {
-        double even[SAMPLE_LANES] = {0.0}, odd[SAMPLE_LANES] = {0.0};
-        double even_rate[SAMPLE_LANES] = {0.0}, odd_rate[SAMPLE_LANES] = {0.0};
-        /* The last lanes may lie beyond the half, and even in the next row; they are not used. */
-        for (size_t k = 1; k <= harmonics; k++) {
-            const double *cosine = cosine_row(basis, k) + first, *sine = sine_row(basis, k) + first;
-            double a = c[k], b = c[harmonics + k], rate_a = -(double)k * a, rate_b = (double)k * b;
-            for (size_t i = 0; i < SAMPLE_LANES; i++) {
-                even[i] += a * cosine[i];
-                odd[i] += b * sine[i];
-                even_rate[i] += rate_b * cosine[i];
-                odd_rate[i] += rate_a * sine[i];
-            }
-        }
-        for (size_t i = 0; i < SAMPLE_LANES && first + i <= samples / 2; i++) {
-            size_t j = first + i, mirrored = j ? samples - j : 0;
-            value[mirrored] = c[0] + (even[i] - odd[i]);
-            rate[mirrored] = even_rate[i] - odd_rate[i];
-            value[j] = c[0] + (even[i] + odd[i]);
-            rate[j] = even_rate[i] + odd_rate[i];
+    memset(value, 0, samples * sizeof *value);
+    memset(rate, 0, samples * sizeof *rate);
+    for (size_t k = 1; k <= harmonics; k++) {
+        const double *cosine = cosine_row(basis, k), *sine = sine_row(basis, k);
+        double a = c[k], b = c[harmonics + k], rate_a = -(double)k * a, rate_b = (double)k * b;
+        for (size_t j = 0; j < samples; j++) {
+            value[j] += a * cosine[j] + b * sine[j];
+            rate[j] += rate_a * sine[j] + rate_b * cosine[j];
         }
     }
+    /* The mean last, which may be far larger than the motion. */
+    for (size_t j = 0; j < samples; j++)
+        value[j] += c[0];
 }
 
 /* ---- turning points ---- */
@@ -140,30 +130,10 @@ void fourier_add_sums(
         sines[k] += fourier_dot(count, sine_row(basis, k) + span.from, signal + span.from);
 }
 
-/* The sums with cosines are those of the signal's even part about phase 0, the sums with sines those of its odd part;
- * half the samples of each are enough. */
-void fourier_sums(
-    const FourierBasis *basis, const double *signal, size_t last, double *cosines, double *sines, double *workspace)
+void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c)
 {
-    size_t samples = basis->samples, half = samples / 2;
-    double *even = workspace, *odd = workspace + samples;
-    for (size_t j = 1; j <= half; j++) {
-        even[j] = signal[j] + signal[samples - j];
-        odd[j] = signal[j] - signal[samples - j];
-    }
-    even[0] = signal[0];
-    odd[0] = 0.0;
-    if (samples % 2 == 0)
-        even[half] = signal[half];
-    for (size_t k = 0; k <= last; k++)
-        cosines[k] = fourier_dot(half + 1, cosine_row(basis, k), even);
-    for (size_t k = 1; k <= last; k++)
-        sines[k] = fourier_dot(half + 1, sine_row(basis, k), odd);
-}
-
-void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c, double *workspace)
-{
-    fourier_sums(basis, signal, basis->harmonics, c, c + basis->harmonics, workspace);
+    memset(c, 0, fourier_size(basis) * sizeof *c);
+    fourier_add_sums(basis, signal, (Span){0, basis->samples}, basis->harmonics, c, c + basis->harmonics);
     for (size_t i = 0; i < fourier_size(basis); i++)
         c[i] *= (i ? 2.0 : 1.0) / (double)basis->samples;
 }
@@ -172,10 +142,10 @@ void fourier_coefficients(const FourierBasis *basis, const double *signal, doubl
 void fourier_product(const FourierBasis *basis, const double *signal, double *matrix, double *workspace)
 {
     size_t harmonics = basis->harmonics, size = fourier_size(basis);
-    double *c = workspace + 2 * basis->samples + harmonics, *s = c + 3 * harmonics + 1;
+    double *c = workspace + harmonics, *s = c + 3 * harmonics + 1;
     double scale = 1.0 / (double)basis->samples;
-    fourier_sums(basis, signal, 2 * harmonics, c, s, workspace);
-    s[0] = 0.0;
+    memset(workspace, 0, 2 * (3 * harmonics + 1) * sizeof *workspace);
+    fourier_add_sums(basis, signal, (Span){0, basis->samples}, 2 * harmonics, c, s);
     for (size_t k = 0; k <= 2 * harmonics; k++) {
         c[k] *= scale;
         s[k] *= scale;

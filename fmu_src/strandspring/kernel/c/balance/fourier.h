@@ -45,15 +45,11 @@ SPRING_LOCAL size_t fourier_turns(
 SPRING_LOCAL void fourier_add_sums(
     const FourierBasis *basis, const double *signal, Span span, size_t last, double *cosines, double *sines);
 
-/* The same over the whole period, put in the place of what was there. workspace: 2K. */
-SPRING_LOCAL void fourier_sums(
-    const FourierBasis *basis, const double *signal, size_t last, double *cosines, double *sines, double *workspace);
-
-/* The coefficients of a signal. workspace: 2K. */
-SPRING_LOCAL void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c, double *workspace);
+/* The coefficients of a signal. */
+SPRING_LOCAL void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c);
 
 /* The N x N matrix by which the coefficients of a series turn into those of its product with a signal, sample by
- * sample. workspace: 2K + 2*(3H + 1). */
+ * sample. workspace: 2*(3H + 1). */
 SPRING_LOCAL void fourier_product(const FourierBasis *basis, const double *signal, double *matrix, double *workspace);
 
 #endif

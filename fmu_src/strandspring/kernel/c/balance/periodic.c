@@ -1,5 +1,5 @@
 /* A period is a closed chain of monotone strokes between the turning points of the series. What the spring remembers at
- * the first of them is the fixed point of one period (steady.h); then omega = D*W(xi0 + rho*s) at every sample, with D
+ * the first of them is the fixed point of one period (steady.c); then omega = D*W(xi0 + rho*s) at every sample, with D
  * the direction of its stroke, which begins at displacement z_k, and s the distance from there.
  *
  * The derivatives follow the same chain:
@@ -14,8 +14,8 @@
  * and the bracket is the same for all samples of a stroke; g is the `stiffness`, and h times rho the `memory`. */
 #include "periodic.h"
 
+#include "../linear.h"
 #include "../path.h"
-#include "steady.h"
 
 #include <math.h>
 #include <string.h>
@@ -36,23 +36,25 @@ typedef struct {
     double *begin; /* N */
 } PeriodRoom;
 
-size_t spring_periodic_workspace(size_t harmonics, size_t samples)
+static PeriodRoom lay_room_of_period(const FourierBasis *basis, Workspace *workspace)
 {
-    size_t size = 2 * harmonics + 1;
-    return samples * (sizeof(Turn) / sizeof(double) + 5 + size) + size;
+    size_t samples = basis->samples, size = fourier_size(basis);
+    return (PeriodRoom){
+        .chain = {.turns = (Turn *)linear_taken(workspace, samples * (sizeof(Turn) / sizeof(double))),
+                  .columns = linear_taken(workspace, samples * size),
+                  .way = linear_taken(workspace, samples),
+                  .xi = linear_taken(workspace, samples),
+                  .start_slope = linear_taken(workspace, samples),
+                  .end_slope = linear_taken(workspace, samples)},
+        .slope = linear_taken(workspace, samples),
+        .begin = linear_taken(workspace, size)};
 }
 
-static PeriodRoom divide_room(const FourierBasis *basis, double *workspace)
+size_t spring_periodic_workspace(size_t harmonics, size_t samples)
 {
-    PeriodRoom room = {.chain = {.turns = (Turn *)workspace}};
-    workspace += basis->samples * (sizeof(Turn) / sizeof(double));
-    double **of_samples[] = {&room.chain.way, &room.chain.xi, &room.chain.start_slope, &room.chain.end_slope,
-                             &room.slope};
-    for (size_t i = 0; i < sizeof of_samples / sizeof *of_samples; i++, workspace += basis->samples)
-        *of_samples[i] = workspace;
-    room.begin = workspace;
-    room.chain.columns = workspace + fourier_size(basis);
-    return room;
+    Workspace counted = {.taken = 0};
+    (void)lay_room_of_period(&(FourierBasis){.harmonics = harmonics, .samples = samples}, &counted);
+    return counted.taken;
 }
 
 /* ---- strokes ---- */
@@ -143,7 +145,7 @@ size_t spring_periodic(
     SpringPeriod *period)
 {
     size_t size = fourier_size(basis), samples = basis->samples;
-    PeriodRoom room = divide_room(basis, workspace);
+    PeriodRoom room = lay_room_of_period(basis, &(Workspace){.memory = workspace});
     Chain *chain = &room.chain;
     fourier_samples(basis, coefficients, period->displacement, period->rate);
     chain->strokes = fourier_turns(basis, coefficients, period->rate, chain->turns, chain->columns);

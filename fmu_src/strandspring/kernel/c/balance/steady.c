@@ -1,4 +1,5 @@
-#include "steady.h"
+/* The steady state of the spring over a period of strokes that repeats. */
+#include "periodic.h"
 
 #include <math.h>
 

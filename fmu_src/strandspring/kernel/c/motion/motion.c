@@ -14,109 +14,6 @@ static inline void spin_of(const MotionBody *body, const MotionBodyState *state,
     turn3(state->rotation, own, spin);
 }
 
-/* ---- kinematics of mounts ---------------------------------------------------------------------------------------- */
-
-/* Reach of a mount, and the way to its place from the support's. */
-static void reach_of(
-    const MotionSystem *system, const MotionMount *mount, const MotionBodyState *bodies, MotionReach *reach,
-    double *between)
-{
-    const MotionBody *body = system->body + (int)mount->body;
-    const MotionBodyState *state = bodies + (int)mount->body;
-    turn3(state->rotation, mount->place, reach->arm);
-    for (int i = 0; i < 3; i++)
-        reach->place[i] = body->center[i] + state->x[i] + reach->arm[i];
-    if (mount->support < 0.0) {
-        for (int i = 0; i < 3; i++)
-            between[i] = reach->place[i] - mount->support_place[i];
-        return;
-    }
-    const MotionBody *support = system->body + (int)mount->support;
-    const MotionBodyState *under = bodies + (int)mount->support;
-    double place[3];
-    turn3(under->rotation, mount->support_place, place);
-    for (int i = 0; i < 3; i++) {
-        reach->support_arm[i] = reach->place[i] - support->center[i] - under->x[i];
-        between[i] = reach->support_arm[i] - place[i];
-    }
-}
-
-/* Velocity of the body's place relative to the support. */
-static void velocity_between(
-    const MotionMount *mount, const MotionReach *reach, const MotionState *state, double *velocity)
-{
-    const MotionBodyState *body = state->body + (int)mount->body;
-    cross3(body->spin, reach->arm, velocity);
-    add3(velocity, 1.0, body->V);
-    double of_support[3];
-    if (mount->support < 0.0) {
-        if (is_zero3(state->end_spin))
-            return;
-        cross3(state->end_spin, reach->place, of_support);
-    } else {
-        const MotionBodyState *under = state->body + (int)mount->support;
-        cross3(under->spin, reach->support_arm, of_support);
-        add3(of_support, 1.0, under->V);
-    }
-    add3(velocity, -1.0, of_support);
-}
-
-void motion_set_directions(const MotionSystem *system, MotionState *state)
-{
-    for (size_t a = 0; a < system->axes; a++)
-        memcpy(state->axis[a].direction, system->axis[a].direction, sizeof state->axis[a].direction);
-}
-
-void motion_place_axes(const MotionSystem *system, MotionState *state, double *displacements)
-{
-    for (size_t m = 0; m < system->mounts; m++) {
-        const MotionMount *mount = system->mount + m;
-        MotionReach *reach = state->reach + m;
-        double between[3];
-        reach_of(system, mount, state->body, reach, between);
-        int first = (int)mount->first, end = first + (int)mount->axes;
-        for (int a = first; a < end; a++) {
-            double *direction = state->axis[a].direction;
-            if (mount->support >= 0.0)
-                turn3(state->body[(int)mount->support].rotation, system->axis[a].direction, direction);
-            displacements[a] = dot3(direction, between);
-        }
-    }
-}
-
-double motion_stop_force(const MotionAxis *axis, double displacement)
-{
-    if (displacement > axis->stop_high)
-        return axis->stop_stiffness * axis->series * (displacement - axis->stop_high);
-    if (displacement < axis->stop_low)
-        return axis->stop_stiffness * axis->series * (displacement - axis->stop_low);
-    return 0.0;
-}
-
-/* Adds a force that a mount exerts at its place. */
-void motion_apply(const MotionMount *mount, const MotionReach *reach, const double *force, MotionBodyState *bodies)
-{
-    double moment[3];
-    MotionBodyState *body = bodies + (int)mount->body;
-    cross3(reach->arm, force, moment);
-    add3(body->force, 1.0, force);
-    add3(body->torque, 1.0, moment);
-    if (mount->support < 0.0)
-        return;
-    MotionBodyState *under = bodies + (int)mount->support;
-    cross3(reach->support_arm, force, moment);
-    add3(under->force, -1.0, force);
-    add3(under->torque, -1.0, moment);
-}
-
-void motion_clear_forces(const MotionSystem *system, MotionBodyState *bodies)
-{
-    for (size_t b = 0; b < system->bodies; b++) {
-        memset(bodies[b].force, 0, sizeof bodies[b].force);
-        memset(bodies[b].torque, 0, sizeof bodies[b].torque);
-    }
-}
-
 /* ---- a step ------------------------------------------------------------------------------------------------------ */
 
 /* Force and moment of the forces from outside on each body. */
@@ -309,182 +206,6 @@ static void moment_on_bodies(const MotionSystem *system, const MotionState *stat
     }
 }
 
-/* Springs are taken so many at once, in passes: operations of one spring wait for each other, those of several do
- * not. */
-enum { AT_ONCE = 32 };
-
-/* Springs that go on in their strokes, and where: omega is sign times the polynomial of theta. */
-typedef struct {
-    const double *coefficients[AT_ONCE];
-    double theta[AT_ONCE], sign[AT_ONCE];
-    SpringMemory *memory[AT_ONCE];
-    size_t count;
-} Strokes;
-
-/* The last pass of spring_commit. */
-static void saturate(const Strokes *strokes)
-{
-    for (size_t k = 0; k < strokes->count; k++) {
-        double value = spring_polynomial(strokes->coefficients[k], strokes->theta[k]);
-        strokes->memory[k]->omega = strokes->sign[k] * (value < 1.0 ? value : 1.0);
-    }
-}
-
-/* spring_commit, whose omega is left to saturate() where the spring goes on in its stroke. */
-static inline void go_on(const SpringLaw *law, SpringMemory *memory, double displacement, Strokes *strokes)
-{
-    double direction = memory->direction;
-    if (!((displacement - memory->displacement) * direction > 0.0)) {
-        spring_commit(law, memory, NULL, displacement);
-        return;
-    }
-    double xi = memory->start_xi + law->parameters.rho * fabs(displacement - memory->start), z = fabs(xi);
-    const SpringBranch *branch = xi >= 0.0 ? &law->table->rising : &law->table->falling;
-    double sign = xi >= 0.0 ? direction : -direction;
-    int index = spring_piece(branch, z);
-    memory->displacement = displacement;
-    if (index == branch->pieces) {
-        memory->omega = sign;
-        return;
-    }
-    const SpringPiece *piece = &branch->piece[index];
-    size_t k = strokes->count++;
-    strokes->coefficients[k] = piece->coefficients;
-    strokes->theta[k] = (z - piece->middle) * piece->per_half;
-    strokes->sign[k] = sign;
-    strokes->memory[k] = memory;
-}
-
-/* Takes the springs to new displacements, and the forces of all axes but their dampers'. */
-static void take_springs(const MotionSystem *system, MotionState *state, const double *displacements)
-{
-    for (size_t first = 0; first < system->axes; first += AT_ONCE) {
-        size_t left = system->axes - first, count = left < AT_ONCE ? left : AT_ONCE;
-        const MotionAxis *axis = system->axis + first;
-        MotionAxisState *own = state->axis + first;
-        double displacement[AT_ONCE]; /* all divisions first, which take long */
-        Strokes strokes;
-        strokes.count = 0;
-        for (size_t k = 0; k < count; k++)
-            displacement[k] = axis[k].nominal + displacements[first + k] / axis[k].series;
-        for (size_t k = 0; k < count; k++)
-            go_on(axis[k].law, &own[k].memory, displacement[k], &strokes);
-        saturate(&strokes);
-        for (size_t k = 0; k < count; k++) {
-            own[k].displacement = displacements[first + k];
-            own[k].force = axis[k].parallel * spring_force(axis[k].law, &own[k].memory)
-                           + motion_stop_force(axis + k, displacement[k]);
-        }
-    }
-}
-
-/* ---- coupled friction ---- */
-
-enum { TOGETHER = 3 }; /* axes of a mount at most */
-static const double LONGEST_SLIP = 0.1, MOST_PARTS = 1e3; /* of rho times the way, and of a step */
-
-/* Changes of omega over a slip rho*dx of each axis by the law of Park, Wen and Ang (1986), with n and sigma of each axis:
- * it is that of one spring along each axis, and keeps the length of omega within 1. */
-static void slide(
-    const MotionAxis *axis, int count, const double *omega, const double *slip, double *change)
-{
-    double square = 0.0, sizes = 0.0, work = 0.0;
-    for (int i = 0; i < count; i++) {
-        square += omega[i] * omega[i];
-        sizes += fabs(slip[i] * omega[i]);
-        work += slip[i] * omega[i];
-    }
-    double length = fmin(sqrt(square), 1.0);
-    for (int i = 0; i < count; i++) {
-        const SpringParameters *p = &axis[i].law->parameters;
-        double share = length > 0.0 ? spring_power(length, p->n) * omega[i] / square : 0.0;
-        change[i] = slip[i] - share * (p->sigma * sizes + (1.0 - p->sigma) * work);
-    }
-}
-
-/* Takes the springs of one mount, whose friction acts together, to new displacements in a straight line. */
-static void slide_together(const MotionAxis *axis, int count, const double *displacements, MotionAxisState *own)
-{
-    double slip[TOGETHER], way[TOGETHER], omega[TOGETHER], middle[TOGETHER], change[TOGETHER], longest = 0.0;
-    for (int i = 0; i < count; i++) {
-        way[i] = axis[i].nominal + displacements[i] / axis[i].series - own[i].memory.displacement;
-        slip[i] = axis[i].law->parameters.rho * way[i];
-        omega[i] = own[i].memory.omega;
-        longest = fmax(longest, fabs(slip[i]));
-    }
-    int parts = (int)clip(ceil(longest / LONGEST_SLIP), 1.0, MOST_PARTS);
-    for (int part = 0; part < parts; part++) {
-        double square = 0.0;
-        slide(axis, count, omega, slip, change);
-        for (int i = 0; i < count; i++)
-            middle[i] = omega[i] + 0.5 * change[i] / parts;
-        slide(axis, count, middle, slip, change);
-        for (int i = 0; i < count; i++) {
-            omega[i] += change[i] / parts;
-            square += omega[i] * omega[i];
-        }
-        for (int i = 0; i < count; i++) {
-            SpringMemory *memory = &own[i].memory;
-            double before = spring_force(axis[i].law, memory);
-            omega[i] /= fmax(sqrt(square), 1.0);
-            memory->omega = omega[i];
-            memory->displacement += way[i] / parts;
-            memory->energy += 0.5 * (before + spring_force(axis[i].law, memory)) * way[i] / parts;
-        }
-    }
-    for (int i = 0; i < count; i++) {
-        SpringMemory *memory = &own[i].memory;
-        memory->displacement = axis[i].nominal + displacements[i] / axis[i].series;
-        memory->direction = way[i] == 0.0 ? memory->direction : way[i] > 0.0 ? 1 : -1;
-        memory->start = memory->energy_at = memory->displacement;
-        memory->start_xi = spring_inverse(axis[i].law->table, memory->direction * memory->omega);
-        own[i].displacement = displacements[i];
-        own[i].force = axis[i].parallel * spring_force(axis[i].law, memory)
-                       + motion_stop_force(axis + i, memory->displacement);
-    }
-}
-
-/* Takes the springs to new displacements, and the forces of all mounts at the present velocities. */
-static void take_forces(const MotionSystem *system, MotionState *state, const double *displacements)
-{
-    if (!system->coupled)
-        take_springs(system, state, displacements);
-    motion_clear_forces(system, state->body);
-    for (size_t m = 0; m < system->mounts; m++) {
-        const MotionMount *mount = system->mount + m;
-        int first = (int)mount->first, end = first + (int)mount->axes;
-        double velocity[3], x = 0.0, y = 0.0, z = 0.0;
-        if (system->coupled)
-            slide_together(system->axis + first, end - first, displacements + first, state->axis + first);
-        if (state->has_dampers != 0.0) {
-            velocity_between(mount, state->reach + m, state, velocity);
-            for (int a = first; a < end; a++)
-                state->axis[a].force += system->axis[a].damping * dot3(state->axis[a].direction, velocity);
-        }
-        for (int a = first; a < end; a++) {
-            const MotionAxisState *own = state->axis + a;
-            x -= own->force * own->direction[0];
-            y -= own->force * own->direction[1];
-            z -= own->force * own->direction[2];
-        }
-        const double force[3] = {x, y, z};
-        motion_apply(mount, state->reach + m, force, state->body);
-        memcpy(state->reach[m].force, force, sizeof force);
-    }
-}
-
-static void take_rates(const MotionSystem *system, MotionState *state)
-{
-    for (size_t m = 0; m < system->mounts; m++) {
-        const MotionMount *mount = system->mount + m;
-        int first = (int)mount->first, end = first + (int)mount->axes;
-        double velocity[3];
-        velocity_between(mount, state->reach + m, state, velocity);
-        for (int a = first; a < end; a++)
-            state->axis[a].rate = dot3(state->axis[a].direction, velocity);
-    }
-}
-
 /* Energy that the dampers take over a step by Simpson's rule: of the rates before and midway at its beginning, and of
  * those after at its end. */
 static void dissipate(
@@ -542,14 +263,14 @@ double motion_part(
         set_spins(system, state);
         dissipate(system, state, displacements, part, 0);
     }
-    take_forces(system, state, displacements);
+    motion_take_forces(system, state, displacements);
     for (size_t b = 0; has_dampers && b < system->bodies; b++) {
         memcpy(state->body[b].V, bodies[b].V, sizeof bodies[b].V);
         memcpy(state->body[b].L, bodies[b].L, sizeof bodies[b].L);
     }
     kick(system, state, acceleration, values, 0.5 * part, change);
     set_spins(system, state);
-    take_rates(system, state);
+    motion_take_rates(system, state);
     if (has_dampers)
         dissipate(system, state, displacements, part, 1);
 
@@ -572,8 +293,8 @@ void motion_turn_base(const MotionSystem *system, MotionState *state, const doub
         return;
     memcpy(state->end_spin, spin, sizeof spin);
     motion_place_axes(system, state, displacements);
-    take_forces(system, state, displacements);
-    take_rates(system, state);
+    motion_take_forces(system, state, displacements);
+    motion_take_rates(system, state);
 }
 
 int motion_step(const MotionSystem *system, MotionState *state, const double *values, double h)
@@ -594,12 +315,8 @@ void motion_begin(
     const double *velocity)
 {
     double displacements[MOTION_AXES];
-    memset(state->base_spin, 0, sizeof state->base_spin);
-    memset(state->end_spin, 0, sizeof state->end_spin);
-    memset(state->spin_slope, 0, sizeof state->spin_slope);
-    state->damped = state->gravity_work = state->base_work = state->load_work = state->exchanged = 0.0;
+    *state = (MotionState){.body = state->body, .reach = state->reach, .axis = state->axis};
     memcpy(state->gravity, gravity, sizeof state->gravity);
-    state->has_dampers = state->has_loads = 0.0;
     motion_set_directions(system, state);
     for (size_t a = 0; a < system->axes; a++)
         if (system->axis[a].damping != 0.0)
@@ -620,8 +337,8 @@ void motion_begin(
         const MotionAxis *axis = system->axis + a;
         state->axis[a].memory = spring_start(axis->nominal + displacements[a] / axis->series, omega[a]);
     }
-    take_forces(system, state, displacements);
-    take_rates(system, state);
+    motion_take_forces(system, state, displacements);
+    motion_take_rates(system, state);
 }
 
 /* ---- what is asked for ------------------------------------------------------------------------------------------- */
@@ -632,12 +349,7 @@ void motion_of_points(
     double force[MOTION_BODIES][3], torque[MOTION_BODIES][3], linear[MOTION_BODIES][3], angular[MOTION_BODIES][3];
     double of_base[3];
     motion_of_base(system, values, 0.0, of_base);
-    if (state->has_loads != 0.0) {
-        loads_of(system, state->body, values, force, torque);
-    } else {
-        memset(force, 0, system->bodies * sizeof *force);
-        memset(torque, 0, system->bodies * sizeof *torque);
-    }
+    loads_of(system, state->body, values, force, torque);
     for (size_t b = 0; b < system->bodies; b++) {
         const MotionBody *body = system->body + b;
         const MotionBodyState *own = state->body + b;

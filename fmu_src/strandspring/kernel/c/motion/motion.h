@@ -140,7 +140,7 @@ int motion_rest(
  * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the
  *             base, of forces; sum of the absolute values of what was exchanged
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
- * `stride` steps, where not NULL
+ * `stride` steps
  * workspace   motion_workspace doubles
  *
  * Means are taken from step `settled` on, by the trapezoidal rule. */

@@ -39,7 +39,7 @@ size_t motion_workspace(size_t bodies, size_t mounts, size_t axes, size_t points
     return 9 * points + 5 * watched + 5 * axes + 3 * averaged;
 }
 
-static double *zeros(double **workspace, size_t count)
+static double *zeros(Workspace *workspace, size_t count)
 {
     return memset(linear_taken(workspace, count), 0, count * sizeof(double));
 }
@@ -228,22 +228,19 @@ static void write_row(
     const MotionSystem *system, const MotionState *state, const Watch *watch, size_t row, MotionRecord *record)
 {
     size_t of_points = 3 * system->points;
-    double *displacements = record->displacements, *forces = record->forces;
-    if (record->accelerations != NULL)
-        memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
-    if (record->sway != NULL)
-        memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
-    for (size_t a = 0; displacements != NULL && a < system->axes; a++)
-        displacements[row * system->axes + a] = state->axis[a].memory.displacement;
-    for (size_t a = 0; forces != NULL && a < system->axes; a++)
-        forces[row * system->axes + a] = state->axis[a].force;
+    memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
+    memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
+    for (size_t a = 0; a < system->axes; a++) {
+        record->displacements[row * system->axes + a] = state->axis[a].memory.displacement;
+        record->forces[row * system->axes + a] = state->axis[a].force;
+    }
 }
 
 static void begin(const MotionSystem *system, const MotionState *state, Watch *watch, MotionRecord *record)
 {
     static const double UNLOADED[MOTION_CHANNELS] = {0.0};
     size_t points = system->points, axes = system->axes;
-    double *workspace = record->workspace;
+    Workspace workspace = {.memory = record->workspace};
     *watch = (Watch){.is_sharp = {0, 0, 1}, .averaged = COURSES * points};
     watch->watched = count_watched(system->bodies, system->mounts, axes, points);
     watch->accelerations = zeros(&workspace, 3 * points);
