@@ -16,6 +16,7 @@ import pictures
 import strandspring
 from pages import README, ROOT, TEXTS, blocks, program_with
 from strandspring import Spring, StrandspringError, read_record
+from strandspring.cli.commands.docs import reference
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
@@ -24,7 +25,7 @@ from strandspring.docs.site import PAGES, write_site
 from strandspring.ground import strict_json, unpacking
 from strandspring.loops import description_file
 from strandspring.model import modelfile
-from strandspring.records import content
+from strandspring.records import content as record_content
 from strandspring.records.formats import reader_process
 from strandspring.records.source import MAX_ROWS
 from strandspring.vibration.bodies.mounted import MOST_AXES, MOST_BODIES
@@ -182,8 +183,10 @@ def test_functions_of_the_table_exist() -> None:
 @pytest.mark.filterwarnings("default")  # those of Sphinx are its own affair
 def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) -> None:
     sites = [tmp_path / name for name in ("one", "two")]
+    with click.Context(program, info_name="strandspring"):
+        content = reference()
     for folder in sites:
-        write_site(folder)
+        write_site(folder, content)
     one, two = ({path.relative_to(site): path.read_bytes() for path in site.rglob("*.*")} for site in sites)
     assert one == two
     assert {f"{page}.html" for page in (*PAGES[1:], "index", "commands", "api", "search")} <= {
@@ -192,11 +195,11 @@ def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) 
     loaded = re.compile(rb"""<(?:script|img|iframe)[^>]*src="https?:|<link[^>]*href="https?:""")
     for path, page in one.items():
         assert not loaded.search(page), path
-    write_site(sites[0])  # replaces what is there
+    write_site(sites[0], content)  # replaces what is there
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "thesis.txt").touch()
     with pytest.raises(StrandspringError, match=r"other holds other files; give a new folder\.$"):
-        write_site(tmp_path / "other")
+        write_site(tmp_path / "other", content)
     assert [path.name for path in (tmp_path / "other").iterdir()] == ["thesis.txt"]
 
 
@@ -222,7 +225,7 @@ def test_the_table_of_symbols_is_the_fmus_table() -> None:
 
 def test_the_bounds_of_files_are_those_of_the_program() -> None:
     bounds = (
-        f"{content.MAX_BYTES // 2**30} GiB, {content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
+        f"{record_content.MAX_BYTES // 2**30} GiB, {record_content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
         f"{MAX_ROWS // 10**6} million rows",
         f"{reader_process._MEMORY // 2**20} MiB of memory",
         f"{reader_process._SECONDS:g} s of processor time plus 1 s for each "

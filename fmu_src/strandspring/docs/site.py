@@ -5,9 +5,9 @@ The site is part of a release; elsewhere it is built where Sphinx is installed (
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from importlib import import_module
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
@@ -48,6 +48,20 @@ Python reference
 """
 
 
+@dataclass(frozen=True)
+class Reference:
+    """What the reference pages are made of.
+
+    Attributes
+    ----------
+    commands : mapping      The help of each command.
+    names : sequence of str   Public names of the package, whose docstrings are shown.
+    """
+
+    commands: Mapping[str, str]
+    names: Sequence[str]
+
+
 def page_text(name: str) -> str:
     """The Markdown of a page.
 
@@ -65,7 +79,7 @@ def page_text(name: str) -> str:
     return (files(__package__) / "pages" / f"{name}.md").read_text(encoding="utf-8")
 
 
-def site() -> Path:
+def site(reference: Reference) -> Path:
     """The folder of the site: that of the release, or one built now for this version.
 
     Raises
@@ -76,11 +90,11 @@ def site() -> Path:
     if (released / "index.html").is_file():
         return released
     folder = user_cache() / f"documentation-{__version__}"
-    write_site(folder)
+    write_site(folder, reference)
     return folder
 
 
-def write_site(folder: Path) -> None:
+def write_site(folder: Path, reference: Reference) -> None:
     """Build the site in a folder, whose earlier pages it replaces; the same version gives the same bytes.
 
     Raises
@@ -92,7 +106,7 @@ def write_site(folder: Path) -> None:
             raise StrandspringError(f"{folder} holds other files; give a new folder.")
         source, built = scratch / "source", scratch / "built"
         source.mkdir()
-        _write_sources(source)
+        _write_sources(source, reference)
         _build(source, built, scratch / "state")
         folder.parent.mkdir(parents=True, exist_ok=True)
         if folder.exists():
@@ -109,30 +123,16 @@ def _refused(folder: Path) -> Iterator[None]:
         raise StrandspringError(f"{folder} cannot be written: {problem.strerror}; choose another folder.") from None
 
 
-def _write_sources(folder: Path) -> None:
+def _write_sources(folder: Path, reference: Reference) -> None:
     """The pages, and those that Sphinx makes of the commands and of the public names."""
     pages = {name: page_text(name) for name in PAGES}
     contents = "\n".join((*PAGES[1:], "commands", "api"))
     pages["index"] = f"{pages.pop('overview')}\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n"
-    pages["commands"] = _commands_text()
+    helps = (f"## {name}\n\n```text\n{text}\n```\n" for name, text in reference.commands.items())
+    pages["commands"] = "\n".join(("# Commands\n", *helps))
     for name, text in pages.items():
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
-    names = [name for name in import_module("strandspring").__all__ if not name.startswith("_")]
-    (folder / "api.rst").write_text(_API + "".join(f"   {name}\n" for name in names), encoding="utf-8")
-
-
-def _commands_text() -> str:
-    """The page of the commands, each with its help."""
-    import click
-
-    program: click.Group = import_module("strandspring.cli.main").strandspring
-    context = click.Context(program, info_name="strandspring")
-    text = f"# Commands\n\n```text\n{program.get_help(context)}\n```\n"
-    for name in program.list_commands(context):
-        command = program.get_command(context, name)
-        assert command is not None  # noqa: S101 - it was listed
-        text += f"\n## {name}\n\n```text\n{command.get_help(click.Context(command, context, name))}\n```\n"
-    return text
+    (folder / "api.rst").write_text(_API + "".join(f"   {name}\n" for name in reference.names), encoding="utf-8")
 
 
 def _build(source: Path, built: Path, state: Path) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 import webbrowser
 from pathlib import Path
 
 import click
 
-from ...docs.site import PAGES, page_text, site, write_site
+from ...docs.site import PAGES, Reference, page_text, site, write_site
 from ..shared.output import result
 
 
@@ -42,10 +43,24 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
         Console().print(Markdown(page_text(page or "overview")))
         return
-    folder = site() if output is None else Path(output)
+    folder = site(reference()) if output is None else Path(output)
     if output is not None:
-        write_site(folder)
+        write_site(folder, reference())
     result(f"Documentation: {folder / 'index.html'}")
     if output is None:
         name = "index" if page in (None, "overview") else page
         webbrowser.open((folder / f"{name}.html").absolute().as_uri())
+
+
+def reference() -> Reference:
+    """The help of all commands, and all public names."""
+    context = click.get_current_context().find_root()
+    program = context.command
+    assert isinstance(program, click.Group)  # noqa: S101 - this command belongs to one
+    commands = {"strandspring": program.get_help(context)}
+    for name in program.list_commands(context):
+        command = program.get_command(context, name)
+        assert command is not None  # noqa: S101 - it was listed
+        commands[name] = command.get_help(click.Context(command, context, name))
+    package = sys.modules[__name__.partition(".")[0]]
+    return Reference(commands, [name for name in vars(package)["__all__"] if not name.startswith("_")])
