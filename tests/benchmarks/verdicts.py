@@ -69,8 +69,8 @@ def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: i
     kernel, values = solver(system), []
     for k in range(count):
         omega = generator.uniform(-1.0, 1.0, kernel.axes)
-        start = rest(system, 0.0, case.weightless, kernel, np.sign(omega) if k % 2 else omega)
-        values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / finer, kernel)))
+        start = rest(system, 0.0, case.weightless, np.sign(omega) if k % 2 else omega)
+        values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / finer)))
     return np.array(values)
 
 
@@ -85,10 +85,10 @@ def ranges(seed: int) -> None:
         low, high = (np.array([getattr(figure, end) for figure in answer.figures]) for end in ("low", "high"))
         beyond = ((values < low) | (values > high)).mean(axis=0)
         kernel, system = solver(answer.system), answer.system
-        poses = [rest(system, share, False, kernel) for share in (0.0, 1.0, -1.0)]
+        poses = [rest(system, share) for share in (0.0, 1.0, -1.0)]
         known = CaseFigures.from_case(system, answer.case)
         step = answer.runs[0].step
-        three = np.array([known.of_run(run_case(system, answer.case, pose, step, kernel)) for pose in poses])
+        three = np.array([known.of_run(run_case(system, answer.case, pose, step)) for pose in poses])
         before = (values > 1.001 * three.max(axis=0)).mean(axis=0)
         worst = int(np.argmax(beyond))
         figure = answer.figures[worst]
@@ -142,8 +142,8 @@ def random_vibration(seed: int) -> None:
     for k in range(100):
         omega = generator.uniform(-1.0, 1.0, kernel.axes)
         another = replace(case, channels=(replace(channel, signal=replace(signal, seed=10_000 + k)),))
-        start = rest(system, 0.0, False, kernel, omega)
-        values.append(known.of_run(run_case(system, another, start, 0.25 * answer.runs[0].step, kernel)))
+        start = rest(system, 0.0, False, omega)
+        values.append(known.of_run(run_case(system, another, start, 0.25 * answer.runs[0].step)))
     of_seeds = np.array(values)
     for k, figure in enumerate(answer.figures):
         if figure.quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.THREE_SIGMA):

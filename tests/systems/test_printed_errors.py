@@ -14,7 +14,6 @@ from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.run_figures import RunFigures
 from strandspring.vibration.bodies.simulation import CheckedRun, run_once, simulate_case
-from strandspring.vibration.bodies.solving import solver
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
 from strandspring.vibration.signals.random_signal import RandomVibration
@@ -87,11 +86,10 @@ def test_printed_error_bounds_the_true_one(name: str) -> None:
     """By three times where the term in h^2 rules: of accelerations, sway, rms, tilt, displacements and so on."""
     loaded, run = CASES[name], halved(CASES[name])
     step = run.step / 16.0
-    kernel = solver(loaded.system)
-    begin = rest(loaded.system, 0.0, loaded.case.weightless, kernel)
+    begin = rest(loaded.system, 0.0, loaded.case.weightless)
     count = round(loaded.case.duration / step)
     finer = RunFigures.from_motion_figures(
-        run_once(loaded.system, kernel, loaded.case, begin, step, loaded.case.averages(step, count))
+        run_once(loaded.system, loaded.case, begin, step, loaded.case.averages(step, count))
     )
     for kind in KINDS:
         found, right = getattr(run.figures, kind), getattr(finer, kind)

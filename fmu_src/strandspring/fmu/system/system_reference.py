@@ -76,7 +76,7 @@ def expected_motion(
                                       motion diverges.
     """
     motion = solver(system)
-    start = rest(system, options.omega_start, solve=motion)
+    start = rest(system, options.omega_start)
     figures, histories = motion.run(
         channel_rows_of(system, options),
         np.repeat(inputs, parts, axis=1),

@@ -12,7 +12,6 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ...kernel.motion import MotionSolver
 from ...kernel.structures import rows
 from .mounted import BASE, MountedSystem
 from .small_motion import Pose
@@ -63,7 +62,6 @@ def rest(
     system: MountedSystem,
     share: float = 0.0,
     weightless: bool = False,
-    solve: MotionSolver | None = None,
     omega: FloatArray | None = None,
 ) -> RestPose:
     """The pose in which the bodies rest.
@@ -73,7 +71,6 @@ def rest(
     system : MountedSystem
     share : float           omega of every spring as a share of saturation in the sense of its static force, -1 to 1.
     weightless : bool       Without gravity, as in a free fall.
-    solve : MotionSolver    Of the system, if there is one already.
     omega : ndarray or None, shape (A,)   Of the springs of each axis, instead of a share; where the
                             friction of the axes of a mount acts together, within a length of 1 in each mount.
 
@@ -81,14 +78,14 @@ def rest(
     ------
     MountedSystemError      If the bodies cannot rest, or a spring rests outside its identified range.
     """
-    kernel = solver(system) if solve is None else solve
+    kernel = solver(system)
     gravity = np.zeros(3) if weightless else np.array(system.gravity)
-    pose = _rest(system, kernel, gravity, np.zeros(kernel.axes), None)
+    pose = _rest(system, gravity, np.zeros(kernel.axes), None)
     if omega is None and share != 0.0:
         omega = share * kernel.senses(pose.force)
     if omega is not None:
         omega = _shared(system, omega) if system.coupled else omega
-        pose = _rest(system, kernel, gravity, omega, pose.coordinates)
+        pose = _rest(system, gravity, omega, pose.coordinates)
     _check_range(system, pose)
     return pose
 
@@ -112,13 +109,8 @@ def mount_loads(system: MountedSystem, pose: RestPose) -> FloatArray:
     return np.array(turned)
 
 
-def _rest(
-    system: MountedSystem,
-    kernel: MotionSolver,
-    gravity: FloatArray,
-    omega: FloatArray,
-    begin: FloatArray | None,
-) -> RestPose:
+def _rest(system: MountedSystem, gravity: FloatArray, omega: FloatArray, begin: FloatArray | None) -> RestPose:
+    kernel = solver(system)
     coordinates, unbalance, is_found = kernel.rest(gravity, omega, begin)
     if not is_found:
         raise MountedSystemError(

@@ -16,11 +16,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ...kernel.motion import Histories, MotionFigures, MotionSolver
+from ...kernel.motion import Histories, MotionFigures
 from .loads import ChannelKind, LoadCase
 from .mounted import MotionKind, MountedSystem
 from .rest import RestPose, rest
@@ -86,28 +85,23 @@ def simulate_case(
     MountedSystemError       If the bodies cannot rest or follow the base, the step is too long, or the motion diverges.
     """
     _check_case(system, case)
-    kernel = solver(system)
-    return _run(system, kernel, case, rest(system, share, case.weightless, kernel), step)
+    return _run(system, case, rest(system, share, case.weightless), step)
 
 
-def run_case(
-    system: MountedSystem, case: LoadCase, start: RestPose, step: float, kernel: MotionSolver | None = None
-) -> CaseRun:
+def run_case(system: MountedSystem, case: LoadCase, start: RestPose, step: float) -> CaseRun:
     """One run of a load case with a given step.
 
     Raises
     ------
     MountedSystemError       If the motion diverges, or its energy balance is off.
     """
-    run = _run_with_step(system, case, start, step, kernel or solver(system))
+    run = _run_with_step(system, case, start, step)
     check_balance(case, run.energies, step)
     return run
 
 
-def _run_with_step(
-    system: MountedSystem, case: LoadCase, start: RestPose, step: float, kernel: MotionSolver
-) -> CaseRun:
-    motion = run_once(system, kernel, case, start, step, case.averages(step, case.steps(step)))
+def _run_with_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float) -> CaseRun:
+    motion = run_once(system, case, start, step, case.averages(step, case.steps(step)))
     return CaseRun(start, step, RunFigures.from_motion_figures(motion), Energies.from_motion_figures(motion))
 
 
@@ -162,21 +156,12 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
     return step
 
 
-def _run(
-    system: MountedSystem,
-    kernel: MotionSolver,
-    case: LoadCase,
-    start: RestPose,
-    step: float | None,
-) -> CheckedRun:
+def _run(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None) -> CheckedRun:
     h = first_step(system, case, start, step)
-    coarse, tolerance = (
-        _run_with_step(system, case, start, h, kernel),
-        _RANDOM_TOLERANCE if case.is_random else TOLERANCE,
-    )
+    coarse, tolerance = _run_with_step(system, case, start, h), _RANDOM_TOLERANCE if case.is_random else TOLERANCE
     while True:
         h *= 0.5
-        fine = _run_with_step(system, case, start, h, kernel)
+        fine = _run_with_step(system, case, start, h)
         changes = fine.figures.combined(coarse.figures, lambda new, old: np.abs(new - old))
         if step is not None or 2 * case.steps(h) > MOST_STEPS or within(fine.figures, changes, 3.0 * tolerance):
             break
@@ -217,19 +202,13 @@ def check_balance(case: LoadCase, energies: Energies, step: float) -> None:
 
 
 def run_once(
-    system: MountedSystem,
-    kernel: MotionSolver,
-    case: LoadCase,
-    start: RestPose,
-    step: float,
-    averages: FloatArray,
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray
 ) -> MotionFigures:
     """One run.
 
     Parameters
     ----------
     system : MountedSystem
-    kernel : MotionSolver              Of the system.
     case : LoadCase
     start : RestPose
     step : float                       [s].
@@ -239,14 +218,10 @@ def run_once(
     ------
     MountedSystemError                 If the motion diverges.
     """
-    figures, _ = kernel.run(*_arguments(system, case, start, step, averages))
-    _check_finished(case, figures, step, averages.shape[1])
-    return figures
+    return _motion(system, case, start, step, averages)[0]
 
 
-def run_with_histories(
-    system: MountedSystem, kernel: MotionSolver, case: LoadCase, start: RestPose, step: float, rows: int
-) -> Histories:
+def run_with_histories(system: MountedSystem, case: LoadCase, start: RestPose, step: float, rows: int) -> Histories:
     """Histories of a run as `run_once` does it, of at most so many rows and one.
 
     Raises
@@ -254,30 +229,26 @@ def run_with_histories(
     MountedSystemError   If the motion diverges.
     """
     count = case.steps(step)
-    arguments = _arguments(system, case, start, step, case.averages(step, count))
-    figures, histories = kernel.run(*arguments, stride=math.ceil(count / rows))
-    _check_finished(case, figures, step, count)
+    _, histories = _motion(system, case, start, step, case.averages(step, count), math.ceil(count / rows))
     return histories
 
 
-def _arguments(
-    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray
-) -> tuple[NDArray[np.void], FloatArray, float, FloatArray, FloatArray, FloatArray, FloatArray, int]:
-    """What the kernel runs a case with."""
-    settled = min(int(case.settling / step), averages.shape[1] - 1)
-    return (
+def _motion(
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray, stride: int | None = None
+) -> tuple[MotionFigures, Histories]:
+    """Figures of a run, and its histories at every `stride`-th step; see `MotionSolver.run`."""
+    count = averages.shape[1]
+    figures, histories = solver(system).run(
         channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.coordinates, start.omega,
-        np.array(case.velocity), settled,
+        np.array(case.velocity), min(int(case.settling / step), count - 1), stride,
     )  # fmt: skip
-
-
-def _check_finished(case: LoadCase, figures: MotionFigures, step: float, count: int) -> None:
     if figures.steps < count:
         raise MountedSystemError(
             f"{case.name}: the motion diverges {figures.steps * step:.4g} s after its beginning, with steps of "
             f"{step:.3g} s; a spring whose force falls beyond its identified range may not stop the bodies: give stops "
             "or a shorter `step`."
         )
+    return figures, histories
 
 
 def within(figures: RunFigures, errors: RunFigures, tolerance: float) -> bool:

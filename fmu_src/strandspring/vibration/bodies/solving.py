@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,9 @@ class SystemArrays:
     points: NDArray[np.void]
 
 
+@lru_cache(maxsize=8)
 def solver(system: MountedSystem) -> MotionSolver:
-    """The kernel's solver for a system."""
+    """The kernel's solver for a system; the last few are kept."""
     parts = arrays(system)
     return MotionSolver(parts.bodies, parts.mounts, parts.springs, parts.axes, parts.points, system.coupled)
 

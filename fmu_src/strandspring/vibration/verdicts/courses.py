@@ -18,7 +18,6 @@ from ...kernel.motion import Histories
 from ..bodies.loads import ChannelKind, LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, run_with_histories
-from ..bodies.solving import solver
 from ..signals.shock_spectra import RequiredSpectrum, ShockSpectrum, octave_frequencies, shock_spectrum
 from ..signals.spectra import PowerSpectrum, power_spectrum
 from .case_cautions import Caution, CautionKind
@@ -95,7 +94,7 @@ def courses(
         fastest = _OF_RANDOM / min(channel.signal.shortest for channel in case.channels)
     # As many steps for one as the spectrum asks for and the rows allow.
     step /= max(1, min(math.ceil(step * fastest * (1.0 - _ROUNDING)), most // rows))
-    histories = run_with_histories(system, solver(system), case, run.start, step, most)
+    histories = run_with_histories(system, case, run.start, step, most)
     interval = step * math.ceil(case.steps(step) / most)
     base = _base_acceleration(case, interval, histories.time.size)
     cautions: tuple[Caution, ...] = ()

@@ -29,7 +29,6 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import RestPose, rest
 from ..bodies.simulation import CaseRun, CheckedRun, run_case, within
-from ..bodies.solving import solver
 from ..bodies.stable_step import largest_stable_step
 from .drawn_springs import Drawn
 
@@ -92,20 +91,19 @@ class Unknowns:
 
     def rest(self, system: MountedSystem, number: int, weightless: bool = False) -> RestPose:
         """The static equilibrium of a draw of a drawn system."""
-        kernel = solver(system)
         if self.rest_omega is not None:
-            return rest(system, self.rest_omega, weightless, kernel)
-        combinations = self._combinations(system)
+            return rest(system, self.rest_omega, weightless)
+        combinations, axes = self._combinations(system), sum(1 for _ in system.axes())
         random = np.random.default_rng((self.seed, number))
         if system.coupled:
-            return rest(system, 0.0, weightless, kernel, _WIDE * random.standard_normal(kernel.axes))
+            return rest(system, 0.0, weightless, _WIDE * random.standard_normal(axes))
         if combinations <= self.draws:
-            signs = (number % int(combinations)) >> np.arange(kernel.axes) & 1
+            signs = (number % int(combinations)) >> np.arange(axes) & 1
         elif number in (0, 2):
-            return rest(system, 1.0 - number, weightless, kernel)
+            return rest(system, 1.0 - number, weightless)
         else:
-            signs = random.integers(0, 2, kernel.axes)
-        return rest(system, 0.0, weightless, kernel, np.asarray(2.0 * signs - 1.0))
+            signs = random.integers(0, 2, axes)
+        return rest(system, 0.0, weightless, np.asarray(2.0 * signs - 1.0))
 
     def run(self, system: MountedSystem, case: LoadCase, step: float, number: int) -> DrawnRun:
         """A draw.

@@ -11,7 +11,6 @@ from ...kernel.arrays import FloatArray
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, run_with_histories
-from ..bodies.solving import solver
 from ..signals.shock_spectra import RequiredSpectrum, shock_spectrum
 
 _SAMPLES_PER_PERIOD = 10.0  # at the upper end of a spectrum
@@ -47,7 +46,7 @@ def spectrum_shares(
             f"{case.name}: its shock response spectra up to {highest:g} Hz would take {rows:,} steps, more than "
             f"{_MOST_ROWS:,}; shorten the case, or end the limit `srs` at a lower frequency."
         )
-    histories = run_with_histories(system, solver(system), case, run.start, step, rows)
+    histories = run_with_histories(system, case, run.start, step, rows)
     numbers = {point.name: number for number, point in enumerate(system.points)}
     shares = []
     for name, required in spectra.items():
