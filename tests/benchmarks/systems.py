@@ -23,7 +23,7 @@ from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from strandspring import Spring, SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
-from strandspring.vibration.bodies.simulation import run_once
+from strandspring.vibration.bodies.simulation import run_case
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine
 from strandspring.vibration.signals.random_signal import RandomVibration
@@ -56,11 +56,9 @@ def runs() -> list[tuple[str, float, int, float]]:
     system = box()
     start = rest(system)
     count = round(SHOCK.duration / SHOCK_STEP)
-    pulse = SHOCK.averages(SHOCK_STEP, count)
     density = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
     shaken = case("random", 60.0, RandomVibration(density, 60.0, 1))
     long = round(shaken.duration / RANDOM_STEP)
-    drawn_signal = shaken.averages(RANDOM_STEP, long)
     factors = np.random.default_rng(1).lognormal(0.0, 0.1, DRAWS).tolist()
 
     def drawn() -> None:
@@ -75,10 +73,10 @@ def runs() -> list[tuple[str, float, int, float]]:
                 )  # fmt: skip
 
             one = system.with_springs(change)
-            run_once(one, SHOCK, rest(one), SHOCK_STEP, pulse)
+            run_case(one, SHOCK, rest(one), SHOCK_STEP)
 
-    shock = fastest(lambda: run_once(system, SHOCK, start, SHOCK_STEP, pulse))
-    random = fastest(lambda: run_once(system, shaken, start, RANDOM_STEP, drawn_signal))
+    shock = fastest(lambda: run_case(system, SHOCK, start, SHOCK_STEP))
+    random = fastest(lambda: run_case(system, shaken, start, RANDOM_STEP))
     return [
         ("1 s shock", shock, count, 500e-9 * count),
         ("60 s random at 20 kHz", random, long, 2.0),

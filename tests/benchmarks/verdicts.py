@@ -19,11 +19,11 @@ from rich.table import Table
 
 from mounted_examples import GRAVITY, FloatArray, hysteretic, unit
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.run_figures import RunFigures
 from strandspring.vibration.bodies.simulation import run_case, simulate_case
-from strandspring.vibration.bodies.solving import solver
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
 from strandspring.vibration.signals.random_signal import RandomVibration
@@ -66,9 +66,9 @@ def drawn_shock(generator: np.random.Generator, strongest: float = 20.0) -> Load
 def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: int, finer: float = 1.0) -> FloatArray:
     """Figures with omega drawn by axis, half of the draws uniform and half +-1, shape (count, N)."""
     system, case, known = answer.system, answer.case, CaseFigures.from_case(answer.system, answer.case)
-    kernel, values = solver(system), []
+    values = []
     for k in range(count):
-        omega = generator.uniform(-1.0, 1.0, kernel.axes)
+        omega = generator.uniform(-1.0, 1.0, len(system.axes))
         start = rest(system, 0.0, case.weightless, np.sign(omega) if k % 2 else omega)
         values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / finer)))
     return np.array(values)
@@ -84,7 +84,7 @@ def ranges(seed: int) -> None:
         values = values_of_draws(answer, generator, 200)
         low, high = (np.array([getattr(figure, end) for figure in answer.figures]) for end in ("low", "high"))
         beyond = ((values < low) | (values > high)).mean(axis=0)
-        kernel, system = solver(answer.system), answer.system
+        system = answer.system
         poses = [rest(system, share) for share in (0.0, 1.0, -1.0)]
         known = CaseFigures.from_case(system, answer.case)
         step = answer.runs[0].step
@@ -93,7 +93,7 @@ def ranges(seed: int) -> None:
         worst = int(np.argmax(beyond))
         figure = answer.figures[worst]
         table.add_row(
-            str(number), str(kernel.axes), str(len(low)), f"{100.0 * beyond[worst]:.1f}",
+            str(number), str(len(system.axes)), str(len(low)), f"{100.0 * beyond[worst]:.1f}",
             f"{figure.quantity.value} of {figure.subject}", f"{100.0 * before.max():.0f}",
         )  # fmt: skip
     console.print(table)
@@ -137,10 +137,10 @@ def random_vibration(seed: int) -> None:
     channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(*generator.standard_normal(3)))
     case = LoadCase("random", "random", 30.0, (channel,), 3.0)
     answer = answer_case("drawn", system, case, Limits())
-    kernel, known = solver(system), CaseFigures.from_case(system, case)
+    known = CaseFigures.from_case(system, case)
     values = []
     for k in range(100):
-        omega = generator.uniform(-1.0, 1.0, kernel.axes)
+        omega = generator.uniform(-1.0, 1.0, len(system.axes))
         another = replace(case, channels=(replace(channel, signal=replace(signal, seed=10_000 + k)),))
         start = rest(system, 0.0, False, omega)
         values.append(known.of_run(run_case(system, another, start, 0.25 * answer.runs[0].step)))

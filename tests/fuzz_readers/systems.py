@@ -95,7 +95,7 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
 
 def _check(file: SystemFile) -> None:
     for _, system in file.candidates:
-        for _, axis in system.axes():
+        for axis in system.axes:
             assert axis.spring.displacement_min <= axis.nominal <= axis.spring.displacement_max
             assert axis.stated_amplitude is not None or file.models[axis.model].parameters == axis.spring
     for case in file.cases:

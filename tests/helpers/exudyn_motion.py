@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
-from strandspring.vibration.bodies.mounted import BASE, MotionKind, Mount, MountAxis, MountedSystem
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis
 
 FloatArray = NDArray[np.float64]
 

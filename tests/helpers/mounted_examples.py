@@ -11,18 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from springs import spring
 from strandspring import SpringParameters
 from strandspring.kernel.motion import Histories, MotionFigures
-from strandspring.vibration.bodies.loads import LoadCase
-from strandspring.vibration.bodies.mounted import (
-    MotionKind,
-    Mount,
-    MountAxis,
-    MountedSystem,
-    Point,
-    RigidBody,
-    Stops,
-    Vector,
-)
-from strandspring.vibration.bodies.solving import channel_rows, solver
+from strandspring.vibration.bodies.loads import LoadCase, channel_rows
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops, Vector
 
 FloatArray = NDArray[np.float64]
 
@@ -130,7 +121,7 @@ def kernel_motion(
     system: MountedSystem, case: LoadCase, step: float, omega: ArrayLike = 0.0, every: float | None = None
 ) -> KernelMotion:
     """Rest with these omegas, and the motion from there; histories each `every` seconds, or at all steps."""
-    kernel, axes = solver(system), sum(1 for _ in system.axes())
+    kernel, axes = system.solver, len(system.axes)
     omegas = np.broadcast_to(np.asarray(omega, dtype=np.float64), axes).copy()
     gravity = np.array(system.gravity)
     at_rest = np.zeros(3) if case.weightless else gravity
@@ -138,7 +129,7 @@ def kernel_motion(
     assert is_found, unbalance
     count = round(case.duration / step)
     figures, histories = kernel.run(
-        channel_rows(system, case.channels), case.averages(step, count), step, gravity, pose, omegas,
+        channel_rows(case.channels, system.bodies), case.averages(step, count), step, gravity, pose, omegas,
         np.array(case.velocity), round(case.settling / step), 1 if every is None else round(every / step),
     )  # fmt: skip
     assert figures.steps == count

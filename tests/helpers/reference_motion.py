@@ -33,7 +33,8 @@ from scipy.spatial.transform import Rotation
 
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
-from strandspring.vibration.bodies.mounted import BASE, MotionKind, MountedSystem
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import BASE, MotionKind
 
 FloatArray = NDArray[np.float64]
 
@@ -132,20 +133,20 @@ class _Equations:
 
     def __init__(self, system: MountedSystem, case: LoadCase, gravity: FloatArray) -> None:
         self.system, self.case, self.gravity = system, case, gravity
-        axes = list(system.axes())
+        axes, mounts = system.axes, system.axis_mounts
         self.bodies, self.count = len(system.bodies), len(axes)
-        self.springs = _Springs([axis.spring for _, axis in axes])
+        self.springs = _Springs([axis.spring for axis in axes])
         self.centers = np.array([*(body.center for body in system.bodies), (0.0, 0.0, 0.0)])
-        self.on = np.array([mount.body for mount, _ in axes])
-        self.under = np.array([self.bodies if mount.support == BASE else mount.support for mount, _ in axes])
-        places = np.array([mount.place for mount, _ in axes])
+        self.on = np.array([mount.body for mount in mounts])
+        self.under = np.array([self.bodies if mount.support == BASE else mount.support for mount in mounts])
+        places = np.array([mount.place for mount in mounts])
         self.arm_on, self.arm_under = places - self.centers[self.on], places - self.centers[self.under]
-        self.directions = np.array([axis.direction for _, axis in axes])
+        self.directions = np.array([axis.direction for axis in axes])
         self.nominal, self.parallel, self.series, self.damping = (
-            np.array([float(getattr(axis, name)) for _, axis in axes])
+            np.array([float(getattr(axis, name)) for axis in axes])
             for name in ("nominal", "parallel", "series", "damping")
         )
-        stops = [(s.low, s.high, s.stiffness) if (s := axis.stops) else (-np.inf, np.inf, 0.0) for _, axis in axes]
+        stops = [(s.low, s.high, s.stiffness) if (s := axis.stops) else (-np.inf, np.inf, 0.0) for axis in axes]
         self.low, self.high, self.stop = np.array(stops).T
         self.mass = np.array([body.mass for body in system.bodies])
         self.inertia = np.array([body.inertia for body in system.bodies])

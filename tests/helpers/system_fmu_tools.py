@@ -16,7 +16,8 @@ from strandspring import SpringParameters
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
-from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops
 
 VERTICAL = SpringParameters((0.0, 20_000.0, 0.0, 1e7), (1.0, 2.0), 30.0, 700.0, 0.8, 0.7, 0.0, -0.03, 0.03)
 SHEAR = SpringParameters((0.0, 9000.0, 0.0, 2e7), (1.0,), 20.0, 800.0, 1.0, 1.0, 0.0, -0.03, 0.03)

@@ -86,7 +86,7 @@ def test_a_grid_point_is_the_file_with_other_values() -> None:
         file = planned.described(point)
         for _, system in file.candidates:
             assert system.bodies[0].mass == mass
-            assert {axis.damping for _, axis in system.axes()} == {damping}
+            assert {axis.damping for axis in system.axes} == {damping}
             assert len(system.mounts) == places
 
 
@@ -99,11 +99,11 @@ def test_a_grid_point_is_the_file_with_other_values() -> None:
          [-0.09, -0.18]),
         ("mount.corner.places.*.1", "50%:150%:2", lambda f: [m.place[0] for m in f.candidates[0][1].mounts],
          [[0.075, -0.075, 0.075, -0.075], [0.225, -0.225, 0.225, -0.225]]),
-        ("mount.corner.type", "corner,soft_corner", lambda f: next(f.candidates[0][1].axes())[1].model,
+        ("mount.corner.type", "corner,soft_corner", lambda f: f.candidates[0][1].axes[0].model,
          ["corner_compression.json", "corner_soft_compression.json"]),
         ("mount_type.corner.axes.1.stops.high", "30 mm,31 mm",
-         lambda f: next(f.candidates[0][1].axes())[1].stops.high, [0.03, 0.031]),
-        ("mount_type.corner.axes.1.parallel", "1:3:3", lambda f: next(f.candidates[0][1].axes())[1].parallel,
+         lambda f: f.candidates[0][1].axes[0].stops.high, [0.03, 0.031]),
+        ("mount_type.corner.axes.1.parallel", "1:3:3", lambda f: f.candidates[0][1].axes[0].parallel,
          [1, 2, 3]),
         ("case.shock.peak", "10 g,20 g", lambda f: f.cases[0].channels[0].signal.peak, [98.0665, 196.133]),
         ("case.transport.random.seed", "3,4", lambda f: f.cases[-1].channels[0].signal.seed, [3, 4]),
@@ -232,7 +232,7 @@ def test_draws_are_the_same_springs_everywhere() -> None:
             drawn = Drawn.from_models(system, file.models)
             assert drawn.missing == ()
             for k in range(3):
-                for (_, before), (_, after) in zip(system.axes(), drawn.system(system, 5, k).axes(), strict=True):
+                for before, after in zip(system.axes, drawn.system(system, 5, k).axes, strict=True):
                     assert after == replace(before, spring=after.spring)
                     springs.setdefault((before.model, k), {*()}).add(after.spring)
     assert len(springs) == 4 * 3

@@ -12,16 +12,8 @@ from mounted_examples import CORNERS, box, elastic, hysteretic, one_mass, three_
 from strandspring.examples import systems
 from strandspring.model import modelfile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from strandspring.vibration.bodies.mounted import (
-    MotionKind,
-    Mount,
-    MountAxis,
-    MountedSystem,
-    Point,
-    RigidBody,
-    Stops,
-    Vector,
-)
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops, Vector
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
 from strandspring.vibration.description.system_file import load_system_file
@@ -186,7 +178,7 @@ def test_a_range_holds_friction_that_acts_together_and_that_does_not() -> None:
     low, high = (np.array([getattr(figure, end) for figure in answer.figures]) for end in ("low", "high"))
     generator, step, means = np.random.default_rng(3), answer.runs[0].step, []
     for one in (system, replace(system, coupled=True)):
-        axes = sum(1 for _ in one.axes())
+        axes = len(one.axes)
         starts = [rest(one, omega=generator.uniform(-1.0, 1.0, axes)) for _ in range(60)]
         values = np.array([known.of_run(run_case(one, case, start, step)) for start in starts])
         assert np.mean((values < low) | (values > high), axis=0).max() <= 0.05
@@ -286,7 +278,7 @@ def test_random_vibration_is_of_several_realisations() -> None:
 
 def test_a_model_without_uncertainty_is_taken_as_known_and_told() -> None:
     system = box()
-    drawn = Drawn.from_models(system, {"": modelfile.ModelFile("bare", system.springs()[0])})
+    drawn = Drawn.from_models(system, {"": modelfile.ModelFile("bare", system.axes[0].spring)})
     assert not drawn.spreads
     assert len(drawn.missing) == 3
     assert all("taken as known" in sentence for sentence in drawn.missing)

@@ -19,7 +19,7 @@ from strandspring.examples.system_models import SYSTEMS
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
 from strandspring.model.modelfile import ModelFile
-from strandspring.vibration.bodies.mounted import Tolerance, scaled
+from strandspring.vibration.bodies.parts import Tolerance, scaled
 from strandspring.vibration.catalogue.catalogue_spring import CatalogueValues, spring_from_catalogue
 from strandspring.vibration.description.named_files import HeldFiles
 from strandspring.vibration.description.system_file import SystemFile, system_of_content

@@ -14,9 +14,10 @@ from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
-from strandspring.vibration.bodies.modes import modes, secant_stiffness, tangent_stiffness
-from strandspring.vibration.bodies.mounted import BASE, MotionKind, Mount, MountAxis, MountedSystem, RigidBody, Stops
-from strandspring.vibration.bodies.small_motion import SmallMotion, nominal_pose
+from strandspring.vibration.bodies.modes import modes
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops
+from strandspring.vibration.bodies.small_motion import SmallMotion
 
 UNIT = np.eye(3)
 INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))
@@ -66,14 +67,14 @@ def axis_displacements(system: MountedSystem, displacements: np.ndarray, rotatio
             (UNIT if one.support == BASE else rotations[one.support])
             @ axis.direction
             @ (material(one.body, np.array(one.place)) - material(one.support, np.array(one.place)))
-            for one, axis in system.axes()
+            for one, axis in zip(system.axis_mounts, system.axes, strict=True)
         ]
     )
 
 
 def test_six_natural_frequencies() -> None:
     expected = [5.156998, 5.771394, 10.065842, 10.208627, 13.612062, 14.423525]
-    found = modes(box(9000.0, 12000.0, 20000.0), nominal_pose(box(1.0)))
+    found = modes(SmallMotion.about_nominal(box(9000.0, 12000.0, 20000.0)))
     assert [mode.frequency for mode in found] == pytest.approx(expected, abs=1e-6)  # digits given
     # y rolls about x and x about y, because the mounts lie below the centre of gravity.
     assert [mode.words.split(" ")[0] for mode in found] == ["y", "x", "z", "rz", "rx", "ry"]
@@ -86,8 +87,8 @@ def test_six_natural_frequencies() -> None:
 @pytest.mark.parametrize("seed", [0, 1])
 def test_derivatives_of_the_exact_kinematics(seed: int) -> None:
     system, pose = two_bodies(seed)
-    motion = SmallMotion.about(system, pose)
-    series = np.array([axis.series for _, axis in system.axes()])
+    motion = SmallMotion(system, pose)
+    series = np.array([axis.series for axis in system.axes])
     forces = np.random.default_rng(seed).normal(0.0, 100.0, series.size)
 
     def moved(q: np.ndarray) -> np.ndarray:
@@ -112,13 +113,13 @@ def test_a_body_that_hangs_is_a_pendulum() -> None:
     top = mount("top", (0.0, 0.0, height), stiff, stiff, stiff)
     system = MountedSystem((RigidBody("bell", 20.0, inertia=INERTIA),), (top,))
     pose = (np.array([[0.0, 0.0, -weight / stiff]]), UNIT[None])
-    found = [mode.frequency for mode in modes(system, pose)][:3]
+    found = [mode.frequency for mode in modes(SmallMotion(system, pose))][:3]
     swings = [math.sqrt(weight * height / (i + 20.0 * height**2)) / (2.0 * math.pi) for i in (0.25, 0.30)]
     # Nothing resists the turn about z.
     assert found == pytest.approx([0.0, *sorted(swings)], rel=1e-6)
     below = replace(system, mounts=(replace(top, place=(0.0, 0.0, -height)),))
     with pytest.raises(MountedSystemError, match=r"not stable: a motion of [xyr]+ .*; use stiffer mounts"):
-        modes(below, pose)
+        modes(SmallMotion(below, pose))
 
 
 def test_two_masses_one_on_the_other() -> None:
@@ -127,7 +128,7 @@ def test_two_masses_one_on_the_other() -> None:
     axes = [(MountAxis(linear(k), (0.0, 0.0, 1.0), 0.0, damping=2.0),) for k in (900.0, 400.0)]
     mounts = (Mount("lower", 0, (0.0, 0.0, 0.0), axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
     system = MountedSystem(bodies, mounts)
-    found = modes(system, nominal_pose(system))
+    found = modes(SmallMotion.about_nominal(system))
     circular = np.sqrt(np.linalg.eigvals(np.array([[1300.0 / 3.0, -400.0 / 3.0], [-400.0, 400.0]])))
     assert [mode.frequency for mode in found] == pytest.approx(np.sort(circular) / (2.0 * np.pi), rel=1e-10)
     assert found[0].words == "stage 1 z 54 %, stage 0 z 46 %"
@@ -138,18 +139,18 @@ def test_damping_of_one_axis() -> None:
     axis = MountAxis(MOUNT, (0.0, 0.0, 1.0), 0.05, parallel=3, series=2, damping=40.0)
     mass = RigidBody("mass", 5.0, motion=MotionKind.AXIS)
     system = MountedSystem((mass,), (Mount("foot", 0, (0.0, 0.0, 0.0), (axis,)),))
-    pose = nominal_pose(system)
-    (tangent,) = modes(system, pose)
-    stiffness = float(tangent_stiffness(system, pose)[0])
+    motion = SmallMotion.about_nominal(system)
+    (tangent,) = modes(motion)
+    stiffness = float(system.laws.tangents(motion.springs)[0])
     assert stiffness == pytest.approx(1.5 * PathSolver(MOUNT).stiffness(np.array([0.05]))[0], rel=1e-12)
     assert tangent.frequency == pytest.approx(math.sqrt(stiffness / 5.0) / (2.0 * math.pi), rel=1e-12)
     assert tangent.damping == pytest.approx(40.0 / (2.0 * math.sqrt(stiffness * 5.0)), rel=1e-12)
     loop = steady_loop_figures(PathSolver(MOUNT), 0.05 - 0.006, 0.05 + 0.006)
-    for given in ({"share": 0.2}, {"motion": 0.012}):
-        (secant,) = modes(system, pose, secant_stiffness(system, pose, **given))
-        k = 1.5 * loop.secant_stiffness
-        assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
-        assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
+    assert 0.2 * system.laws.free_travel(motion.springs) == pytest.approx([0.012], rel=1e-12)
+    (secant,) = modes(motion, system.laws.secants(motion.springs, np.array([0.012])))
+    k = 1.5 * loop.secant_stiffness
+    assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
+    assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
 
 
 def test_a_stop_counts_where_it_is_touched() -> None:
@@ -159,24 +160,15 @@ def test_a_stop_counts_where_it_is_touched() -> None:
     with_stops = replace(one, axes=(*one.axes[:2], replace(one.axes[2], stops=stops)))
     system = replace(system, mounts=(with_stops, *others))
     for z, expected in ((0.0, 20000.0), (0.011, 70000.0), (-0.021, 70000.0)):
-        pose = (np.array([[0.0, 0.0, z]]), UNIT[None])
-        assert tangent_stiffness(system, pose)[2] == pytest.approx(expected, rel=1e-9)
+        springs = SmallMotion(system, (np.array([[0.0, 0.0, z]]), UNIT[None])).springs
+        assert system.laws.tangents(springs)[2] == pytest.approx(expected, rel=1e-9)
         # From 0.009 to 0.013 the stop is touched over three quarters, from -0.023 to -0.019 likewise.
-        assert secant_stiffness(system, pose, motion=0.002)[2].real == pytest.approx(
+        assert system.laws.secants(springs, np.full(12, 0.002))[2].real == pytest.approx(
             20000.0 + (0.0 if z == 0.0 else 5e4 * 0.75), rel=1e-9
         )
 
 
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({}, "give one of them"),
-        ({"share": 0.1, "motion": 1e-3}, "give one of them"),
-        ({"share": 1.5}, "`share` must be above 0 and at most 1, got 1.5"),
-        ({"motion": -1e-3}, r"corner 0 x must be finite and > 0 \[m\], got -0.001"),
-    ],
-)
-def test_amplitudes_that_are_none(given: dict[str, float], message: str) -> None:
-    system = box(9000.0, 12000.0, 20000.0)
-    with pytest.raises(MountedSystemError, match=message):
-        secant_stiffness(system, nominal_pose(system), **given)
+def test_amplitudes_that_are_none() -> None:
+    laws = box(9000.0, 12000.0, 20000.0).laws
+    with pytest.raises(MountedSystemError, match=r"corner 0 x must be finite and > 0 \[m\], got -0.001"):
+        laws.secants(laws.nominal, np.full(12, -1e-3))

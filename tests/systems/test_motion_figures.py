@@ -27,7 +27,8 @@ from mounted_examples import (
 from reference_motion import Course, half_sine, sine
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
-from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, Point, RigidBody, Vector
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody, Vector
 
 # Of MotionRecord.of_points, of_axes in motion.h.
 LARGEST_ACCELERATION, LARGEST_SWAY, MEAN_SQUARES, SWAY_SQUARES = 0, 5, 9, 15

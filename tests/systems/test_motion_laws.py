@@ -25,7 +25,8 @@ from mounted_examples import (
 )
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
 from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
 
 LAW = settings(derandomize=True, deadline=None, max_examples=40, phases=[Phase.generate])
@@ -262,7 +263,7 @@ def test_springs_create_no_energy(one: Drawn) -> None:
     system = replace(one.system, mounts=mounts).with_springs(plain)
     motion = kernel_motion(system, one.case, STEP, one.omega)
     absorbed, histories = motion.figures.of_axes[:, 5], motion.histories
-    for number, (_, axis) in enumerate(system.axes()):
+    for number, axis in enumerate(system.axes):
         before, after = (
             stored(axis.spring, histories.displacement[k, number], histories.force[k, number] / axis.parallel)
             for k in (0, -1)

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, FloatArray, two_stages, unit
 from strandspring import SpringParameters
-from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, RigidBody, Vector
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Mount, MountAxis, RigidBody, Vector
 from strandspring.vibration.bodies.rest import mount_loads, rest
-from strandspring.vibration.bodies.solving import solver
 
 LAW = settings(derandomize=True, deadline=None, max_examples=150, phases=[Phase.generate])
 
@@ -57,7 +57,7 @@ def unbalance(system: MountedSystem, pose: FloatArray, omega: FloatArray) -> Flo
     for number, body in enumerate(system.bodies):
         total[number, 0] = body.mass * np.array(system.gravity)
         sizes[number] = body.mass * GRAVITY if any(system.gravity) else 0.0
-    for (mount, axis), own in zip(system.axes(), omega.tolist(), strict=True):
+    for mount, axis, own in zip(system.axis_mounts, system.axes, omega.tolist(), strict=True):
         x, (w, *v) = pose[mount.body, :3], pose[mount.body, 3:]
         arm = Rotation.from_quat([*v, w]).apply(mount.place)
         stiffness, friction = axis.spring.kE[1], axis.spring.kappa_omega
@@ -87,13 +87,13 @@ def test_rest_is_found_at_any_scale_of_force(
     one = mounted(seed, [friction], [1.0], gravity, preload)
     both = mounted(seed, [friction] * 2, list(factors), gravity, preload)
     omega = share * np.random.default_rng(seed).choice([-1.0, 1.0], 24)
-    pose, _, is_found = solver(both).rest(np.array(gravity), omega)
+    pose, _, is_found = both.solver.rest(np.array(gravity), omega)
     assert is_found
     assert np.abs(unbalance(both, pose, omega)).max() < 1.0
-    alone, _, is_found = solver(one).rest(np.array(gravity), omega[:12])
+    alone, _, is_found = one.solver.rest(np.array(gravity), omega[:12])
     assert is_found
     scaled = mounted(seed, [friction], [factors[0]], gravity, preload)
-    np.testing.assert_array_equal(solver(scaled).rest(np.array(gravity), omega[:12])[0], alone)
+    np.testing.assert_array_equal(scaled.solver.rest(np.array(gravity), omega[:12])[0], alone)
 
 
 def test_loads_of_mounts_balance_weights_and_moments() -> None:

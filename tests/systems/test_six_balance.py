@@ -12,13 +12,13 @@ from scipy.spatial.transform import Rotation
 from springs import MOUNT
 from strandspring import SpringParameters
 from strandspring.errors import MountedSystemError
-from strandspring.vibration.bodies.loads import ChannelKind, LoadChannel
-from strandspring.vibration.bodies.mounted import MotionKind, Mount, MountAxis, MountedSystem, Point, RigidBody, Stops
+from strandspring.vibration.bodies.loads import ChannelKind, LoadChannel, channel_rows
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops
 from strandspring.vibration.bodies.shaken_system import ShakenSystem
 from strandspring.vibration.bodies.shaking import Shaking
 from strandspring.vibration.bodies.six_response import system_response
-from strandspring.vibration.bodies.small_motion import Pose, nominal_pose
-from strandspring.vibration.bodies.solving import channel_rows, solver
+from strandspring.vibration.bodies.small_motion import Pose, SmallMotion
 from strandspring.vibration.one_mass.continuation import follow
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
@@ -66,8 +66,8 @@ def against_a_stop() -> MountedSystem:
 
 def rest(system: MountedSystem) -> tuple[Pose, np.ndarray]:
     """Static equilibrium with omega = 0, also as the kernel takes it."""
-    omega = np.zeros(len(list(system.axes())))
-    pose, _, is_found = solver(system).rest(np.array(system.gravity), omega)
+    omega = np.zeros(len(system.axes))
+    pose, _, is_found = system.solver.rest(np.array(system.gravity), omega)
     assert is_found
     rotations = Rotation.from_quat(pose[:, 3:], scalar_first=True).as_matrix()
     return (pose[:, :3], rotations), pose
@@ -88,7 +88,7 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
     band = np.geomspace(2.0, 40.0, 40)
     shaking = Shaking(kind, (0.0, 0.0, -1.0))
     one = frequency_response(mass, kind, level, band)
-    found = system_response(system, pose, shaking, level, band)
+    found = system_response(SmallMotion(system, pose), shaking, level, band)
     wanted = one.column("requested") > 0.0
     # Both stop where the equations are solved to 1e-8 and 1e-9 of their largest term; a resonance magnifies that.
     tolerance = 3e-7
@@ -110,7 +110,7 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
         assert resonance.isolation_frequency == pytest.approx(one.resonance.isolation_frequency, rel=1e-3)
 
     # One more step of Newton's method leaves rounding.
-    shaken = ShakenSystem(system, pose, shaking, level)
+    shaken = ShakenSystem(SmallMotion(system, pose), shaking, level)
     of_mass = mass_balance(mass, equilibrium, kind, level)
     motions = []
     for balance, start in (
@@ -159,10 +159,10 @@ def test_other_coordinates_change_nothing(about: tuple[float, float, float] | No
     pose = (rotation.apply(displacement), matrix @ orientation @ matrix.T)
     direction, band, level = np.array([0.6, 0.0, 0.8]), np.geomspace(5.0, 20.0, 8), 3e-4
     shaking = Shaking(Excitation.BASE_DISPLACEMENT, tuple(direction), about)
-    one = system_response(system, (displacement, orientation), shaking, level, band)
+    one = system_response(SmallMotion(system, (displacement, orientation)), shaking, level, band)
     there = None if about is None else tuple(rotation.apply(about))
     other_shaking = Shaking(Excitation.BASE_DISPLACEMENT, tuple(rotation.apply(direction)), there)
-    other = system_response(turned(system, rotation), pose, other_shaking, level, band)
+    other = system_response(SmallMotion(turned(system, rotation), pose), other_shaking, level, band)
     gain = one.gain[one.requested] @ matrix.T
     assert other.gain[other.requested] == pytest.approx(gain, rel=1e-6, abs=1e-7 * np.abs(gain).max())  # Newton's 1e-9
     assert other.low[other.requested] == pytest.approx(one.low[one.requested], abs=1e-9)
@@ -177,9 +177,9 @@ def in_time(
     of_rate = channel.kind is ChannelKind.BASE_ANGULAR_VELOCITY
     integral = np.cos(angles) if of_rate else np.sin(angles)
     values = level * np.diff(integral)[None] * per_period / (2.0 * np.pi)
-    count = len(list(system.axes()))
-    figures, histories = solver(system).run(
-        channel_rows(system, [channel]),
+    count = len(system.axes)
+    figures, histories = system.solver.run(
+        channel_rows([channel], system.bodies),
         values,
         1.0 / frequency / per_period,
         np.array(system.gravity),
@@ -219,7 +219,7 @@ def test_motion_in_time(case: str, frequency: float) -> None:
     else:
         shaking = Shaking(Excitation.BASE_ACCELERATION, direction)
         channel, amplitude = LoadChannel(ChannelKind.BASE_ACCELERATION, _Unused(), direction), level
-    found = system_response(system, pose, shaking, level, [0.99 * frequency, frequency, 1.01 * frequency])
+    found = system_response(SmallMotion(system, pose), shaking, level, [0.99 * frequency, frequency, 1.01 * frequency])
     at = int(np.flatnonzero(np.isclose(found.frequency, frequency))[0])
     # Acceleration over displacement is -Omega^2, and the base's acceleration is what excites.
     expected = level * found.gain[at, -1] * (1.0 if case in ("acceleration", "stages", "stops") else -(circular**2))
@@ -237,7 +237,7 @@ def test_what_stands_still_keeps_its_tangent_stiffness() -> None:
     body = RigidBody("box", 20.0, inertia=((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35)))
     system = MountedSystem((body,), mounts, gravity=(0.0, 0.0, 0.0))
     shaking = Shaking(Excitation.BASE_DISPLACEMENT, (1.0, 0.0, 0.0))
-    found = system_response(system, nominal_pose(system), shaking, 3e-4, np.geomspace(3.0, 40.0, 40))
+    found = system_response(SmallMotion.about_nominal(system), shaking, 3e-4, np.geomspace(3.0, 40.0, 40))
     assert np.abs(found.gain[:, 0, 0]).max() > 5.0
     assert np.abs(found.gain[:, 0, 1]).max() < 1e-8  # rounding; Newton's tolerance is 1e-9
     assert [(one.point, one.direction) for one in found.resonances] == [("box", "x")]
@@ -255,7 +255,7 @@ def test_refusals(level: float, direction: tuple[float, float, float], message: 
     pose, _ = rest(system)
     shaking = Shaking(Excitation.BASE_DISPLACEMENT, direction)
     with pytest.raises(MountedSystemError, match=message):
-        system_response(system, pose, shaking, level, np.geomspace(3.0, 40.0, 40))
+        system_response(SmallMotion(system, pose), shaking, level, np.geomspace(3.0, 40.0, 40))
 
 
 def test_an_excitation_that_moves_nothing() -> None:
@@ -263,12 +263,11 @@ def test_an_excitation_that_moves_nothing() -> None:
     pose, _ = rest(system)
     shaking = Shaking(Excitation.BASE_DISPLACEMENT, (1.0, 0.0, 0.0))
     with pytest.raises(MountedSystemError, match="base displacement along x moves nothing, because no body is free"):
-        system_response(system, pose, shaking, 1e-3, [3.0, 4.0])
+        system_response(SmallMotion(system, pose), shaking, 1e-3, [3.0, 4.0])
     guided = RigidBody("mass", 2.5, motion=MotionKind.AXIS, direction=(0.6, 0.0, 0.8))
+    motion = SmallMotion(replace(system, bodies=(guided,)), pose)
     with pytest.raises(MountedSystemError, match=r"along \(0.8, 0, -0.6\) moves nothing"):
-        system_response(
-            replace(system, bodies=(guided,)), pose, replace(shaking, direction=(0.8, 0.0, -0.6)), 1e-3, [3.0, 4.0]
-        )
+        system_response(motion, replace(shaking, direction=(0.8, 0.0, -0.6)), 1e-3, [3.0, 4.0])
     with pytest.raises(MountedSystemError, match="must be a unit vector, got length 2"):
         Shaking(Excitation.FORCE, (0.0, 2.0, 0.0))
     with pytest.raises(MountedSystemError, match="not about an axis"):

@@ -12,7 +12,7 @@ from mounted_examples import UP, elastic, one_mass
 from strandspring.errors import MountedSystemError
 from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from strandspring.vibration.bodies.mounted import MountAxis, Point
+from strandspring.vibration.bodies.parts import MountAxis, Point
 from strandspring.vibration.description.described_system import limits_of
 from strandspring.vibration.description.system_tables import LimitsTable
 from strandspring.vibration.signals.level_table import LevelTable

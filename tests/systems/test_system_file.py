@@ -25,7 +25,7 @@ from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.model.modelfile import ModelFile, load_model, save_model
 from strandspring.vibration.bodies.loads import ChannelKind
-from strandspring.vibration.bodies.mounted import BASE, MotionKind
+from strandspring.vibration.bodies.parts import BASE, MotionKind
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import (
@@ -177,8 +177,8 @@ def test_candidates_take_the_place_of_mount_types(folder: Path) -> None:
     content["candidate"] = [{"name": "as it is"}, {"name": "feet", "types": {"corner": "foot"}}]
     (first, old), (second, new) = loaded(content, folder).candidates
     assert (first, second) == ("as it is", "feet")
-    assert {axis.model for _, axis in old.axes()} == {"hardening.json", "wire_rope.json"}
-    assert {axis.model for _, axis in new.axes()} == {"hardening.json"}
+    assert {axis.model for axis in old.axes} == {"hardening.json", "wire_rope.json"}
+    assert {axis.model for axis in new.axes} == {"hardening.json"}
 
 
 def test_bodies_stand_on_bodies_and_move_in_planes(folder: Path) -> None:
@@ -518,7 +518,7 @@ def test_documentation_names_every_key_and_its_example_loads(tmp_path: Path) -> 
     content = parse_toml(example)
     content["mount_type"]["corner"]["axes"][0] = parse_toml(of_catalogue)["mount_type"]["wire_rope"]["axes"][0]
     assert "catalogue values of Example Ropes WR4-200, page 12, -z" in {
-        axis.model for _, axis in system_of_content(content, FilesOfFolder(tmp_path)).candidates[0][1].axes()
+        axis.model for axis in system_of_content(content, FilesOfFolder(tmp_path)).candidates[0][1].axes
     }
     words = set(re.findall(r"[a-z][a-z_-]*", " ".join(re.findall(r"`([^`]+)`", "".join(texts)))))
     keys = {key for table in SCHEMA["$defs"].values() for key in table["properties"]} | set(SCHEMA["properties"])

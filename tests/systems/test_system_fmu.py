@@ -24,7 +24,8 @@ from strandspring.fmu.system.system_native import build_system_fmu, system_conte
 from strandspring.fmu.system.system_reference import expected_motion
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions, unique_names
 from strandspring.ground.gravity import STANDARD_GRAVITY
-from strandspring.vibration.bodies.mounted import MountedSystem, Point
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,

@@ -25,8 +25,8 @@ from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import slave_contents
 from strandspring.fmu.system.system_variables import SystemFmuOptions
 from strandspring.model.modelfile import ModelFile
-from strandspring.vibration.bodies.mounted import Mount, MountAxis, MountedSystem, RigidBody
-from strandspring.vibration.bodies.solving import solver
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Mount, MountAxis, RigidBody
 from system_fmu_tools import ACROSS, ALONG, BOX, SHEAR, UP, VERTICAL, NativeSystem, system_library
 
 # The body of BOX about its principal axes, on mounts without dampers, which spring FMUs do not have; one is inclined.
@@ -100,12 +100,14 @@ def plant(folder: Path, body: dict[str, Any]) -> Path:
 
 def system_of_fmus(folder: Path, pose: np.ndarray, displacements: np.ndarray) -> Path:
     """The .ssp file; each spring's displacement counts from where it is at rest."""
-    axes = list(SYSTEM.axes())
     body = {
         "mass": 20.0,
         "inertia": [0.25, 0.3, 0.35],
         "gravity": list(SYSTEM.gravity),
-        "springs": [(list(mount.place), list(axis.direction)) for mount, axis in axes],
+        "springs": [
+            (list(mount.place), list(axis.direction))
+            for mount, axis in zip(SYSTEM.axis_mounts, SYSTEM.axes, strict=True)
+        ],
         "point": list(SYSTEM.points[0].place),
         "pulse": (list(PEAKS), DURATION),
         "position": pose[0, :3].tolist(),
@@ -114,12 +116,12 @@ def system_of_fmus(folder: Path, pose: np.ndarray, displacements: np.ndarray) ->
     fmu = plant(folder, body)
     assert validate_fmu(str(fmu)) == []
     files = {"resources/plant.fmu": fmu.read_bytes()}
-    forces = "".join(CONNECTOR.format(f"force_{k}", "input", "N") for k in range(len(axes)))
-    moved = "".join(CONNECTOR.format(f"displacement_{k}", "output", "m") for k in range(len(axes)))
+    forces = "".join(CONNECTOR.format(f"force_{k}", "input", "N") for k in range(len(SYSTEM.axes)))
+    moved = "".join(CONNECTOR.format(f"displacement_{k}", "output", "m") for k in range(len(SYSTEM.axes)))
     sway = "".join(CONNECTOR.format(f"sway_{name}", "output", "m") for name in "xyz")
     elements, connections = COMPONENT.format("plant", "plant", forces + moved + sway), ""
     ends = CONNECTOR.format("displacement", "input", "m") + CONNECTOR.format("force", "output", "N")
-    for k, ((_, axis), displacement) in enumerate(zip(axes, displacements.tolist(), strict=True)):
+    for k, (axis, displacement) in enumerate(zip(SYSTEM.axes, displacements.tolist(), strict=True)):
         name = f"spring_{k}"
         model = ModelFile(name, axis.spring)
         spring = build_native_fmu(model, folder, chosen_platforms("host"), zero=displacement)
@@ -140,7 +142,7 @@ def base_means() -> np.ndarray:
 
 @pytest.mark.slow
 def test_time_integration_is_co_simulation_of_a_plant_and_springs(tmp_path: Path) -> None:
-    motion, omega = solver(SYSTEM), np.zeros(12)
+    motion, omega = SYSTEM.solver, np.zeros(12)
     gravity, still = np.array(SYSTEM.gravity), np.zeros(3)
     pose, _, is_found = motion.rest(gravity, omega)
     assert is_found

@@ -63,22 +63,23 @@ class MotionSolver:
 
     Parameters
     ----------
+    springs : sequence of SpringParameters   Of each axis.
+    coupled : bool                           Whether the friction of the axes of each mount acts together.
     bodies : ndarray, shape (B,)             MotionBody of motion.h, as `rows` makes it; likewise the others.
     mounts : ndarray, shape (M,)             MotionMount.
-    springs : sequence of SpringParameters   Of each axis.
     axes : ndarray, shape (A,)               MotionAxis; their laws are filled in.
     points : ndarray, shape (P,)             MotionPoint.
-    coupled : bool                           Whether the friction of the axes of each mount acts together.
     """
 
     def __init__(
         self,
+        springs: Sequence[SpringParameters],
+        coupled: bool,
+        *,
         bodies: NDArray[np.void],
         mounts: NDArray[np.void],
-        springs: Sequence[SpringParameters],
         axes: NDArray[np.void],
         points: NDArray[np.void],
-        coupled: bool = False,
     ) -> None:
         laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
         self._laws = tuple(laws.values())  # kept alive

@@ -9,9 +9,8 @@ import numpy as np
 
 from ..core.spline import Elastic
 from ..ground.gravity import STANDARD_GRAVITY
-from ..vibration.bodies.axis_names import axes_by_mount, axis_labels, axis_names, direction_words
 from ..vibration.bodies.loads import LoadCase
-from ..vibration.bodies.mounted import BASE, MotionKind, MountAxis, RigidBody, Vector
+from ..vibration.bodies.parts import BASE, MotionKind, MountAxis, RigidBody, Vector, direction_words
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.static_answer import SECANT_SHARE
 from ..vibration.verdicts.verdicts import FigureKind
@@ -80,7 +79,7 @@ def _mounts(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
             support = "base" if mount.support == BASE else system.bodies[mount.support].name
             body = system.bodies[mount.body].name
             mounts.setdefault((mount.name, body, support, _place(mount.place)), {})[mount.type_name] = None
-            for label, axis in zip(axis_labels(mount), mount.axes, strict=True):
+            for label, axis in zip(mount.axis_labels, mount.axes, strict=True):
                 axes[(f"{mount.type_name}, {label}", *_axis(axis))] = None
     header = ("mount", "carries", "stands on", "place [mm]", "type")
     rows = [(*mount, " or ".join(types_of_mount)) for mount, types_of_mount in mounts.items()]
@@ -149,16 +148,15 @@ def at_rest(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
             poses.append((f"{candidate.name}, {body.name}", *(_range(part) for part in moved.T), _range(tilt)))
         force = np.array([pose.force for pose in static.poses])
         displacement = np.array([pose.displacement for pose in static.poses])
-        names = axis_names(candidate.system)
-        for _, axes in axes_by_mount(candidate.system):
-            for k, axis in axes:
-                spring = axis.spring
-                moved = axis.series * (displacement[:, k] - axis.nominal)
-                down = axis.series * (displacement[:, k] - spring.displacement_min)
-                up = axis.series * (spring.displacement_max - displacement[:, k])
-                loads.append((f"{candidate.name}, {names[k]}", _range(force[:, k]), _range(1e3 * moved),
-                              _range(100.0 * static.places[:, k]), f"{tiny(1e3 * down.min(), 3)} and "
-                              f"{tiny(1e3 * up.min(), 3)}"))  # fmt: skip
+        names = candidate.system.axis_names
+        for k, axis in enumerate(candidate.system.axes):
+            spring = axis.spring
+            moved = axis.series * (displacement[:, k] - axis.nominal)
+            down = axis.series * (displacement[:, k] - spring.displacement_min)
+            up = axis.series * (spring.displacement_max - displacement[:, k])
+            loads.append((f"{candidate.name}, {names[k]}", _range(force[:, k]), _range(1e3 * moved),
+                          _range(100.0 * static.places[:, k]), f"{tiny(1e3 * down.min(), 3)} and "
+                          f"{tiny(1e3 * up.min(), 3)}"))  # fmt: skip
     if not poses:
         return
     header = ("candidate and body", "x [mm]", "y [mm]", "z [mm]", "tilt [°]")

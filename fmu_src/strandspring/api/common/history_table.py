@@ -9,7 +9,6 @@ from itertools import chain, count
 import numpy as np
 
 from ...errors import MountedSystemError
-from ...vibration.bodies.axis_names import axis_names
 from ...vibration.verdicts.answers import CaseAnswer
 
 _LONGEST = 100  # of the name of a file
@@ -32,7 +31,7 @@ def history_table(answer: CaseAnswer) -> tuple[list[str], Iterable[Iterable[obje
         header += [f"{point.name} acceleration {letter} [m/s^2]" for letter in "xyz"]
         header += [f"{point.name} displacement {letter} [m]" for letter in "xyz"]
         columns += [histories.acceleration[:, k], histories.sway[:, k]]
-    for k, name in enumerate(axis_names(answer.system)):
+    for k, name in enumerate(answer.system.axis_names):
         header += [f"{name} displacement of a spring [m]", f"{name} force [N]"]
         columns += [histories.displacement[:, k : k + 1], histories.force[:, k : k + 1]]
     return header, np.hstack(columns).tolist()

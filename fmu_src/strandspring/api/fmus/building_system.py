@@ -15,7 +15,7 @@ from ...fmu.system.system_variables import ForceInput, SystemFmuOptions
 from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
-from ...vibration.bodies.stable_step import largest_stable_step
+from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
@@ -53,7 +53,7 @@ class SystemToBuild:
         file = load_system_file(path)
         name, system = _chosen(file, candidate)
         rest(system)  # or the reason why there is none
-        stable = largest_stable_step(system, tilted=True)
+        stable = SmallMotion.about_nominal(system).stable_step(tilted=True)
         step = float(f"{_OF_STABLE * stable:.1e}")
         options = SystemFmuOptions(
             step if file.options.step is None else min(step, file.options.step),

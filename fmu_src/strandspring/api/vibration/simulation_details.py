@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...vibration.bodies.axis_names import axis_names
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.nearest_limit import of_limit
@@ -168,11 +167,11 @@ def _friction(static: StaticAnswer) -> str:
 
 def _by_weight(static: StaticAnswer, system: MountedSystem) -> str:
     """Which way the weight moves the springs, which tells an axis of the wrong sense."""
-    nominal = np.array([axis.nominal for _, axis in system.axes()])
+    nominal = np.array([axis.nominal for axis in system.axes])
     ways = static.poses[0].displacement - nominal
     most = int(np.argmax(np.abs(ways)))
     at = "without friction" if not static.poses[0].omega.any() else _friction(static)
-    return f"{at} the weight moves {axis_names(system)[most]} by {1e3 * ways[most]:+.3g} mm"
+    return f"{at} the weight moves {system.axis_names[most]} by {1e3 * ways[most]:+.3g} mm"
 
 
 def _tiny(value: float) -> str:

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...vibration.bodies.axis_names import axis_names
 from ...vibration.bodies.modes import Mode
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import mount_loads
@@ -28,7 +27,7 @@ def candidate_json(candidate: CandidateAnswer) -> Json:
     form: Json = {"name": candidate.name, "refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
     if static is None:
         return {**form, "static_equilibrium": None, "modes": None}
-    names = axis_names(candidate.system)
+    names = candidate.system.axis_names
     pose, places = static.poses[0], static.places
     forces = np.array([drawn.force for drawn in static.poses])
     rest = {
@@ -117,7 +116,7 @@ def _run(system: MountedSystem, run: CaseRun, use: RangeUse) -> Json:
                 **_figures(figures, k, ("displacement_low", "displacement_high", "force", "rate", "omega_low",
                                         "omega_high", "absorbed")),
             }
-            for k, name in enumerate(axis_names(system))
+            for k, name in enumerate(system.axis_names)
         ],
     }  # fmt: skip
 

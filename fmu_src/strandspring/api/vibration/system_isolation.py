@@ -16,13 +16,14 @@ from threadpoolctl import threadpool_limits
 
 from ...errors import MountedSystemError
 from ...ground.arguments import limits
-from ...vibration.bodies.axis_laws import AxisLaws
 from ...vibration.bodies.modes import Mode, modes
-from ...vibration.bodies.mounted import MountedSystem, Vector
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.parts import Vector
 from ...vibration.bodies.rest import RestPose, rest
 from ...vibration.bodies.shaken_system import ShakenSystem
 from ...vibration.bodies.shaking import Shaking
 from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
+from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
@@ -49,13 +50,15 @@ class IsolatedSystem:
     label : str
     system : MountedSystem
     rest : RestPose                        Static equilibrium midway in the hysteresis.
-    modes : tuple of Mode                  Of small motion about it.
+    motion : SmallMotion                   About it.
+    modes : tuple of Mode
     responses : tuple of SystemResponse    One for each excitation and level.
     """
 
     label: str
     system: MountedSystem
     rest: RestPose
+    motion: SmallMotion
     modes: tuple[Mode, ...]
     responses: tuple[SystemResponse, ...] = ()
 
@@ -258,7 +261,8 @@ def isolate_system(
     parts = []
     for label, system in description.chosen_candidates(candidates):
         pose = rest(system)
-        parts.append(IsolatedSystem(label, system, pose, modes(system, pose.pose)))
+        motion = SmallMotion(system, pose.pose)
+        parts.append(IsolatedSystem(label, system, pose, motion, modes(motion)))
     kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)
     if at is not None and kind is not Excitation.FORCE:
         raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")
@@ -276,7 +280,7 @@ def isolate_system(
             # Its systems of equations are too small to be shared among threads.
             with threadpool_limits(limits=1):
                 return system_response(
-                    part.system, part.rest.pose, shaking, level, _band(band, points, part),
+                    part.motion, shaking, level, _band(band, points, part),
                     extrapolate=extrapolate, advance=advance,
                 )  # fmt: skip
         except (IsolationError, MountedSystemError) as refusal:
@@ -312,7 +316,7 @@ def _levels(
     if given is not None:
         return given[0], None, given[1], ""
     levels, chosen, nearest = default_levels(
-        [float(AxisLaws(part.system).free_travel(part.rest.displacement).min()) for part in parts]
+        [float(part.system.laws.free_travel(part.rest.displacement).min()) for part in parts]
     )
     several = f" of {parts[nearest].label}, the smallest of these candidates" if len(parts) > 1 else ""
     return Excitation.BASE_DISPLACEMENT, None, levels, f"{chosen} of the mounts{several}."
@@ -350,7 +354,7 @@ def _shaking(
 
 def _moves(part: IsolatedSystem, shaking: Shaking) -> bool:
     """Whether some body is free to follow an excitation."""
-    return ShakenSystem(part.system, part.rest.pose, shaking, 1.0).moves
+    return ShakenSystem(part.motion, shaking, 1.0).moves
 
 
 def _band(limits: tuple[float, float] | None, points: int, part: IsolatedSystem) -> np.ndarray:

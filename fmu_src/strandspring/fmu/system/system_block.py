@@ -15,7 +15,6 @@ from ...errors import MountedSystemError
 from ...kernel.structures import rows
 from ...vibration.bodies.loads import ChannelKind
 from ...vibration.bodies.mounted import MountedSystem
-from ...vibration.bodies.solving import arrays
 from ..native.block import with_block
 from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
 
@@ -75,27 +74,24 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     ------
     MountedSystemError   If it is too large for an FMU.
     """
-    parts, channels = arrays(system), channel_rows_of(system, options)
-    springs = list(dict.fromkeys(parts.springs))
+    of_axes, channels = [axis.spring for axis in system.axes], channel_rows_of(system, options)
+    springs = list(dict.fromkeys(of_axes))
     numbers = {spring: number for number, spring in enumerate(springs)}
     table = system_variables(system, options)
     parameters = [variable for variable in table if variable.causality == "parameter"]
     start = system_start_values(system, options)
-    axes = parts.axes.view(np.float64).reshape(len(parts.axes), -1)
-    axes[:, 0] = [numbers[spring] for spring in parts.springs]  # instead of their laws
+    parts = system.kernel_rows
+    parts["axes"].view(np.float64).reshape(len(of_axes), -1)[:, 0] = [numbers[spring] for spring in of_axes]  # no laws
+    blocks = [*(parts[name] for name in ("bodies", "mounts", "axes", "points")), channels]
     values = [
         *(start[parameter.name] for parameter in parameters),
         *(float(parameter.minimum or 0.0) for parameter in parameters),
         *(float(parameter.maximum or 0.0) for parameter in parameters),
         *(value for spring in springs for value in _of_spring(spring)),
-        *(
-            value
-            for part in (parts.bodies, parts.mounts, axes, parts.points, channels)
-            for value in part.view(np.float64).flat
-        ),
+        *(value for block in blocks for value in block.view(np.float64).flat),
     ]
     names = b"".join(variable.name.encode("ascii") + b"\0" for variable in table)
-    counts = (len(springs), *map(len, (parts.bodies, parts.mounts, axes, parts.points, channels)))
+    counts = (len(springs), *map(len, blocks))
     if len(values) > _VALUES or len(names) > _NAMES:
         raise MountedSystemError(
             f"The system is too large for an FMU: it has {len(values)} numbers, and names of {len(names)} letters, "

@@ -12,9 +12,9 @@ from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories, MotionFigures
-from ...vibration.bodies.mounted import BASE, MountedSystem
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.parts import BASE
 from ...vibration.bodies.rest import rest
-from ...vibration.bodies.solving import solver
 from ..related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
 from .system_block import channel_rows_of
 from .system_variables import SystemFmuOptions, base_directions, system_variables
@@ -41,7 +41,10 @@ def reference_run(
     forces = [_SHARE * STANDARD_GRAVITY * system.bodies[force.body].mass for force in options.forces]
     inputs = np.tile(np.array([*bases, *forces])[:, None], (1, _STEPS))
     _, motion = expected_motion(system, options, inputs, options.step, _PARTS)
-    directions = [axis.direction if mount.support == BASE else (0.0, 0.0, 0.0) for mount, axis in system.axes()]
+    directions = [
+        axis.direction if mount.support == BASE else (0.0, 0.0, 0.0)
+        for mount, axis in zip(system.axis_mounts, system.axes, strict=True)
+    ]
     reaction = motion.force @ np.array(directions)
     histories = (motion.acceleration, motion.sway, motion.force, motion.displacement, reaction)
     columns = np.hstack([history.reshape(_STEPS + 1, -1) for history in histories])[:-1].T
@@ -75,7 +78,7 @@ def expected_motion(
     MountedSystemError                If the bodies cannot rest, a spring rests outside its identified range, or the
                                       motion diverges.
     """
-    motion = solver(system)
+    motion = system.solver
     start = rest(system, options.omega_start)
     figures, histories = motion.run(
         channel_rows_of(system, options),

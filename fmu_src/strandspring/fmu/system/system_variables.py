@@ -14,8 +14,8 @@ from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.quoting import printable
 from ...kernel.arrays import FloatArray
-from ...vibration.bodies.axis_names import axis_labels, axis_names, direction_name
-from ...vibration.bodies.mounted import MountedSystem, RigidBody, Vector
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.parts import RigidBody, Vector, direction_name
 
 LEAST_STEP = 1e-12  # [s]
 LARGEST_GRAVITY = 1e4  # [m/s^2]
@@ -216,11 +216,11 @@ def _axes(system: MountedSystem) -> Iterator[tuple[str, str]]:
         (
             f"{name} {label if axis.name or direction_name(axis.direction) else number}"
             for name, mount in zip(mounts, system.mounts, strict=True)
-            for number, (axis, label) in enumerate(zip(mount.axes, axis_labels(mount), strict=True), start=1)
+            for number, (axis, label) in enumerate(zip(mount.axes, mount.axis_labels, strict=True), start=1)
         ),
         2 * _LONGEST,
     )
-    for name, text, (_, axis) in zip(names, axis_names(system), system.axes(), strict=True):
+    for name, text, axis in zip(names, system.axis_names, system.axes, strict=True):
         along = ", ".join(f"{component:.6g}" for component in axis.direction)
         yield name, f"{printable(text)}, along ({along})"
 

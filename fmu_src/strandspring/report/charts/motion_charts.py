@@ -12,7 +12,6 @@ import numpy as np
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from ...vibration.bodies.axis_names import axis_names
 from ...vibration.signals.shock_spectra import ShockSpectrum
 from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
@@ -112,7 +111,7 @@ def loops(answers: Places) -> Chart:
     traces: list[Trace] = []
     most = _points_of_line(answers)
     for place, answer in answers.items():
-        courses, names = _courses(answer), axis_names(answer.system)
+        courses, names = _courses(answer), answer.system.axis_names
         displacement, force = MM.factor * courses.histories.displacement, courses.histories.force
         use = max(answer.uses, key=lambda spectrum: float(spectrum.share.max()))
         worst = np.argsort(-np.nan_to_num(use.share, posinf=1e9), kind="stable")[:_MOST_LINES]

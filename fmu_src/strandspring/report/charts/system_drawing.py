@@ -14,9 +14,9 @@ import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
-from ...vibration.bodies.axis_names import axis_labels
 from ...vibration.bodies.loads import ChannelKind, LoadCase
-from ...vibration.bodies.mounted import BASE, MotionKind, MountedSystem, RigidBody
+from ...vibration.bodies.mounted import MountedSystem
+from ...vibration.bodies.parts import BASE, MotionKind, RigidBody
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
 from ..content.quantities import DisplayUnit, number
 
@@ -112,7 +112,7 @@ def _bodies(system: MountedSystem, boxes: Mapping[str, FloatArray | None], views
 def _mounts(system: MountedSystem, views: Sequence[_View], size: float) -> Iterator[Trace]:
     axes: dict[str, list[FloatArray]] = {}
     for mount in system.mounts:
-        for axis, label in zip(mount.axes, axis_labels(mount), strict=True):
+        for axis, label in zip(mount.axes, mount.axis_labels, strict=True):
             ends = np.array(mount.place) + np.array([[0.0], [_AXIS * size]]) * np.array(axis.direction)
             name = f"axis: {label}" if axis.name else "axis"
             axes.setdefault(name, []).extend(view.seen(ends) for view in views)

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
-from ...vibration.bodies.axis_names import axis_names
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.verdicts import FigureKind
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
@@ -78,7 +77,7 @@ def strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
     shares: dict[str, float] = {}
     for answer in answers.values():
         largest = np.max([np.nan_to_num(use.share, posinf=math.inf) for use in answer.uses], axis=0)
-        for name, share in zip(axis_names(answer.system), largest.tolist(), strict=True):
+        for name, share in zip(answer.system.axis_names, largest.tolist(), strict=True):
             shares[name] = max(share, shares.get(name, 0.0))
     most = set(sorted(shares, key=lambda name: -shares[name])[:_MOST_BARS])
     places = {name: 1.0 + k for k, name in enumerate(name for name in shares if name in most)}
@@ -96,7 +95,7 @@ def strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
 
 def _strokes(answer: CaseAnswer, place: int, places: Mapping[str, float]) -> Iterator[Trace]:
     """The ranges of an answer, how far they were used, where they are at rest, and the limits."""
-    names = axis_names(answer.system)
+    names = answer.system.axis_names
     chosen = [k for k, name in enumerate(names) if name in places]
     x = np.array([places[names[k]] for k in chosen])
     first = answer.uses[0]

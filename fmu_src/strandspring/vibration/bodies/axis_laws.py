@@ -6,7 +6,8 @@ the stiffness of one spring. With all functions M is the number of axes in the o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,11 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
-from .axis_names import axis_names
-from .mounted import MountedSystem, Stops
+from .parts import MountAxis
 
 ComplexArray = NDArray[np.complex128]
 
-_NO_STOPS = Stops(-np.inf, np.inf, 1.0)
+_NO_STOPS = (-np.inf, np.inf, 0.0)
 _GRID = 2001  # displacements over the identified range among which the steepest is looked for
 
 
@@ -30,23 +30,24 @@ class AxisLaws:
 
     Parameters
     ----------
-    system : MountedSystem
+    axes : sequence of MountAxis
+    names : sequence of str                           What messages call them.
 
     Attributes
     ----------
-    names : tuple of str                              What messages call the axes.
-    parallel, series, nominal : ndarray, shape (M,)   As in `MountAxis`.
+    names : tuple of str
+    parallel, series, nominal, damping : ndarray, shape (M,)   As in `MountAxis`.
     low, high : ndarray, shape (M,)                   Ends of the springs' identified ranges [m].
-    stop_low, stop_high, stop_stiffness : ndarray, shape (M,)   As in `Stops`; infinite where there is none.
+    stop_low, stop_high, stop_stiffness : ndarray, shape (M,)   As in `Stops`; infinite and 0 where there is none.
     """
 
-    def __init__(self, system: MountedSystem) -> None:
-        axes = [axis for _, axis in system.axes()]
-        self.names = axis_names(system)
-        self.parallel, self.series, self.nominal = np.array([(a.parallel, a.series, a.nominal) for a in axes]).T
+    def __init__(self, axes: Sequence[MountAxis], names: Sequence[str]) -> None:
+        self.names = tuple(names)
+        given = np.array([(a.parallel, a.series, a.nominal, a.damping) for a in axes], dtype=np.float64)
+        self.parallel, self.series, self.nominal, self.damping = given.T
         self.low, self.high = np.array([(a.spring.displacement_min, a.spring.displacement_max) for a in axes]).T
-        stops = [axis.stops or _NO_STOPS for axis in axes]
-        self.stop_low, self.stop_high, self.stop_stiffness = np.array([(s.low, s.high, s.stiffness) for s in stops]).T
+        stops = [(a.stops.low, a.stops.high, a.stops.stiffness) if a.stops else _NO_STOPS for a in axes]
+        self.stop_low, self.stop_high, self.stop_stiffness = np.array(stops).T
         self._springs = [axis.spring for axis in axes]
         self._rho = np.array([spring.rho for spring in self._springs])
 
@@ -79,6 +80,11 @@ class AxisLaws:
         _, by_displacement, by_omega = self._partials(springs, np.zeros_like(springs))
         of_springs = by_displacement + self._rho * by_omega
         return np.asarray(self.parallel / self.series * of_springs + self.stops(springs)[1])
+
+    def saturated(self, springs: FloatArray) -> FloatArray:
+        """Stiffness of each axis once friction is saturated, midway between both senses, shape (M,) [N/m]."""
+        _, by_displacement, _ = self._partials(springs, np.zeros_like(springs))
+        return np.asarray(self.parallel / self.series * by_displacement)
 
     def secants(self, springs: FloatArray, amplitudes: FloatArray) -> ComplexArray:
         """Complex stiffness of the steady loops of each axis, shape (M,) [N/m].
@@ -116,6 +122,7 @@ class AxisLaws:
         """Motion of each axis up to the nearer end of its springs' identified range, shape (M,) [m]."""
         return np.asarray(self.series * np.minimum(springs - self.low, self.high - springs))
 
+    @cached_property
     def steepest(self) -> FloatArray:
         """An upper bound of the tangent stiffness of each axis wherever it moves, shape (M,) [N/m].
 
@@ -125,8 +132,7 @@ class AxisLaws:
         """
         bounds = {spring: _steepest(spring) for spring in dict.fromkeys(self._springs)}
         of_springs = np.array([bounds[spring] for spring in self._springs])
-        has_stop = np.isfinite(self.stop_low) | np.isfinite(self.stop_high)
-        return np.asarray(self.parallel / self.series * of_springs + np.where(has_stop, self.stop_stiffness, 0.0))
+        return np.asarray(self.parallel / self.series * of_springs + self.stop_stiffness)
 
     def _partials(self, springs: FloatArray, omega: FloatArray) -> FloatArray:
         """Force of one spring of each axis [N], its derivatives by displacement [N/m] and omega [N], shape (3, M)."""

@@ -7,14 +7,17 @@ measured acceleration is never integrated twice.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
-from .mounted import Vector
+from ...kernel.structures import rows
+from .parts import RigidBody, Vector
 
 _ROUNDING = 1e-12  # of a number of steps
 
@@ -67,6 +70,18 @@ class LoadChannel:
     direction: Vector
     body: int = 0
     place: Vector = (0.0, 0.0, 0.0)
+
+
+def channel_rows(channels: Sequence[LoadChannel], bodies: Sequence[RigidBody]) -> NDArray[np.void]:
+    """The channels as MotionChannel of motion.h, shape (C,)."""
+    return rows(
+        "MotionChannel",
+        len(channels),
+        direction=[channel.direction for channel in channels],
+        place=[np.subtract(channel.place, bodies[channel.body].center) for channel in channels],
+        kind=[channel.kind.value for channel in channels],
+        body=[channel.body for channel in channels],
+    )
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,9 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from .axis_laws import AxisLaws, ComplexArray
+from .axis_laws import ComplexArray
 from .mounted import MountedSystem
-from .small_motion import Pose, SmallMotion
+from .small_motion import SmallMotion
 
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _ROUNDING = 1e-11  # of the largest stiffness: less is none
@@ -50,51 +50,14 @@ class Mode:
     words: str
 
 
-def tangent_stiffness(system: MountedSystem, pose: Pose) -> FloatArray:
-    """Stiffness of each axis for vanishing motion about a pose, omega = 0, stops included, shape (M,) [N/m]."""
-    return AxisLaws(system).tangents(SmallMotion.about(system, pose).springs)
-
-
-def secant_stiffness(
-    system: MountedSystem, pose: Pose, *, share: float | None = None, motion: float | None = None
-) -> ComplexArray:
-    """Complex stiffness of the steady loop of each axis about a pose, shape (M,) [N/m].
-
-    Parameters
-    ----------
-    system : MountedSystem
-    pose : Pose
-    share : float or None    Amplitude of each axis as a share of its way to the nearer end of the identified range, or
-    motion : float or None   the amplitude of every axis [m].
-
-    Raises
-    ------
-    MountedSystemError       If not exactly one of both is given, it is out of bounds, or a spring is outside its range.
-    """
-    laws, springs = AxisLaws(system), SmallMotion.about(system, pose).springs
-    if (share is None) == (motion is None):
-        raise MountedSystemError(
-            "Secant stiffness is that at a `share` of the free travel or a `motion`; give one of them."
-        )
-    if share is not None:
-        if not 0.0 < share <= 1.0:
-            raise MountedSystemError(f"`share` must be above 0 and at most 1, got {share!r}.")
-        return laws.secants(springs, share * laws.free_travel(springs))
-    return laws.secants(springs, np.full(springs.size, motion))
-
-
 def modes(
-    system: MountedSystem,
-    pose: Pose,
-    stiffness: FloatArray | ComplexArray | None = None,
-    omega: FloatArray | None = None,
+    motion: SmallMotion, stiffness: FloatArray | ComplexArray | None = None, omega: FloatArray | None = None
 ) -> tuple[Mode, ...]:
     """Natural modes about a pose, by rising frequency.
 
     Parameters
     ----------
-    system : MountedSystem
-    pose : Pose
+    motion : SmallMotion                      About the pose.
     stiffness : ndarray or None, shape (M,)   Of the axes, complex with their losses [N/m]; by default the tangent.
     omega : ndarray or None, shape (M,)       Of the springs at rest [-]; by default 0.
 
@@ -102,7 +65,7 @@ def modes(
     ------
     MountedSystemError                        If the pose is not stable.
     """
-    laws, motion = AxisLaws(system), SmallMotion.about(system, pose)
+    laws = motion.system.laws
     of_axes = laws.tangents(motion.springs) if stiffness is None else stiffness
     forces = laws.forces(motion.springs, np.zeros_like(motion.springs) if omega is None else omega)
     losses = motion.along.T @ (np.imag(of_axes)[:, None] * motion.along)
@@ -111,7 +74,7 @@ def modes(
     listed = []
     for value, is_held, q in zip(values.tolist(), held.tolist(), shapes.T, strict=True):
         shape, shares = _body_motions(motion, q)
-        words = _words(system, shares)
+        words = _words(motion.system, shares)
         if is_held and value < 0.0:
             raise MountedSystemError(
                 f"The static equilibrium is not stable: a motion of {words} lowers its energy; use stiffer mounts, "

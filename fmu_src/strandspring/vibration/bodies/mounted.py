@@ -1,293 +1,25 @@
-"""Rigid bodies on hysteretic mounts, as they stand in the nominal pose.
-
-Places and directions are given in one frame, which is fixed to the base; in the nominal pose the frame of each body is
-parallel to it. An axis of a mount is fixed to what the mount stands on, the base or another body, and its displacement
-is how far the body's place of the mount has moved along it relative to that.
+"""A system of rigid bodies on hysteretic mounts, with what follows from its description: the laws of its axes, and the
+compiled kernel's solver.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import Enum
+from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
-from ...kernel.arrays import FloatArray
-from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
+from ...kernel.motion import MotionSolver
+from ...kernel.structures import rows
+from .axis_laws import AxisLaws
+from .parts import BASE, MotionKind, Mount, MountAxis, Point, RigidBody, Vector
 
-BASE = -1  # in place of the number of a body
 MOST_BODIES, MOST_AXES, MOST_POINTS = 8, 600, 64
-LARGEST_PLACE = 100.0  # [m]; what is farther was given in another unit
-_ROUNDING = 1e-9  # of lengths of unit vectors and of moments of inertia
-
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
-
-
-class MotionKind(Enum):
-    """How a body may move; the value is how people name it."""
-
-    SIX = "six"  # in all six degrees of freedom
-    PLANE = "plane"  # in a plane, about the plane's normal
-    AXIS = "axis"  # along an axis, without rotation
-
-
-@dataclass(frozen=True)
-class RigidBody:
-    """A rigid body.
-
-    Parameters
-    ----------
-    name : str
-    mass : float            [kg].
-    center : Vector         Centre of gravity in the nominal pose [m].
-    inertia : Matrix        About the centre of gravity [kg m^2]; ignored where the body moves along an axis.
-    motion : MotionKind
-    direction : Vector      Normal of the plane, or the axis, along which the body moves; a unit vector.
-
-    Raises
-    ------
-    MountedSystemError      If no body has such a mass or inertia.
-    """
-
-    name: str
-    mass: float
-    center: Vector = (0.0, 0.0, 0.0)
-    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    motion: MotionKind = MotionKind.SIX
-    direction: Vector = (0.0, 0.0, 1.0)
-
-    def __post_init__(self) -> None:
-        if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
-            raise MountedSystemError(
-                f"The mass of {self.name} must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}."
-            )
-        _check_place(self.center, f"the centre of gravity of {self.name}")
-        _check_direction(self.direction, f"the direction of {self.name}")
-        if self.motion is not MotionKind.AXIS:
-            self._check_inertia()
-
-    def _check_inertia(self) -> None:
-        inertia = np.array(self.inertia)
-        if not np.isfinite(inertia).all():
-            raise MountedSystemError(f"The moments of inertia of {self.name} must be finite [kg m^2].")
-        if np.abs(inertia - inertia.T).max() > _ROUNDING * np.abs(inertia).max():
-            raise MountedSystemError(f"The inertia tensor of {self.name} must be symmetric, got {inertia.tolist()}.")
-        least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
-        if not least > 0.0:
-            raise MountedSystemError(
-                f"No body has the inertia tensor of {self.name}: its principal moments {least:.6g}, {middle:.6g} "
-                f"and {largest:.6g} kg m^2 must be > 0; check the signs of the products, xy = -(integral of x*y dm)."
-            )
-        if largest > (1.0 + _ROUNDING) * (least + middle):
-            raise MountedSystemError(
-                f"No body has the inertia tensor of {self.name}: of its principal moments {least:.6g}, {middle:.6g} "
-                f"and {largest:.6g} kg m^2 the largest must not exceed the sum of the others; check them all."
-            )
-
-    @property
-    def translations(self) -> FloatArray:
-        """Projector on the translations that are free, shape (3, 3)."""
-        direction = np.array(self.direction)
-        along = np.outer(direction, direction)
-        return {MotionKind.SIX: np.eye(3), MotionKind.PLANE: np.eye(3) - along, MotionKind.AXIS: along}[self.motion]
-
-    @property
-    def rotations(self) -> FloatArray:
-        """Projector on the rotations that are free, shape (3, 3)."""
-        direction = np.array(self.direction)
-        return {
-            MotionKind.SIX: np.eye(3),
-            MotionKind.PLANE: np.outer(direction, direction),
-            MotionKind.AXIS: np.zeros((3, 3)),
-        }[self.motion]
-
-    @property
-    def inverse_inertia(self) -> FloatArray:
-        """What turns angular momentum into angular velocity in the body's frame, shape (3, 3) [1/(kg m^2)]."""
-        if self.motion is MotionKind.SIX:
-            return np.linalg.inv(np.array(self.inertia))
-        if self.motion is MotionKind.AXIS:
-            return np.zeros((3, 3))
-        direction = np.array(self.direction)
-        return np.outer(direction, direction) / float(direction @ np.array(self.inertia) @ direction)
-
-
-@dataclass(frozen=True)
-class Stops:
-    """Elastic bump stops in parallel with the springs of an axis.
-
-    Parameters
-    ----------
-    low, high : float        Displacement of one spring at which a stop is touched [m]; infinite where there is none.
-    stiffness : float        Of a stop, force over displacement of the mount [N/m].
-
-    Raises
-    ------
-    MountedSystemError       If low is not below high, or the stiffness is not finite and > 0.
-    """
-
-    low: float
-    high: float
-    stiffness: float
-
-    def __post_init__(self) -> None:
-        if not self.low < self.high:
-            raise MountedSystemError(
-                f"The lower stop must be below the upper one [m], got {self.low!r} and {self.high!r}."
-            )
-        if not (math.isfinite(self.stiffness) and self.stiffness > 0.0):
-            raise MountedSystemError(f"The stiffness of a stop must be finite and > 0 [N/m], got {self.stiffness!r}.")
-
-
-@dataclass(frozen=True)
-class MountAxis:
-    """Equal hysteretic springs of a mount that act along one axis, with a damper and bump stops in parallel.
-
-    S springs in series share the displacement d of the mount's axis, P such rows stand side by side: each spring is at
-    `nominal` + d/S, and the axis has the force P*r(nominal + d/S) + damping*d'.
-
-    Parameters
-    ----------
-    spring : SpringParameters
-    direction : Vector          In which a motion of the body is a positive displacement; a unit vector.
-    nominal : float             Displacement of one spring in the nominal pose [m].
-    parallel, series : int      P and S.
-    damping : float             Of the viscous damper [N s/m].
-    stops : Stops or None
-    model : str                 Where the spring comes from, for people.
-    rated_load : float          Static force that one spring may carry [N]; infinite where none is stated.
-    stated_amplitude : float or None   Of the one loop of which a catalogue states stiffness and damping [m]; None where
-                                the spring was identified from records.
-    name : str                  What the vendor calls the axis, such as "compression"; empty if nothing is given.
-
-    Raises
-    ------
-    MountedSystemError          If a value is out of its bounds.
-    """
-
-    spring: SpringParameters
-    direction: Vector
-    nominal: float
-    parallel: int = 1
-    series: int = 1
-    damping: float = 0.0
-    stops: Stops | None = None
-    model: str = ""
-    rated_load: float = math.inf
-    stated_amplitude: float | None = None
-    name: str = ""
-
-    def __post_init__(self) -> None:
-        _check_direction(self.direction, "the direction of an axis")
-        for name, count in (("parallel", self.parallel), ("series", self.series)):
-            if not 1 <= count <= MOST_SPRINGS:
-                raise MountedSystemError(
-                    f"`{name}` must be a number of springs from 1 to {MOST_SPRINGS}, got {count!r}."
-                )
-        if not (math.isfinite(self.damping) and self.damping >= 0.0):
-            raise MountedSystemError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
-        if not self.spring.displacement_min <= self.nominal <= self.spring.displacement_max:
-            raise MountedSystemError(
-                f"In the nominal pose a spring of {self.model or 'a mount'} is at {1e3 * self.nominal:.6g} mm, outside "
-                f"its identified range of {1e3 * self.spring.displacement_min:.6g} to "
-                f"{1e3 * self.spring.displacement_max:.6g} mm; use another preload or a record that reaches it."
-            )
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """Scatter of mounts of one type about the mount described, each uniform between 1 - share and 1 + share.
-
-    Parameters
-    ----------
-    stiffness : float     Share of the elastic force FE.
-    friction : float      Share of the hysteretic force kappa_omega.
-    batch : bool          Whether all mounts of the type are alike; else each is another.
-
-    Raises
-    ------
-    MountedSystemError    If a share is not within [0, 1).
-    """
-
-    stiffness: float
-    friction: float
-    batch: bool = False
-
-    def __post_init__(self) -> None:
-        for name, share in (("stiffness", self.stiffness), ("friction", self.friction)):
-            if not 0.0 <= share < 1.0:
-                raise MountedSystemError(f"The tolerance of `{name}` must be a share within [0, 1), got {share!r}.")
-
-
-def scaled(spring: SpringParameters, stiffness: float, friction: float) -> SpringParameters:
-    """A spring with its elastic force times one factor, and its hysteretic force times another, both > 0."""
-    return replace(
-        spring,
-        kE=tuple(stiffness * coefficient for coefficient in spring.kE),
-        FE_forces=tuple(stiffness * force for force in spring.FE_forces),
-        kappa_omega=friction * spring.kappa_omega,
-    )
-
-
-@dataclass(frozen=True)
-class Mount:
-    """A mount: one to three axes between a body and the base or another body.
-
-    Parameters
-    ----------
-    name : str
-    body : int                     Number of the body it carries.
-    place : Vector                 Where it acts, in the nominal pose [m].
-    axes : tuple of MountAxis
-    support : int                  Number of the body it stands on, or BASE.
-    type_name : str                Of its mount type; "" if it has none.
-    tolerance : Tolerance or None  Scatter from mount to mount; None if none is stated.
-
-    Raises
-    ------
-    MountedSystemError             If there are no axes or more than three, or they are not perpendicular.
-    """
-
-    name: str
-    body: int
-    place: Vector
-    axes: tuple[MountAxis, ...]
-    support: int = BASE
-    type_name: str = ""
-    tolerance: Tolerance | None = None
-
-    def __post_init__(self) -> None:
-        _check_place(self.place, f"the place of mount {self.name}")
-        if not 1 <= len(self.axes) <= 3:
-            raise MountedSystemError(f"Mount {self.name} must have one to three axes, got {len(self.axes)}.")
-        directions = np.array([axis.direction for axis in self.axes])
-        if np.abs(directions @ directions.T - np.eye(len(directions))).max() > 1e-6:
-            raise MountedSystemError(f"The axes of mount {self.name} must be perpendicular to each other.")
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point of a body whose motion is asked for.
-
-    Parameters
-    ----------
-    name : str
-    body : int
-    place : Vector      In the nominal pose [m].
-    """
-
-    name: str
-    body: int
-    place: Vector
-
-    def __post_init__(self) -> None:
-        _check_place(self.place, f"the place of point {self.name}")
 
 
 @dataclass(frozen=True)
@@ -319,7 +51,7 @@ class MountedSystem:
     def __post_init__(self) -> None:
         for what, count, least, most in (
             ("bodies", len(self.bodies), 1, MOST_BODIES),
-            ("axes of mounts", sum(len(mount.axes) for mount in self.mounts), 1, MOST_AXES),
+            ("axes of mounts", len(self.axes), 1, MOST_AXES),
             ("points", len(self.points), 0, MOST_POINTS),
         ):
             if not least <= count <= most:
@@ -335,17 +67,89 @@ class MountedSystem:
             if mount.support not in (BASE, *numbers) or mount.support == mount.body:
                 raise MountedSystemError(f"Mount {mount.name} must stand on the base or on another body.")
 
-    def axes(self) -> Iterator[tuple[Mount, MountAxis]]:
-        """All axes in their order, each with its mount."""
-        return ((mount, axis) for mount in self.mounts for axis in mount.axes)
+    @cached_property
+    def axes(self) -> tuple[MountAxis, ...]:
+        """Those of all mounts, one mount after the other: A in number, and the order of all arrays over axes."""
+        return tuple(axis for mount in self.mounts for axis in mount.axes)
 
-    def springs(self) -> tuple[SpringParameters, ...]:
-        """The different springs in the order of their first axis."""
-        return tuple(dict.fromkeys(axis.spring for _, axis in self.axes()))
+    @cached_property
+    def axis_mounts(self) -> tuple[Mount, ...]:
+        """The mount of each axis."""
+        return tuple(mount for mount in self.mounts for _ in mount.axes)
+
+    @cached_property
+    def axis_slices(self) -> tuple[slice, ...]:
+        """Where the axes of each mount are among all."""
+        ends = np.cumsum([len(mount.axes) for mount in self.mounts]).tolist()
+        return tuple(slice(end - len(mount.axes), end) for mount, end in zip(self.mounts, ends, strict=True))
+
+    @cached_property
+    def axis_names(self) -> tuple[str, ...]:
+        """For people: of each axis the name of its mount, where that has several followed by that of the axis."""
+        return tuple(name for mount in self.mounts for name in mount.axis_names)
+
+    @cached_property
+    def laws(self) -> AxisLaws:
+        """What its axes answer."""
+        return AxisLaws(self.axes, self.axis_names)
+
+    @property
+    def solver(self) -> MotionSolver:
+        """The kernel's solver for it; those of the last few systems are kept."""
+        return _solver(self)
+
+    @property
+    def kernel_rows(self) -> dict[str, NDArray[np.void]]:
+        """Its bodies, mounts, axes and points as MotionSolver takes them."""
+        centers = [body.center for body in self.bodies]
+        on_support = [np.zeros(3) if mount.support == BASE else centers[mount.support] for mount in self.mounts]
+        laws = self.laws
+        return {
+            "bodies": rows(
+                "MotionBody",
+                len(self.bodies),
+                mass=[body.mass for body in self.bodies],
+                center=centers,
+                translations=[body.translations for body in self.bodies],
+                rotations=[body.rotations for body in self.bodies],
+                inertia=[body.inertia for body in self.bodies],
+                inverse_inertia=[body.inverse_inertia for body in self.bodies],
+                turns=[body.motion is not MotionKind.AXIS for body in self.bodies],
+                is_free=[body.motion is MotionKind.SIX for body in self.bodies],
+            ),
+            "mounts": rows(
+                "MotionMount",
+                len(self.mounts),
+                place=[np.subtract(mount.place, centers[mount.body]) for mount in self.mounts],
+                support_place=[np.subtract(mount.place, at) for mount, at in zip(self.mounts, on_support, strict=True)],
+                body=[mount.body for mount in self.mounts],
+                support=[mount.support for mount in self.mounts],
+                first=[axes.start for axes in self.axis_slices],
+                axes=[len(mount.axes) for mount in self.mounts],
+            ),
+            "axes": rows(
+                "MotionAxis",
+                len(self.axes),
+                direction=[axis.direction for axis in self.axes],
+                nominal=laws.nominal,
+                parallel=laws.parallel,
+                series=laws.series,
+                damping=laws.damping,
+                stop_low=laws.stop_low,
+                stop_high=laws.stop_high,
+                stop_stiffness=laws.stop_stiffness,
+            ),
+            "points": rows(
+                "MotionPoint",
+                len(self.points),
+                place=[np.subtract(point.place, centers[point.body]) for point in self.points],
+                body=[point.body for point in self.points],
+            ),
+        }
 
     def with_springs(self, change: Callable[[SpringParameters], SpringParameters]) -> MountedSystem:
         """The system with each spring replaced; a spring that several axes share is changed once."""
-        changed = {spring: change(spring) for spring in self.springs()}
+        changed = {spring: change(spring) for spring in dict.fromkeys(axis.spring for axis in self.axes)}
         mounts = (
             replace(mount, axes=tuple(replace(axis, spring=changed[axis.spring]) for axis in mount.axes))
             for mount in self.mounts
@@ -353,17 +157,7 @@ class MountedSystem:
         return replace(self, mounts=tuple(mounts))
 
 
-def _check_place(place: Vector, what: str) -> None:
-    if not all(abs(coordinate) <= LARGEST_PLACE for coordinate in place):
-        raise MountedSystemError(
-            f"{what[0].upper()}{what[1:]} must be within +-{LARGEST_PLACE:g} m, got {place!r} m; check its unit, which "
-            "may be mm."
-        )
-
-
-def _check_direction(direction: Vector, what: str) -> None:
-    length = math.hypot(*direction)
-    if not abs(length - 1.0) <= _ROUNDING:
-        raise MountedSystemError(
-            f"{what[0].upper()}{what[1:]} must be a unit vector, got {direction!r} of length {length!r}."
-        )
+@lru_cache(maxsize=8)
+def _solver(system: MountedSystem) -> MotionSolver:
+    springs = [axis.spring for axis in system.axes]
+    return MotionSolver(springs, system.coupled, **system.kernel_rows)

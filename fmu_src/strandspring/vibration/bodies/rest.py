@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.structures import rows
-from .mounted import BASE, MountedSystem
+from .mounted import MountedSystem
+from .parts import BASE
 from .small_motion import Pose
-from .solving import solver
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,40 +78,37 @@ def rest(
     ------
     MountedSystemError      If the bodies cannot rest, or a spring rests outside its identified range.
     """
-    kernel = solver(system)
     gravity = np.zeros(3) if weightless else np.array(system.gravity)
-    pose = _rest(system, gravity, np.zeros(kernel.axes), None)
+    pose = _rest(system, gravity, np.zeros(len(system.axes)), None)
     if omega is None and share != 0.0:
-        omega = share * kernel.senses(pose.force)
+        omega = share * system.solver.senses(pose.force)
     if omega is not None:
-        omega = _shared(system, omega) if system.coupled else omega
+        if system.coupled:
+            parts = [omega[axes] for axes in system.axis_slices]
+            omega = np.concatenate([part / max(float(np.linalg.norm(part)), 1.0) for part in parts])
         pose = _rest(system, gravity, omega, pose.coordinates)
-    _check_range(system, pose)
+    for axis, mount, displacement in zip(system.axes, system.axis_mounts, pose.displacement.tolist(), strict=True):
+        spring = axis.spring
+        if not spring.displacement_min <= displacement <= spring.displacement_max:
+            raise MountedSystemError(
+                f"Mount {mount.name} rests at {1e3 * displacement:.6g} mm of {axis.model or 'a spring'}, outside its "
+                f"identified range of {1e3 * spring.displacement_min:.6g} to {1e3 * spring.displacement_max:.6g} mm; "
+                "use more or stiffer mounts, another preload, or a record that reaches it."
+            )
     return pose
-
-
-def _shared(system: MountedSystem, omega: FloatArray) -> FloatArray:
-    """omega of each mount within the length 1 that its axes share."""
-    ends = np.cumsum([len(mount.axes) for mount in system.mounts])[:-1]
-    return np.concatenate([part / max(float(np.linalg.norm(part)), 1.0) for part in np.split(omega, ends)])
 
 
 def mount_loads(system: MountedSystem, pose: RestPose) -> FloatArray:
     """Static load of each mount: the force of its body on it in the base's frame, stops included, shape (M, 3) [N]."""
-    forces, rotations = iter(pose.force.tolist()), pose.rotations
-    loads = [
-        np.sum([next(forces) * np.array(axis.direction) for axis in mount.axes], axis=0) for mount in system.mounts
-    ]
-    turned = [
-        load if mount.support == BASE else rotations[mount.support] @ load
-        for mount, load in zip(system.mounts, loads, strict=True)
-    ]
-    return np.array(turned)
+    loads = []
+    for mount, axes in zip(system.mounts, system.axis_slices, strict=True):
+        load = pose.force[axes] @ np.array([axis.direction for axis in mount.axes])
+        loads.append(load if mount.support == BASE else pose.rotations[mount.support] @ load)
+    return np.array(loads)
 
 
 def _rest(system: MountedSystem, gravity: FloatArray, omega: FloatArray, begin: FloatArray | None) -> RestPose:
-    kernel = solver(system)
-    coordinates, unbalance, is_found = kernel.rest(gravity, omega, begin)
+    coordinates, unbalance, is_found = system.solver.rest(gravity, omega, begin)
     if not is_found:
         raise MountedSystemError(
             f"The bodies of {system.name or 'the system'} cannot rest on their mounts: forces of {unbalance:.3g} N "
@@ -119,16 +116,5 @@ def _rest(system: MountedSystem, gravity: FloatArray, omega: FloatArray, begin: 
             "all directions."
         )
     no_channels, no_steps = rows("MotionChannel", 0), np.empty((0, 0))
-    _, at = kernel.run(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
+    _, at = system.solver.run(no_channels, no_steps, 1.0, gravity, coordinates, omega, np.zeros(3))
     return RestPose(coordinates, omega, at.displacement[0], at.force[0])
-
-
-def _check_range(system: MountedSystem, pose: RestPose) -> None:
-    for number, (mount, axis) in enumerate(system.axes()):
-        spring, displacement = axis.spring, float(pose.displacement[number])
-        if not spring.displacement_min <= displacement <= spring.displacement_max:
-            raise MountedSystemError(
-                f"Mount {mount.name} rests at {1e3 * displacement:.6g} mm of {axis.model or 'a spring'}, outside its "
-                f"identified range of {1e3 * spring.displacement_min:.6g} to {1e3 * spring.displacement_max:.6g} mm; "
-                "use more or stiffer mounts, another preload, or a record that reaches it."
-            )

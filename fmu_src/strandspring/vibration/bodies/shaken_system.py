@@ -15,10 +15,8 @@ from ...kernel.balance import BalancedSystem
 from ...kernel.periodic import fourier_basis
 from ...kernel.structures import rows
 from ..one_mass.harmonic_balance import HARMONICS, SAMPLES, displacement_limits, forcing, linear_motion
-from .axis_laws import AxisLaws
-from .mounted import MountedSystem
 from .shaking import Shaking
-from .small_motion import Pose, SmallMotion
+from .small_motion import SmallMotion
 
 
 class ShakenSystem:
@@ -26,26 +24,21 @@ class ShakenSystem:
 
     Parameters
     ----------
-    system : MountedSystem
-    pose : Pose                Of static equilibrium, the springs' hysteresis midway.
+    motion : SmallMotion       About static equilibrium, the springs' hysteresis midway.
     shaking : Shaking
     level : float              In its unit, > 0.
     extrapolate : bool         Whether springs may leave their identified ranges.
 
     Attributes
     ----------
-    motion : SmallMotion       About the pose.
-    laws : AxisLaws
+    system : MountedSystem
     balance : BalancedSystem
     linear_motion : callable   Coefficients of the motion of the linearized system at an Omega [rad/s].
     """
 
-    def __init__(
-        self, system: MountedSystem, pose: Pose, shaking: Shaking, level: float, extrapolate: bool = True
-    ) -> None:
-        self.system, self.shaking, self.level = system, shaking, level
-        self.motion, self.laws = SmallMotion.about(system, pose), AxisLaws(system)
-        motion, laws, springs = self.motion, self.laws, [axis.spring for _, axis in system.axes()]
+    def __init__(self, motion: SmallMotion, shaking: Shaking, level: float, extrapolate: bool = True) -> None:
+        self.motion, self.shaking, self.level, self.system = motion, shaking, level, motion.system
+        laws, springs = self.system.laws, [axis.spring for axis in self.system.axes]
         low, high = displacement_limits(laws.low, laws.high, extrapolate)
         axes = rows(
             "BalancedAxis",
@@ -53,7 +46,7 @@ class ShakenSystem:
             parallel=laws.parallel,
             series=laws.series,
             position=motion.springs,
-            damping=[axis.damping for _, axis in system.axes()],
+            damping=laws.damping,
             stop_low=laws.stop_low,
             stop_high=laws.stop_high,
             stop_stiffness=laws.stop_stiffness,

@@ -10,8 +10,7 @@ import numpy as np
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ..one_mass.system import Excitation
-from .axis_names import direction_name
-from .mounted import Vector
+from .parts import Vector, direction_name
 from .small_motion import SmallMotion
 
 _ROUNDING = 1e-13  # of the parts of a sum

@@ -18,14 +18,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...errors import MountedSystemError
-from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories, MotionFigures
-from .loads import ChannelKind, LoadCase
-from .mounted import MotionKind, MountedSystem
+from .loads import ChannelKind, LoadCase, channel_rows
+from .mounted import MountedSystem
+from .parts import MotionKind
 from .rest import RestPose, rest
 from .run_figures import Energies, RunFigures
-from .solving import channel_rows, solver
-from .stable_step import largest_stable_step
+from .small_motion import SmallMotion
 
 TOLERANCE = 1e-3  # of a figure, relative to the largest of its kind
 _RANDOM_TOLERANCE = 5e-3  # of one realisation of random vibration, of which no two are alike within per cents
@@ -60,9 +59,11 @@ class CheckedRun(CaseRun):
     Attributes
     ----------
     errors : RunFigures        Bounds of the numerical errors of the figures.
+    stable : float             The largest stable step [s].
     """
 
     errors: RunFigures
+    stable: float
 
 
 def simulate_case(
@@ -85,7 +86,19 @@ def simulate_case(
     MountedSystemError       If the bodies cannot rest or follow the base, the step is too long, or the motion diverges.
     """
     _check_case(system, case)
-    return _run(system, case, rest(system, share, case.weightless), step)
+    start = rest(system, share, case.weightless)
+    stable = SmallMotion(system, start.pose).stable_step()
+    h, tolerance = _first_step(case, stable, step), _RANDOM_TOLERANCE if case.is_random else TOLERANCE
+    coarse = _run_with_step(system, case, start, h)
+    while True:
+        h *= 0.5
+        fine = _run_with_step(system, case, start, h)
+        changes = fine.figures.combined(coarse.figures, lambda new, old: np.abs(new - old))
+        if step is not None or 2 * case.steps(h) > MOST_STEPS or within(fine.figures, changes, 3.0 * tolerance):
+            break
+        coarse = fine
+    check_balance(case, fine.energies, h)
+    return CheckedRun(start, h, fine.figures, fine.energies, _bounds(fine.figures, changes), stable)
 
 
 def run_case(system: MountedSystem, case: LoadCase, start: RestPose, step: float) -> CaseRun:
@@ -101,8 +114,8 @@ def run_case(system: MountedSystem, case: LoadCase, start: RestPose, step: float
 
 
 def _run_with_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float) -> CaseRun:
-    motion = run_once(system, case, start, step, case.averages(step, case.steps(step)))
-    return CaseRun(start, step, RunFigures.from_motion_figures(motion), Energies.from_motion_figures(motion))
+    figures, _ = _motion(system, case, start, step)
+    return CaseRun(start, step, RunFigures.from_motion_figures(figures), Energies.from_motion_figures(figures))
 
 
 def _check_case(system: MountedSystem, case: LoadCase) -> None:
@@ -119,7 +132,7 @@ def _check_case(system: MountedSystem, case: LoadCase) -> None:
                 )
 
 
-def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None = None) -> float:
+def _first_step(case: LoadCase, stable: float, step: float | None) -> float:
     """The step to begin with [s]: the given one, or one that divides a tenth of the shortest pulse.
 
     Of a record that tenth is the interval between samples, whose corners then lie on steps. Steps of random vibration
@@ -129,7 +142,6 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
     ------
     MountedSystemError   If the given one is not stable, longer than the shortest pulse, or would take too many steps.
     """
-    stable = largest_stable_step(system, start.pose)
     shortest = min((channel.signal.shortest for channel in case.channels), default=math.inf)
     if step is None and case.is_random:
         step = min(_OF_STABLE * stable, case.duration / _LEAST_STEPS)
@@ -154,20 +166,6 @@ def first_step(system: MountedSystem, case: LoadCase, start: RestPose, step: flo
             "give a longer `step`."
         )
     return step
-
-
-def _run(system: MountedSystem, case: LoadCase, start: RestPose, step: float | None) -> CheckedRun:
-    h = first_step(system, case, start, step)
-    coarse, tolerance = _run_with_step(system, case, start, h), _RANDOM_TOLERANCE if case.is_random else TOLERANCE
-    while True:
-        h *= 0.5
-        fine = _run_with_step(system, case, start, h)
-        changes = fine.figures.combined(coarse.figures, lambda new, old: np.abs(new - old))
-        if step is not None or 2 * case.steps(h) > MOST_STEPS or within(fine.figures, changes, 3.0 * tolerance):
-            break
-        coarse = fine
-    check_balance(case, fine.energies, h)
-    return CheckedRun(start, h, fine.figures, fine.energies, _bounds(fine.figures, changes))
 
 
 def _bounds(figures: RunFigures, changes: RunFigures) -> RunFigures:
@@ -201,46 +199,24 @@ def check_balance(case: LoadCase, energies: Energies, step: float) -> None:
         )
 
 
-def run_once(
-    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray
-) -> MotionFigures:
-    """One run.
-
-    Parameters
-    ----------
-    system : MountedSystem
-    case : LoadCase
-    start : RestPose
-    step : float                       [s].
-    averages : ndarray, shape (C, K)   Of the channels of the case over the steps.
-
-    Raises
-    ------
-    MountedSystemError                 If the motion diverges.
-    """
-    return _motion(system, case, start, step, averages)[0]
-
-
 def run_with_histories(system: MountedSystem, case: LoadCase, start: RestPose, step: float, rows: int) -> Histories:
-    """Histories of a run as `run_once` does it, of at most so many rows and one.
+    """Histories of a run with a given step, of at most so many rows and one.
 
     Raises
     ------
     MountedSystemError   If the motion diverges.
     """
-    count = case.steps(step)
-    _, histories = _motion(system, case, start, step, case.averages(step, count), math.ceil(count / rows))
-    return histories
+    return _motion(system, case, start, step, math.ceil(case.steps(step) / rows))[1]
 
 
 def _motion(
-    system: MountedSystem, case: LoadCase, start: RestPose, step: float, averages: FloatArray, stride: int | None = None
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, stride: int | None = None
 ) -> tuple[MotionFigures, Histories]:
     """Figures of a run, and its histories at every `stride`-th step; see `MotionSolver.run`."""
-    count = averages.shape[1]
-    figures, histories = solver(system).run(
-        channel_rows(system, case.channels), averages, step, np.array(system.gravity), start.coordinates, start.omega,
-        np.array(case.velocity), min(int(case.settling / step), count - 1), stride,
+    count = case.steps(step)
+    figures, histories = system.solver.run(
+        channel_rows(case.channels, system.bodies), case.averages(step, count), step, np.array(system.gravity),
+        start.coordinates, start.omega, np.array(case.velocity), min(int(case.settling / step), count - 1), stride,
     )  # fmt: skip
     if figures.steps < count:
         raise MountedSystemError(

@@ -31,11 +31,11 @@ from ..one_mass.harmonic_balance import (
 )  # fmt: skip
 from ..one_mass.response import checked_band, isolation_frequency
 from ..one_mass.system import Excitation
-from .axis_names import axes_by_mount
-from .mounted import BASE, MountedSystem, Point
+from .mounted import MountedSystem
+from .parts import BASE, Point
 from .shaken_system import ShakenSystem
 from .shaking import Shaking
-from .small_motion import Pose
+from .small_motion import SmallMotion
 from .time_check import MeasuredError, PeakFigures, TimeCheck
 
 BoolArray = NDArray[np.bool_]
@@ -198,8 +198,7 @@ def all_points(system: MountedSystem) -> tuple[Point, ...]:
 
 
 def system_response(
-    system: MountedSystem,
-    pose: Pose,
+    motion: SmallMotion,
     shaking: Shaking,
     level: float,
     frequencies: Sequence[float] | FloatArray,
@@ -211,8 +210,7 @@ def system_response(
 
     Parameters
     ----------
-    system : MountedSystem
-    pose : Pose                  Of static equilibrium.
+    motion : SmallMotion         About static equilibrium.
     shaking : Shaking
     level : float                In its unit, > 0.
     frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
@@ -227,7 +225,7 @@ def system_response(
     band = checked_band(frequencies)
     if not (math.isfinite(level) and level > 0.0):
         raise MountedSystemError(f"`level` must be finite and > 0 [{shaking.unit}], got {level!r}.")
-    shaken = ShakenSystem(system, pose, shaking, level, extrapolate)
+    shaken = ShakenSystem(motion, shaking, level, extrapolate)
     if not shaken.moves:
         raise MountedSystemError(
             f"A {shaking.name} moves nothing, because no body is free to follow it; give another direction."
@@ -240,17 +238,17 @@ def system_response(
     _check_ranges(shaken, motions)
     response = _response(shaken, moved, gains, motions)
     errors = _measured_errors(shaken, response, motions)
-    return replace(response, errors=errors, sliding=_sliding(system, response))
+    return replace(response, errors=errors, sliding=_sliding(motion.system, response))
 
 
 def _sliding(system: MountedSystem, response: SystemResponse) -> str:
     """`SystemResponse.sliding`: where the second axis of a mount moves so far that its friction is near saturation."""
-    rho = np.array([axis.spring.rho for _, axis in system.axes()])
+    rho = np.array([axis.spring.rho for axis in system.axes])
     slips = 0.5 * rho * (response.high - response.low)
     across = {
-        mount.name: float(np.sort(slips[:, [number for number, _ in axes]], axis=1)[:, -2].max())
-        for mount, axes in axes_by_mount(system)
-        if len(axes) > 1
+        mount.name: float(np.sort(slips[:, axes], axis=1)[:, -2].max())
+        for mount, axes in zip(system.mounts, system.axis_slices, strict=True)
+        if len(mount.axes) > 1
     }
     name = max(across, key=lambda mount: across[mount], default="")
     return name if name and across[name] >= _SLIDING else ""
@@ -297,7 +295,7 @@ def _check_ranges(shaken: ShakenSystem, motions: Sequence[SteadyMotion]) -> None
     beyond = first_beyond(shaken.balance, motions)
     if beyond is None:
         return
-    (motion, axis), laws = beyond, shaken.laws
+    (motion, axis), laws = beyond, shaken.system.laws
     moves = (motion.motion.low, motion.motion.high, laws.low, laws.high)
     from_here, to_here, low, high = (f"{1e3 * of_axes[axis]:.4g}" for of_axes in moves)
     raise MountedSystemError(
@@ -373,12 +371,13 @@ class _MovedPoints:
 def _response(
     shaken: ShakenSystem, moved: _MovedPoints, gains: _Gains, motions: Sequence[SteadyMotion]
 ) -> SystemResponse:
-    balance, laws, axes = shaken.balance, shaken.laws, list(shaken.system.axes())
+    balance, system, laws = shaken.balance, shaken.system, shaken.system.laws
     omega, _ = stacked(balance, motions)
     figures = np.array([motion.motion.figures for motion in motions])
     low, high = figures[:, :, 0], figures[:, :, 1]
     within_low, within_high = displacement_limits(laws.low, laws.high, extrapolate=False)
-    directions = np.array([axis.direction if mount.support == BASE else (0.0, 0.0, 0.0) for mount, axis in axes])
+    on_base = np.array([mount.support == BASE for mount in system.axis_mounts])
+    directions = np.where(on_base[:, None], [axis.direction for axis in system.axes], 0.0)
     base = -(omega**2) * shaken.shaking.kind.base_amplitude(shaken.level, omega)
     acceleration, sway, tilt = [], [], []
     courses = (base, displacements(balance, motions), rates(balance, motions), accelerations(balance, motions))

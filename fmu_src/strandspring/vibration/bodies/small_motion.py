@@ -22,6 +22,7 @@ being added to the second order of d. A body that turns in a plane only needs ne
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -33,76 +34,80 @@ from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
 from ...kernel.arrays import FloatArray
-from .mounted import MotionKind, MountedSystem
+from .mounted import MountedSystem
+from .parts import BASE, MotionKind
 
 # Displacements of the centres of gravity, shape (B, 3) [m], and rotation matrices, shape (B, 3, 3).
 Pose: TypeAlias = tuple[FloatArray, FloatArray]
 
 
-def nominal_pose(system: MountedSystem) -> Pose:
-    """The pose in which the system is described."""
-    count = len(system.bodies)
-    return np.zeros((count, 3)), np.broadcast_to(np.eye(3), (count, 3, 3)).copy()
-
-
-def gradients(system: MountedSystem, pose: Pose) -> FloatArray:
-    """First derivatives of the axes' displacements by displacement and rotation of each body, shape (M, 6B)."""
-    return _Axes.from_pose(system, pose).gradients()
-
-
 @dataclass(frozen=True, eq=False)
 class SmallMotion:
-    """Small motions in D free coordinates; B bodies, M axes of mounts in the order of `MountedSystem.axes`.
+    """Small motions about a pose in D free coordinates, lengths of the same mass; B bodies, M axes of mounts.
 
-    Attributes
+    Parameters
     ----------
-    free : ndarray, shape (6B, D)    Displacement and rotation of each body by the coordinates, which are lengths of the
-                                     same mass.
-    mass : float                     Of each coordinate, the mean of the bodies' masses [kg].
-    along : ndarray, shape (M, D)    Displacement of each axis by the coordinates.
-    springs : ndarray, shape (M,)    Displacement of one spring of each axis in the pose [m].
-    damping : ndarray, shape (D, D)  Of the viscous dampers [N s/m].
-    weight : ndarray, shape (D,)     Of the bodies [N].
+    system : MountedSystem
+    pose : Pose
     """
 
     system: MountedSystem
     pose: Pose
-    free: FloatArray
-    mass: float
-    along: FloatArray
-    springs: FloatArray
-    damping: FloatArray
-    weight: FloatArray
 
     @classmethod
-    def about(cls, system: MountedSystem, pose: Pose) -> SmallMotion:
-        """Small motions about a pose.
+    def about_nominal(cls, system: MountedSystem) -> SmallMotion:
+        """Small motions about the pose in which a system is described."""
+        count = len(system.bodies)
+        return cls(system, (np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1))))
 
-        Parameters
-        ----------
-        system : MountedSystem
-        pose : Pose
-        """
-        axes = _Axes.from_pose(system, pose)
-        free, mass = _free_coordinates(system, pose[1])
-        along = axes.gradients() @ free
-        gravity = [[*(body.mass * np.array(system.gravity)), 0.0, 0.0, 0.0] for body in system.bodies]
-        damping = np.array([axis.damping for _, axis in system.axes()])
-        return cls(
-            system=system,
-            pose=pose,
-            free=free,
-            mass=mass,
-            along=along,
-            springs=axes.springs,
-            damping=along.T @ (damping[:, None] * along),
-            weight=np.ravel(gravity) @ free,
-        )
+    @cached_property
+    def gradients(self) -> FloatArray:
+        """First derivatives of the axes' displacements by displacement and rotation of each body, shape (M, 6B)."""
+        return self._axes.gradients()
+
+    @property
+    def springs(self) -> FloatArray:
+        """Displacement of one spring of each axis in the pose, shape (M,) [m]."""
+        return self._axes.springs
+
+    @property
+    def mass(self) -> float:
+        """Of each coordinate, the mean of the bodies' masses [kg]."""
+        return float(np.mean([body.mass for body in self.system.bodies]))
+
+    @cached_property
+    def free(self) -> FloatArray:
+        """Displacement and rotation of each body by the coordinates, shape (6B, D)."""
+        blocks = []
+        for body, rotation in zip(self.system.bodies, self.pose[1], strict=True):
+            inertia = rotation @ np.array(body.inertia) @ rotation.T
+            for projector, of_body in ((body.translations, body.mass * np.eye(3)), (body.rotations, inertia)):
+                values, vectors = np.linalg.eigh(projector)
+                basis = vectors[:, values > 0.5]
+                factor = np.linalg.inv(np.linalg.cholesky(basis.T @ of_body @ basis)).T
+                blocks.append(basis @ factor * np.sqrt(self.mass))
+        return np.asarray(block_diag(*blocks))
+
+    @cached_property
+    def along(self) -> FloatArray:
+        """Displacement of each axis by the coordinates, shape (M, D)."""
+        return self.gradients @ self.free
+
+    @cached_property
+    def damping(self) -> FloatArray:
+        """Of the viscous dampers, shape (D, D) [N s/m]."""
+        return self.along.T @ (self.system.laws.damping[:, None] * self.along)
+
+    @property
+    def weight(self) -> FloatArray:
+        """Of the bodies, shape (D,) [N]."""
+        gravity = [[*(body.mass * np.array(self.system.gravity)), 0.0, 0.0, 0.0] for body in self.system.bodies]
+        return np.asarray(np.ravel(gravity) @ self.free)
 
     @cached_property
     def bend(self) -> FloatArray:
         """Second derivatives of the axes' displacements by the coordinates, shape (M, D, D) [1/m]."""
-        return self._bend(_Axes.from_pose(self.system, self.pose))
+        return self._bend(self._axes)
 
     def geometric(self, forces: FloatArray) -> FloatArray:
         """Stiffness that the forces of the axes give by turning with the bodies and by their arms, shape (D, D) [N/m].
@@ -113,12 +118,49 @@ class SmallMotion:
         ----------
         forces : ndarray, shape (M,)   Of the axes in the pose [N].
         """
-        curvatures = _Axes.from_pose(self.system, self.pose).curvatures()
-        return np.asarray(self.free.T @ np.tensordot(forces, curvatures, 1) @ self.free)
+        return np.asarray(self.free.T @ np.tensordot(forces, self._axes.curvatures(), 1) @ self.free)
 
     def stiffness(self, of_axes: FloatArray, forces: FloatArray) -> FloatArray:
         """Stiffness matrix from the stiffness of each axis [N/m] and its force in the pose [N], shape (D, D) [N/m]."""
         return self.along.T @ (of_axes[:, None] * self.along) + self.geometric(forces)
+
+    def stable_step(self, *, tilted: bool = False) -> float:
+        """The largest step with which velocity Verlet is stable [s]; infinite if nothing moves.
+
+        The scheme is x' = x + h*v + h^2*a/2, v' = v + h*(a + a')/2, with a' from the force at x' and, in dampers, at
+        the velocity v + h*a. For a motion z^n of M x'' + C x' + K x = 0 it demands
+
+            z*(z - 1)^2*M + h^2*z^2*K + h/2*(3*z - 1)*(z - 1)*C = 0,
+
+        whose roots for one degree of freedom stay within the unit circle as long as h^2*k + 4*h*c < 4*m. With symmetric
+        matrices each eigenvector gives such an equation, so that the step is stable until h^2*K + 4*h*C - 4*M is
+        singular: 1/h is the largest eigenvalue of mu^2*M - mu*C - K/4. K is an upper bound wherever springs move,
+        without the stiffness that comes from the turning of forces: against that of the mounts it is as their stroke to
+        the size of the body.
+
+        Parameters
+        ----------
+        tilted : bool          Whether the bodies may turn by any angle from the pose: each mount then counts with its
+                               stiffest axis and strongest damper in all directions.
+        """
+        laws, count = self.system.laws, self.free.shape[1]
+        stiffness, damping = (
+            (self._in_all_directions(of_axes) if tilted else self.along.T @ (of_axes[:, None] * self.along)) / self.mass
+            for of_axes in (laws.steepest, laws.damping)
+        )
+        companion = np.block([[damping, 0.25 * stiffness], [np.eye(count), np.zeros((count, count))]])
+        largest = float(np.linalg.eigvals(companion).real.max())
+        return 1.0 / largest if largest > 0.0 else math.inf
+
+    def _in_all_directions(self, of_axes: FloatArray) -> FloatArray:
+        """The matrix of stiffness or damping if each mount had the largest of its axes in all directions, (D, D)."""
+        total = np.zeros((self.free.shape[1], self.free.shape[1]))
+        for mount, axes in zip(self.system.mounts, self.system.axis_slices, strict=True):
+            moved = self.point(mount.body, mount.place)
+            if mount.support != BASE:
+                moved = moved - self.point(mount.support, mount.place)
+            total += of_axes[axes].max() * moved.T @ moved
+        return total
 
     def place(self, body: int, place: Sequence[float]) -> FloatArray:
         """Where a body's point, given in the nominal pose [m], is in this one, shape (3,) [m]."""
@@ -137,7 +179,7 @@ class SmallMotion:
 
     def rotations(self, coordinates: FloatArray) -> FloatArray:
         """Rotation vectors of the bodies from the pose, shape (B, 3, ...), of coordinates of shape (D, ...) [rad]."""
-        turned = np.tensordot(self.free.reshape(-1, 6, len(self.weight))[:, 3:], coordinates, 1)
+        turned = np.tensordot(self.free.reshape(-1, 6, self.free.shape[1])[:, 3:], coordinates, 1)
         for k, inertia in enumerate(self._inertias):
             if inertia is not None:
                 momentum = np.tensordot(inertia, turned[k], 1)
@@ -172,6 +214,10 @@ class SmallMotion:
         return np.asarray(self.free.T @ curvatures @ self.free)
 
     @cached_property
+    def _axes(self) -> _Axes:
+        return _Axes.from_pose(self.system, self.pose)
+
+    @cached_property
     def _inertias(self) -> list[FloatArray | None]:
         """Of each body in the pose; None where its rotation needs no correction."""
         return [
@@ -197,21 +243,20 @@ class _Axes:
 
     @classmethod
     def from_pose(cls, system: MountedSystem, pose: Pose) -> _Axes:
-        count, axes = len(system.bodies), list(system.axes())
-        body = np.array([mount.body for mount, _ in axes])
-        support = np.array([mount.support for mount, _ in axes]) % (count + 1)
-        place = np.array([mount.place for mount, _ in axes])
+        count, mounts, laws = len(system.bodies), system.axis_mounts, system.laws
+        body = np.array([mount.body for mount in mounts])
+        support = np.array([mount.support for mount in mounts]) % (count + 1)
+        place = np.array([mount.place for mount in mounts])
         center = np.vstack([[rigid_body.center for rigid_body in system.bodies], np.zeros(3)])
         displacement = np.vstack([pose[0], np.zeros(3)])
         rotation = np.concatenate([pose[1], np.eye(3)[None]])
         arm, body_arm = (
             np.einsum("mij,mj->mi", rotation[bodies], place - center[bodies]) for bodies in (body, support)
         )
-        direction = np.einsum("mij,mj->mi", rotation[support], np.array([axis.direction for _, axis in axes]))
+        direction = np.einsum("mij,mj->mi", rotation[support], np.array([axis.direction for axis in system.axes]))
         support_arm = center[body] + displacement[body] + arm - center[support] - displacement[support]
         moved = np.einsum("mi,mi->m", direction, support_arm - body_arm)
-        nominal, series = np.array([(axis.nominal, axis.series) for _, axis in axes]).T
-        return cls(count, body, support, direction, arm, support_arm, nominal + moved / series)
+        return cls(count, body, support, direction, arm, support_arm, laws.nominal + moved / laws.series)
 
     def gradients(self) -> FloatArray:
         """First derivatives by displacement and rotation of each body, shape (M, 6B)."""
@@ -241,19 +286,6 @@ class _Axes:
         total[each, rotation, rotation] += _bending(self.direction, self.arm)
         total[each, turned, turned] += _bending(self.direction, self.support_arm)
         return total[:, :-2, :-2].swapaxes(2, 3).reshape(count, 6 * self.bodies, 6 * self.bodies)
-
-
-def _free_coordinates(system: MountedSystem, rotations: FloatArray) -> tuple[FloatArray, float]:
-    """`SmallMotion.free` and `SmallMotion.mass`."""
-    mean = float(np.mean([body.mass for body in system.bodies]))
-    blocks = []
-    for body, rotation in zip(system.bodies, rotations, strict=True):
-        inertia = rotation @ np.array(body.inertia) @ rotation.T
-        for projector, of_body in ((body.translations, body.mass * np.eye(3)), (body.rotations, inertia)):
-            values, vectors = np.linalg.eigh(projector)
-            basis = vectors[:, values > 0.5]
-            blocks.append(basis @ np.linalg.inv(np.linalg.cholesky(basis.T @ of_body @ basis)).T * np.sqrt(mean))
-    return block_diag(*blocks), mean
 
 
 def _bending(direction: FloatArray, arm: FloatArray) -> FloatArray:

@@ -13,15 +13,14 @@ from functools import cached_property
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...kernel.motion import Histories, MotionSolver
+from ...kernel.motion import Histories
 from ..one_mass.harmonic_balance import SAMPLES
 from ..one_mass.system import Excitation
-from .loads import ChannelKind, LoadChannel
-from .mounted import MountedSystem, Point
+from .loads import ChannelKind, LoadChannel, channel_rows
+from .mounted import MountedSystem
+from .parts import Point
 from .shaking import Shaking
 from .small_motion import SmallMotion
-from .solving import channel_rows, solver
-from .stable_step import largest_stable_step
 
 MOST_PERIODS = 400
 _PERIODIC = 2e-4  # of the largest acceleration: change from one period to the next, and all that are to come
@@ -100,6 +99,7 @@ class TimeCheck:
 
     def __init__(self, motion: SmallMotion, shaking: Shaking, level: float, points: tuple[Point, ...]) -> None:
         self._motion, self._shaking, self._level, self._points = motion, shaking, level, points
+        self._stable = motion.stable_step()
 
     def error(self, omega: float, z: FloatArray, hysteresis: FloatArray, found: PeakFigures) -> MeasuredError:
         """The error of a steady motion.
@@ -126,9 +126,11 @@ class TimeCheck:
         steps = max(_STEPS, math.ceil(period / SAMPLES / (_OF_STABLE * self._stable)))
         count = SAMPLES * steps
         channel = self._channel(omega)
-        periods = self._solver.repeated(
-            channel_rows(self._motion.system, [channel]), channel.signal.averages(period / count, count)[None],
-            period / count, np.array(self._motion.system.gravity), pose, hysteresis, momenta, steps,
+        system = self._motion.system
+        probed = MountedSystem(system.bodies, system.mounts, self._probes, system.gravity)
+        periods = probed.solver.repeated(
+            channel_rows([channel], system.bodies), channel.signal.averages(period / count, count)[None],
+            period / count, np.array(system.gravity), pose, hysteresis, momenta, steps,
         )  # fmt: skip
         before, last = None, math.inf
         for _, histories in zip(range(MOST_PERIODS), periods, strict=False):
@@ -184,15 +186,6 @@ class TimeCheck:
             for k, body in enumerate(self._motion.system.bodies)
             for end in (np.zeros(3), *np.eye(3))
         )
-
-    @cached_property
-    def _solver(self) -> MotionSolver:
-        system = self._motion.system
-        return solver(MountedSystem(system.bodies, system.mounts, self._probes, system.gravity))
-
-    @cached_property
-    def _stable(self) -> float:
-        return largest_stable_step(self._motion.system, self._motion.pose)
 
 
 def _largest_error(found: FloatArray, exact: FloatArray) -> float:

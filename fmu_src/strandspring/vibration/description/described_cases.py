@@ -14,7 +14,7 @@ import numpy as np
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ..bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from ..bodies.mounted import RigidBody, Vector
+from ..bodies.parts import RigidBody, Vector
 from ..signals.pulses import (
     TabulatedPulse,
 )

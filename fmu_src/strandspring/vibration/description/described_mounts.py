@@ -17,7 +17,7 @@ from ...errors import MountedSystemError
 from ...ground.quoting import printable
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
-from ..bodies.mounted import MountAxis, Stops, Vector
+from ..bodies.parts import MountAxis, Stops, Vector
 from .catalogue_table import catalogue_spring
 from .system_tables import AxisTable, MountTypeTable, StopsTable, SystemTable
 from .table_types import located

@@ -9,18 +9,8 @@ from functools import partial
 from ...errors import MountedSystemError
 from ...ground.quoting import quoted
 from ...ground.tables import suggestion
-from ..bodies.mounted import (
-    BASE,
-    MOST_AXES,
-    Matrix,
-    MotionKind,
-    Mount,
-    MountAxis,
-    MountedSystem,
-    Point,
-    RigidBody,
-    Tolerance,
-)
+from ..bodies.mounted import MOST_AXES, MountedSystem
+from ..bodies.parts import BASE, Matrix, MotionKind, Mount, MountAxis, Point, RigidBody, Tolerance
 from ..signals.shock_spectra import RequiredSpectrum
 from ..verdicts.verdicts import FigureKind, Limits
 from .case_tables import SpectrumTable

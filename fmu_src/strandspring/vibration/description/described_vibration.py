@@ -10,7 +10,7 @@ from functools import singledispatch
 from ...errors import MountedSystemError
 from ...ground.gravity import STANDARD_GRAVITY
 from ..bodies.loads import ChannelKind, LoadChannel, Signal
-from ..bodies.mounted import Vector
+from ..bodies.parts import Vector
 from ..signals.level_table import LevelTable
 from ..signals.pulses import HeldAcceleration
 from ..signals.random_signal import RandomVibration

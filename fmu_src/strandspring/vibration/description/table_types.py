@@ -15,7 +15,7 @@ from ...errors import MountedSystemError, StrandspringError
 from ...ground.quoting import quoted, shown
 from ...ground.strict_json import is_finite
 from ...ground.tables import field_name
-from ..bodies.mounted import Vector
+from ..bodies.parts import Vector
 from . import quantity_text as q
 
 _LONGEST_NAME = 80

@@ -10,12 +10,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import block_diag, eigh, null_space
+from scipy.linalg import block_diag, null_space
 
-from ...core.spline import Elastic
 from ...kernel.arrays import FloatArray
-from ..bodies.mounted import MotionKind, MountAxis, MountedSystem, RigidBody
-from ..bodies.small_motion import gradients, nominal_pose
+from ..bodies.mounted import MountedSystem
+from ..bodies.parts import RigidBody
+from ..bodies.small_motion import SmallMotion
 
 _ROUNDING = 1e-9  # of singular values of rows whose lengths are about 1
 _MOVING = 1e-6  # share of the largest coordinate of a motion
@@ -25,7 +25,7 @@ _NAMES = ("x", "y", "z")
 def unheld_motion(system: MountedSystem) -> str:
     """A sentence about a motion that no mount holds; "" if there is none."""
     free, lengths = _free_motions(system.bodies), _lengths(system)
-    rows = gradients(system, nominal_pose(system)) * lengths
+    rows = SmallMotion.about_nominal(system).gradients * lengths
     kernel = null_space(rows @ free, rcond=_ROUNDING)
     if not kernel.size:
         return ""
@@ -68,25 +68,13 @@ def _combined(system: MountedSystem, motion: FloatArray) -> str:
 
 def slowest_period(system: MountedSystem) -> float:
     """Longest period of small vibration with all friction saturated [s]; NaN where a spring's force falls."""
-    basis = _free_motions(system.bodies) * _lengths(system)[:, None]
-    rows = gradients(system, nominal_pose(system)) @ basis
-    stiffness = np.array([_stiffness(axis) for _, axis in system.axes()])
-    mass = basis.T @ block_diag(*(_mass_matrix(body) for body in system.bodies)) @ basis
+    motion = SmallMotion.about_nominal(system)
+    stiffness = system.laws.saturated(motion.springs)
     try:
-        slowest = float(eigh((rows.T * stiffness) @ rows, mass, eigvals_only=True)[0])
-    except np.linalg.LinAlgError:  # masses and moments of absurdly different sizes
+        slowest = float(np.linalg.eigvalsh((motion.along.T * stiffness) @ motion.along / motion.mass)[0])
+    except np.linalg.LinAlgError:  # moments of absurdly different sizes
         return math.nan
     return 2.0 * math.pi / math.sqrt(slowest) if slowest > 0.0 else math.nan
-
-
-def _stiffness(axis: MountAxis) -> float:
-    elastic = Elastic(axis.spring).slope(axis.nominal - axis.spring.displacement_offset)
-    return axis.parallel / axis.series * elastic
-
-
-def _mass_matrix(body: RigidBody) -> FloatArray:
-    inertia = np.eye(3) if body.motion is MotionKind.AXIS else np.array(body.inertia)
-    return np.asarray(block_diag(body.mass * np.eye(3), inertia), dtype=np.float64)
 
 
 def _free_motions(bodies: Sequence[RigidBody]) -> FloatArray:

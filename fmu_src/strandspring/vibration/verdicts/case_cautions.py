@@ -11,7 +11,6 @@ import numpy as np
 
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
-from ..bodies.axis_names import axis_names
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun
@@ -92,7 +91,7 @@ def _shared(system: MountedSystem) -> Iterator[str]:
 
 
 def _about_files(system: MountedSystem, models: Mapping[str, ModelFile]) -> Iterator[str]:
-    for name in dict.fromkeys(axis.model for _, axis in system.axes()):
+    for name in dict.fromkeys(axis.model for axis in system.axes):
         if name in models:
             yield from cautions_in_use(name, models[name])
 
@@ -123,7 +122,7 @@ def _outside(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Cautio
         CautionKind.OUTSIDE,
         float(beyond[worst]),
         f"{int(outside.sum())} of {outside.size} axes leave the identified range of their springs, "
-        f"{axis_names(system)[worst]} by {1e3 * beyond[worst]:.3g} mm beyond {1e3 * use.low[worst]:.4g} to "
+        f"{system.axis_names[worst]} by {1e3 * beyond[worst]:.3g} mm beyond {1e3 * use.low[worst]:.4g} to "
         f"{1e3 * use.high[worst]:.4g} mm; there the model is continued linearly, and all figures of this case are "
         "extrapolated.",
     )
@@ -139,7 +138,7 @@ def _stopped(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Cautio
         CautionKind.STOPS,
         float(force[worst]),
         f"{int(np.count_nonzero(deflection))} of {deflection.size} axes bottom on a stop, "
-        f"{axis_names(system)[worst]} by {1e3 * deflection[worst]:.3g} mm with {force[worst]:.4g} N; the stops are "
+        f"{system.axis_names[worst]} by {1e3 * deflection[worst]:.3g} mm with {force[worst]:.4g} N; the stops are "
         "elastic and lossless.",
     )
 
@@ -160,14 +159,14 @@ def _tilted(system: MountedSystem, runs: Sequence[CaseRun], limit: float | None)
 
 def _fast(system: MountedSystem, runs: Sequence[CaseRun]) -> Iterator[Caution]:
     """The speed of the springs, which model files do not tell."""
-    series = np.array([axis.series for _, axis in system.axes()])
+    series = np.array([axis.series for axis in system.axes])
     rates = np.max([run.figures.rate for run in runs], axis=0) / series
     if rates.any():
         worst = int(np.argmax(rates))
         yield Caution(
             CautionKind.SPEED,
             float(rates[worst]),
-            f"Springs move by up to {rates[worst]:.3g} m/s ({axis_names(system)[worst]}); the model is rate "
+            f"Springs move by up to {rates[worst]:.3g} m/s ({system.axis_names[worst]}); the model is rate "
             "independent, and model files do not tell the speed of their records: compare it, above all for rubber.",
         )
 

@@ -12,8 +12,8 @@ import numpy as np
 from ...core.spline import Elastic
 from ...kernel.path import PathSolver
 from ...loops.modelled import steady_loop_figures
-from ..bodies.axis_names import axis_names
-from ..bodies.mounted import MountAxis, MountedSystem
+from ..bodies.mounted import MountedSystem
+from ..bodies.parts import MountAxis
 from .case_cautions import Caution, CautionKind
 from .range_use import RangeUse
 from .static_answer import StaticAnswer
@@ -24,7 +24,7 @@ _AT_REST = 1e-6  # of the stated amplitude: below, a spring does not move
 
 def catalogue_cautions(system: MountedSystem) -> Iterator[str]:
     """What is not known of springs from a catalogue, one sentence for each source."""
-    axes = {axis.model: axis for _, axis in system.axes() if axis.stated_amplitude is not None}
+    axes = {axis.model: axis for axis in system.axes if axis.stated_amplitude is not None}
     of_source: dict[str, list[str]] = {}
     for name, axis in axes.items():
         source, _, direction = name.rpartition(", ")
@@ -47,14 +47,14 @@ def _stated(axis: MountAxis) -> str:
 
 def overloads(system: MountedSystem, static: StaticAnswer) -> Iterator[str]:
     """Mounts that rest under more than the rated load of their springs, whatever the omega."""
-    rated = np.array([axis.parallel * axis.rated_load for _, axis in system.axes()])
+    rated = np.array([axis.parallel * axis.rated_load for axis in system.axes])
     shares = np.max([np.abs(pose.force) for pose in static.poses], axis=0) / rated
     beyond = shares > 1.0
     if beyond.any():
         worst = int(np.argmax(shares))
         yield (
             f"{int(beyond.sum())} of {int(np.isfinite(rated).sum())} axes with a rated static load rest under more, "
-            f"{axis_names(system)[worst]} under {shares[worst] * rated[worst]:.4g} N of {rated[worst]:.4g} N; use more "
+            f"{system.axis_names[worst]} under {shares[worst] * rated[worst]:.4g} N of {rated[worst]:.4g} N; use more "
             "or larger mounts."
         )
 
@@ -62,7 +62,7 @@ def overloads(system: MountedSystem, static: StaticAnswer) -> Iterator[str]:
 def swings_apart(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Caution]:
     """Springs from a catalogue that swing by far more or less than the amplitude at which it states them."""
     apart: list[tuple[float, str, MountAxis, float, float]] = []
-    for number, ((_, axis), name) in enumerate(zip(system.axes(), axis_names(system), strict=True)):
+    for number, (axis, name) in enumerate(zip(system.axes, system.axis_names, strict=True)):
         if axis.stated_amplitude is None:
             continue
         for use in uses:

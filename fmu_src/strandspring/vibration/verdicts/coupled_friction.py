@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..bodies.axis_names import axes_by_mount
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun
 from .case_cautions import Caution, CautionKind
@@ -19,8 +18,8 @@ def coupled_friction(system: MountedSystem, nominal: CaseRun, draws: Sequence[Dr
     """A caution if several axes of a mount slide at once: by how much coupled friction changes the largest figures."""
     swing = 0.5 * (nominal.figures.omega_high - nominal.figures.omega_low)
     together = []
-    for mount, axes in axes_by_mount(system):
-        swings = sorted((float(swing[number]) for number, _ in axes), reverse=True)
+    for mount, axes in zip(system.mounts, system.axis_slices, strict=True):
+        swings = sorted(swing[axes].tolist(), reverse=True)
         if len(swings) > 1 and swings[1] >= _SWUNG:
             together.append((swings[1], mount.name))
     coupled = [draw.run for draw in draws if draw.system.coupled]

@@ -86,7 +86,7 @@ def courses(
     run : CaseRun            Where to begin, and with which step at most.
     allowed : mapping        Shock response spectra by the name of the point, all of one quality factor.
     """
-    numbers = 6 * len(system.points) + 2 * sum(1 for _ in system.axes())
+    numbers = 6 * len(system.points) + 2 * len(system.axes)
     most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
     step, rows = run.step, math.ceil(case.duration / run.step)
     fastest = SRS_HIGHEST * _SAMPLES_PER_PERIOD if case.kind in SHOCKS else 0.0

@@ -20,7 +20,8 @@ from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
-from ..bodies.mounted import Mount, MountedSystem, scaled
+from ..bodies.mounted import MountedSystem
+from ..bodies.parts import Mount, scaled
 
 _APART = 2**32  # from the draws of one spring to those of the next
 _STREAM_BYTES = 8
@@ -43,7 +44,7 @@ class Drawn:
     def from_models(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
         """Of a system."""
         names: dict[SpringParameters, str] = {}
-        for _, axis in system.axes():
+        for axis in system.axes:
             if axis.stated_amplitude is None:  # of a catalogue, of which other cautions tell
                 names.setdefault(axis.spring, axis.model)
         spreads, missing = {}, []

@@ -29,7 +29,6 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import RestPose, rest
 from ..bodies.simulation import CaseRun, CheckedRun, run_case, within
-from ..bodies.stable_step import largest_stable_step
 from .drawn_springs import Drawn
 
 DRAWS, LEAST_DRAWS = 64, 16
@@ -93,7 +92,7 @@ class Unknowns:
         """The static equilibrium of a draw of a drawn system."""
         if self.rest_omega is not None:
             return rest(system, self.rest_omega, weightless)
-        combinations, axes = self._combinations(system), sum(1 for _ in system.axes())
+        combinations, axes = self._combinations(system), len(system.axes)
         random = np.random.default_rng((self.seed, number))
         if system.coupled:
             return rest(system, 0.0, weightless, _WIDE * random.standard_normal(axes))
@@ -130,7 +129,7 @@ class Unknowns:
         """Of omega at rest, and of friction that acts together or does not."""
         if self.rest_omega is not None:
             return 2 if _has_across(system) else 1
-        return math.inf if _has_across(system) else 2 ** sum(1 for _ in system.axes())
+        return math.inf if _has_across(system) else 2 ** len(system.axes)
 
 
 def _has_across(system: MountedSystem) -> bool:
@@ -185,8 +184,8 @@ def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unkno
 
 def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> CheckedRun:
     """The nominal run with the largest step of 2, 4, 8... times its own whose errors are within the tolerance."""
-    chosen, stable = nominal, largest_stable_step(system, nominal.start.pose)
-    while 2.0 * chosen.step <= _OF_STABLE * stable:
+    chosen = nominal
+    while 2.0 * chosen.step <= _OF_STABLE * nominal.stable:
         try:
             longer = run_case(system, case, nominal.start, 2.0 * chosen.step)
         except MountedSystemError:
@@ -195,7 +194,7 @@ def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> Ch
         errors = changes.combined(nominal.errors, np.add)
         if not within(nominal.figures, errors, _TOLERANCE):
             break
-        chosen = CheckedRun(longer.start, longer.step, longer.figures, longer.energies, errors)
+        chosen = CheckedRun(longer.start, longer.step, longer.figures, longer.energies, errors, nominal.stable)
     return chosen
 
 

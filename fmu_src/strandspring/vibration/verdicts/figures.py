@@ -9,7 +9,6 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..bodies.axis_laws import AxisLaws
-from ..bodies.axis_names import axis_names
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.run_figures import RunFigures
@@ -46,7 +45,7 @@ class CaseFigures:
         cls, system: MountedSystem, case: LoadCase, spectra: Mapping[str, RequiredSpectrum] | None = None
     ) -> CaseFigures:
         """Of a system in a load case, with allowed shock response spectra by point."""
-        points, axes = [point.name for point in system.points], axis_names(system)
+        points, axes = [point.name for point in system.points], system.axis_names
         along = [f"{point} {letter}" for point in points for letter in "xyz"]
         names: dict[FigureKind, Sequence[str]] = {
             FigureKind.ACCELERATION: points,
@@ -68,7 +67,7 @@ class CaseFigures:
         if allowed:
             names[FigureKind.SRS] = tuple(allowed)
         subjects = tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
-        return cls(subjects, AxisLaws(system), case.settling > 0.0, allowed)
+        return cls(subjects, system.laws, case.settling > 0.0, allowed)
 
     def of_run(self, run: CaseRun) -> FloatArray:
         """Values in a run, shape (N,), but for those of kind SRS."""

@@ -9,9 +9,9 @@ import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
-from ..bodies.axis_laws import AxisLaws
-from ..bodies.mounted import BASE, MotionKind, MountedSystem, RigidBody
-from ..bodies.small_motion import SmallMotion, nominal_pose
+from ..bodies.mounted import MountedSystem
+from ..bodies.parts import BASE, MotionKind, RigidBody
+from ..bodies.small_motion import SmallMotion
 
 FREQUENCIES = (0.1, 2000.0)  # [Hz] within which bodies on mounts vibrate
 _FAR = 20.0  # times the reach of the mounts, beyond which a point is hardly on the body
@@ -31,10 +31,8 @@ def implausible_sizes(system: MountedSystem) -> Iterator[str]:
 
 def natural_frequencies(system: MountedSystem) -> tuple[float, ...]:
     """Of vanishing motion in the nominal pose, rising, those of a falling force left out [Hz]."""
-    pose = nominal_pose(system)
-    motion, laws = SmallMotion.about(system, pose), AxisLaws(system)
-    springs = motion.springs
-    stiffness = motion.stiffness(laws.tangents(springs), np.zeros_like(springs))
+    motion = SmallMotion.about_nominal(system)
+    stiffness = motion.stiffness(system.laws.tangents(motion.springs), np.zeros_like(motion.springs))
     values = np.linalg.eigvalsh(stiffness / motion.mass)
     return tuple(math.sqrt(value) / (2.0 * math.pi) for value in values.tolist() if value > 0.0)
 
@@ -118,12 +116,12 @@ def _load(system: MountedSystem, number: int) -> Iterator[str]:
 
 def _held(system: MountedSystem, number: int, down: FloatArray) -> float:
     """Largest change of the elastic force along gravity that the mounts below a body have within their ranges [N]."""
-    laws = AxisLaws(system)
+    laws = system.laws
     zero = np.zeros_like(laws.nominal)
     forces = [laws.forces(springs, zero) for springs in (laws.low, laws.high, laws.nominal)]
     swing = np.maximum(*(np.abs(end - forces[2]) for end in forces[:2]))
-    below = [mount.body == number for mount, _ in system.axes()]
-    along = [abs(float(np.dot(axis.direction, down))) for _, axis in system.axes()]
+    below = [mount.body == number for mount in system.axis_mounts]
+    along = [abs(float(np.dot(axis.direction, down))) for axis in system.axes]
     return float(np.sum(swing * below * along))
 
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ..bodies.axis_laws import AxisLaws
-from ..bodies.modes import Mode, modes, secant_stiffness
+from ..bodies.modes import Mode, modes
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import RestPose, rest
+from ..bodies.small_motion import SmallMotion
 from .draws import Unknowns
 
 SECANT_SHARE = 0.5  # amplitude of the secant modes, of each spring's free travel
@@ -53,15 +53,16 @@ def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
     MountedSystemError   If the bodies cannot rest.
     """
     poses = (rest(system, unknowns.share), *unknowns.poses(system))
-    laws = AxisLaws(system)
+    laws = system.laws
     gravity = np.array(system.gravity)
     down = gravity / (math.hypot(*system.gravity) or 1.0)
     refusals, mode_sets = [], []
-    pose = poses[0].pose
+    motion = SmallMotion(system, poses[0].pose)
     for share in (None, SECANT_SHARE):
         try:
-            stiffness = None if share is None else secant_stiffness(system, pose, share=share)
-            mode_sets.append(modes(system, pose, stiffness, poses[0].omega))
+            springs = motion.springs
+            stiffness = None if share is None else laws.secants(springs, share * laws.free_travel(springs))
+            mode_sets.append(modes(motion, stiffness, poses[0].omega))
         except MountedSystemError as problem:
             refusals.append(f"No {'tangent' if share is None else 'secant'} modes: {problem}")
             mode_sets.append(())
