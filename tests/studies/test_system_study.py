@@ -114,7 +114,7 @@ def test_a_grid_point_is_the_file_with_other_values() -> None:
         ("run.rest_omega", "-1:1:3", lambda f: f.options.rest_omega, [-1.0, 0.0, 1.0]),
         ("gravity.3", "-9.81 m/s^2,-1.62 m/s^2", lambda f: f.candidates[0][1].gravity[2], [-9.81, -1.62]),
         ("case.shock.pulse", "half-sine,triangle", lambda f: type(f.cases[0].channels[0].signal).__name__,
-         ["HalfSine", "Triangle"]),
+         ["HalfSine", "StraightPulse"]),
     ],
 )  # fmt: skip
 def test_paths_lead_to_their_values(path: str, given: Any, value_of: Callable[[Any], Any], expected: list[Any]) -> None:

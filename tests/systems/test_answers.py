@@ -144,7 +144,7 @@ def test_a_range_holds_draws_of_omega_by_axis_that_three_omegas_miss() -> None:
     mounts = tuple(Mount(f"mount {k}", 0, place, three_axes()) for k, place in enumerate(places))
     system = replace(box(), mounts=mounts)
     case = shaken(HalfSine(100.0, 0.011), (1.0, 0.0, 0.0))
-    answer, known = answer_case("rack", system, case, FREE), CaseFigures.from_case(system, case)
+    answer, known = answer_case("rack", system, case, FREE), CaseFigures(system, case)
     step, generator = answer.runs[0].step, np.random.default_rng(7)
     alike = [rest(system, share) for share in (0.0, 1.0, -1.0)]
     drawn = [rest(system, omega=generator.uniform(-1.0, 1.0, 18)) for _ in range(60)]
@@ -173,7 +173,7 @@ def test_a_range_from_all_combinations_is_theirs() -> None:
 
 def test_a_range_holds_friction_that_acts_together_and_that_does_not() -> None:
     system, case = guided_box(), shaken(HalfSine(150.0, 0.011), unit(1.0, 1.0, 0.0))
-    answer, known = answer_case("box", system, case, FREE), CaseFigures.from_case(system, case)
+    answer, known = answer_case("box", system, case, FREE), CaseFigures(system, case)
     assert CautionKind.COUPLED in kinds(answer)
     low, high = (np.array([getattr(figure, end) for figure in answer.figures]) for end in ("low", "high"))
     generator, step, means = np.random.default_rng(3), answer.runs[0].step, []

@@ -27,8 +27,9 @@ from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
-from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
+from strandspring.vibration.signals.pulses import CORNERS, HalfSine, StraightPulse
 
+SAWTOOTH = CORNERS["terminal-sawtooth"]
 LAW = settings(derandomize=True, deadline=None, max_examples=40, phases=[Phase.generate])
 STEP, DURATION = 1e-4, 0.04
 SHARE = st.floats(-1.0, 1.0)
@@ -80,13 +81,19 @@ def mount_axes(draw: st.DrawFn, springs: tuple[SpringParameters, ...]) -> tuple[
 def cases(draw: st.DrawFn) -> LoadCase:
     """A shock of the base, which may turn, a recoil, and a throw."""
     peak = GRAVITY * draw(st.floats(2.0, 20.0))
-    shock: Signal = draw(st.sampled_from([HalfSine(peak, 0.011), TerminalSawtooth(peak, 0.008)]))
+    shock: Signal = draw(st.sampled_from([HalfSine(peak, 0.011), StraightPulse(peak, 0.008, SAWTOOTH)]))
     channels = [LoadChannel(ChannelKind.BASE_ACCELERATION, shock, draw(directions()))]
     if draw(st.booleans()):
         channels.append(LoadChannel(ChannelKind.BASE_ANGULAR_VELOCITY, HalfSine(2.0, 0.03), draw(directions())))
     if draw(st.booleans()):
         channels.append(
-            LoadChannel(ChannelKind.FORCE, TerminalSawtooth(3000.0, 0.006), draw(directions()), 0, (0.05, 0.02, 0.1))
+            LoadChannel(
+                ChannelKind.FORCE,
+                StraightPulse(3000.0, 0.006, SAWTOOTH),
+                draw(directions()),
+                0,
+                (0.05, 0.02, 0.1),
+            )
         )
     velocity = vector(*(draw(st.sampled_from([0.0, 0.7])) * np.array(draw(directions()))))
     return LoadCase("drawn", "pulse", DURATION, tuple(channels), velocity=velocity)

@@ -15,10 +15,11 @@ from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.run_figures import RunFigures
 from strandspring.vibration.bodies.simulation import CheckedRun, run_case, simulate_case
 from strandspring.vibration.signals.level_table import LevelTable
-from strandspring.vibration.signals.pulses import HalfSine, TerminalSawtooth
+from strandspring.vibration.signals.pulses import CORNERS, HalfSine, StraightPulse
 from strandspring.vibration.signals.random_signal import RandomVibration
 from strandspring.vibration.signals.recorded_signal import RecordedSignal
 
+SAWTOOTH = CORNERS["terminal-sawtooth"]
 # Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.
 LEAST_SHARE = 0.25
 # The time of a peak at an edge of a pulse has no error.
@@ -41,7 +42,7 @@ def of_base(signal: Signal) -> tuple[LoadChannel, ...]:
 
 SHOCK = LoadCase("half-sine", "pulse", 0.05, of_base(HalfSine(15.0 * GRAVITY, 0.011)))
 RECOIL = LoadChannel(
-    ChannelKind.FORCE, TerminalSawtooth(6000.0, 0.006), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1)
+    ChannelKind.FORCE, StraightPulse(6000.0, 0.006, SAWTOOTH), unit(1.0, 0.0, 0.3), 0, (0.05, 0.02, 0.1)
 )  # fmt: skip
 FLAT = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
 # Straight between samples that lie on steps, for a base that is shaken and turns under dampers.
@@ -63,7 +64,9 @@ CASES = {
     ),
     "half-sine, stops": Loaded(plane_box(), replace(SHOCK, duration=0.06)),
     "terminal sawtooth": Loaded(
-        inclined_box(), LoadCase("sawtooth", "pulse", 0.05, of_base(TerminalSawtooth(15.0 * GRAVITY, 0.011))), 5e-5
+        inclined_box(),
+        LoadCase("sawtooth", "pulse", 0.05, of_base(StraightPulse(15.0 * GRAVITY, 0.011, SAWTOOTH))),
+        5e-5,
     ),
     "random": Loaded(
         inclined_box(), LoadCase("random", "random", 1.0, of_base(RandomVibration(FLAT, 1.0, 3)), 0.2), 2.5e-5

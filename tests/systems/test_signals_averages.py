@@ -17,16 +17,14 @@ from strandspring.vibration.bodies.loads import Signal
 from strandspring.vibration.signals.averaging import smooth_averages
 from strandspring.vibration.signals.level_table import LevelTable, displacement_limited
 from strandspring.vibration.signals.pulses import (
+    CORNERS,
     HalfSine,
     HeldAcceleration,
-    InitialSawtooth,
-    Rectangle,
+    StraightPulse,
     TabulatedPulse,
-    TerminalSawtooth,
-    Trapezoid,
-    Triangle,
     VelocityStep,
     VersedSine,
+    trapezoid,
 )
 from strandspring.vibration.signals.random_signal import RandomVibration
 from strandspring.vibration.signals.recorded_signal import RecordedSignal
@@ -38,12 +36,12 @@ RECOIL = TabulatedPulse(((0.001, 0.0), (0.002, 3.0), (0.002, 5.0), (0.0045, 5.0)
 PULSES: list[tuple[Signal, Callable[[float], float], list[float], float]] = [
     (HalfSine(-4.0, D), lambda t: -4.0 * math.sin(math.pi * t / D), [D], -8.0 * D / math.pi),
     (VersedSine(4.0, D), lambda t: 2.0 * (1.0 - math.cos(2.0 * math.pi * t / D)), [D], 2.0 * D),
-    (TerminalSawtooth(4.0, D), lambda t: 4.0 * t / D, [D], 2.0 * D),
-    (InitialSawtooth(4.0, D), lambda t: 4.0 * (1.0 - t / D), [D], 2.0 * D),
-    (Rectangle(4.0, D), lambda _: 4.0, [D], 4.0 * D),
-    (Triangle(4.0, D), lambda t: 4.0 * (1.0 - abs(2.0 * t / D - 1.0)), [D / 2.0, D], 2.0 * D),
+    (StraightPulse(4.0, D, CORNERS["terminal-sawtooth"]), lambda t: 4.0 * t / D, [D], 2.0 * D),
+    (StraightPulse(4.0, D, CORNERS["initial-sawtooth"]), lambda t: 4.0 * (1.0 - t / D), [D], 2.0 * D),
+    (StraightPulse(4.0, D, CORNERS["rectangle"]), lambda _: 4.0, [D], 4.0 * D),
+    (StraightPulse(4.0, D, CORNERS["triangle"]), lambda t: 4.0 * (1.0 - abs(2.0 * t / D - 1.0)), [D / 2.0, D], 2.0 * D),
     (
-        Trapezoid(4.0, D, 0.001, 0.002),
+        trapezoid(4.0, D, 0.001, 0.002),
         lambda t: 4.0 * min(1.0, t / 0.001, (D - t) / 0.002),
         [0.001, 0.009, D],
         4.0 * (D - 0.0015),
@@ -255,8 +253,8 @@ TIMES = np.array([0.0, 1.0, 1.0, 2.0])
     [
         (lambda: HalfSine(math.nan, 0.011), "`peak` must be finite"),
         (lambda: HalfSine(1.0, 0.0), r"`duration` must be within \[1e-09, 1e\+07\] s, got 0.0"),
-        (lambda: Trapezoid(1.0, 0.01, 0.006, 0.006), "together at most its duration of 0.01 s"),
-        (lambda: Trapezoid(1.0, 0.01, -0.001, 0.006), "must be >= 0"),
+        (lambda: trapezoid(1.0, 0.01, 0.006, 0.006), "together at most its duration of 0.01 s"),
+        (lambda: trapezoid(1.0, 0.01, -0.001, 0.006), "must be >= 0"),
         (lambda: VelocityStep(math.inf), "`velocity_change` must be finite"),
         (lambda: TabulatedPulse(((0.0, 1.0),)), "must have 2 to 1,000,000 points, got 1"),
         (lambda: TabulatedPulse(((0.0, 1.0), (1.0, math.nan))), "times and values of a pulse by a table"),

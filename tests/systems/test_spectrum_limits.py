@@ -81,17 +81,17 @@ def test_a_shock_of_which_the_spectrum_is_given_is_drawn_too() -> None:
     """Its records differ, and each has the spectrum within 3 dB; the range holds other ones."""
     asked = RequiredSpectrum(LevelTable(((20.0, 100.0), (200.0, 400.0))))
     shock = synthesized_shock(asked, 0.3)
-    answer = answered(shock.signal, FALLING, "srs", 16)
+    answer = answered(shock, FALLING, "srs", 16)
     assert answer.draws == 16
     figure = of_spectrum(answer)
     assert figure.high > 1.02 * figure.low
     for number in range(8):
-        other = shock.signal.redrawn(number)
-        assert not np.array_equal(other.value, shock.signal.value)
+        other = shock.redrawn(number)
+        assert not np.array_equal(other.value, shock.value)
         frequency = asked.frequencies()
         found = shock_spectrum(other.value, float(other.time[1]), frequency, asked.damping).maximax
         assert np.abs(20.0 * np.log10(found / asked.at(frequency))).max() <= 3.0
-    unseen = synthesized_shock(asked, 0.3, 1000).signal
+    unseen = synthesized_shock(asked, 0.3, 1000)
     value = of_spectrum(answered(unseen, FALLING, "srs", 16)).value
     assert figure.low <= value <= figure.high
 

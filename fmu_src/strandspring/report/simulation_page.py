@@ -11,7 +11,6 @@ from .._version import __version__
 from ..vibration.bodies.loads import LoadCase
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
-from ..vibration.verdicts.nearest_limit import nearest_limit, of_limit
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts, verdict_charts
 from .charts.system_drawing import system_drawing
@@ -99,8 +98,8 @@ def simulation_content(simulation: SimulationContent) -> PageContent:
 
 def _severity(answer: CaseAnswer) -> float:
     """How near an answer is to a limit."""
-    nearest = nearest_limit(answer)
-    return 0.0 if nearest is None else of_limit(nearest)
+    nearest = answer.nearest_limit
+    return 0.0 if nearest is None else nearest.share
 
 
 def _system(simulation: SimulationContent, cases: Sequence[LoadCase]) -> Iterator[Block]:
@@ -148,9 +147,9 @@ def _verdict(simulation: SimulationContent) -> Iterator[Block]:
 def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
     passed = sum(answer.verdict is CaseVerdict.PASSES for answer in answers)
     answer = max(answers, key=_severity)
-    figure, note = nearest_limit(answer), "no figures"
+    figure, note = answer.nearest_limit, "no figures"
     if figure is not None:
-        share = percent(of_limit(figure), 3)
+        share = percent(figure.share, 3)
         note = f"nearest limit: {figure.quantity.value} of {figure.subject} in {answer.case.name}, {share}"
     return Tile(name, f"{passed} of {len(answers)}", "cases pass", note)
 
@@ -185,7 +184,7 @@ def _cell(figure: Figure | None) -> str:
         return "–"
     low, high = (_number(figure.quantity, end) for end in (figure.low, figure.high))
     words = high if low == high else f"{low} to {high}"
-    share = of_limit(figure)
+    share = figure.share
     limit = "" if math.isnan(share) else f" ({'0 %' if share < _NOTHING else percent(share, 3)})"
     subject = "" if figure.quantity is FigureKind.TILT else f" {figure.subject}"
     return f"{words}{limit}{subject}"

@@ -10,7 +10,6 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
-from ...vibration.verdicts.nearest_limit import of_limit
 from ...vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer
 from ...vibration.verdicts.verdicts import Figure, FigureKind
 from ..common.text_table import table_lines
@@ -92,7 +91,7 @@ def _cells(figure: Figure | None) -> tuple[str, str, str]:
     if figure is None:
         return "-", "-", "-"
     value = figure.quantity.column.factor * figure.high
-    share = of_limit(figure)
+    share = figure.share
     return (
         "0" if abs(value) < _NOTHING else f"{value:.4g}",
         "-" if math.isnan(share) else f"{100.0 * share:.0f} %",

@@ -15,7 +15,7 @@ from ...vibration.bodies.rest import mount_loads
 from ...vibration.bodies.simulation import CaseRun
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.courses import Courses
-from ...vibration.verdicts.range_use import RangeUse
+from ...vibration.verdicts.figures import RangeUse
 from ...vibration.verdicts.verdicts import Figure
 
 Json = dict[str, Any]

@@ -8,7 +8,6 @@ from textwrap import wrap
 
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.case_cautions import Caution, CautionKind
-from ...vibration.verdicts.nearest_limit import nearest_limit, of_limit
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted
 from ..common.text_table import table_lines
@@ -37,7 +36,7 @@ def verdict_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> li
     rows = []
     for answer in answers:
         ranges = [range_words(answer.worst(quantity)) for quantity in _COLUMNS]
-        nearest = nearest_limit(answer)
+        nearest = answer.nearest_limit
         limit = "-" if nearest is None else f"{share_words(nearest)} {nearest.quantity.value} of {nearest.subject}"
         rows.append([f"{answer.candidate}, {answer.case.name}", answer.verdict.value, *ranges, limit])
     headings = ["candidate, case", "verdict", *_COLUMNS.values(), "of the nearest limit"]
@@ -63,7 +62,7 @@ def range_words(figure: Figure | None) -> str:
 
 def share_words(figure: Figure) -> str:
     """How much of its limit a figure takes, with more digits near to it."""
-    share = of_limit(figure)
+    share = figure.share
     return f"{100.0 * share:.{2 if abs(share - 1.0) < _NEAR else 0}f} %"
 
 

@@ -27,7 +27,7 @@ from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
-from ...vibration.verdicts.catalogue_cautions import catalogue_cautions
+from ...vibration.verdicts.system_cautions import catalogue_cautions
 from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen

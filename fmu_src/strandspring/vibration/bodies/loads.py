@@ -118,6 +118,11 @@ class LoadCase:
         return any(isinstance(channel.signal, RandomSignal) for channel in self.channels)
 
     @property
+    def is_shock(self) -> bool:
+        """Whether its shock response spectrum is asked for."""
+        return self.kind in ("pulse", "drop", "srs", "record", "force")
+
+    @property
     def is_random(self) -> bool:
         """Whether it is random vibration, and no shock of which only the spectrum is given."""
         return self.has_realisations and self.kind != "srs"

@@ -26,6 +26,7 @@ from .table_types import (
     Text,
     Time,
     Velocity,
+    forms,
 )
 
 MOST_DIRECTIONS = 26  # axes, edges and corners of a cube
@@ -107,15 +108,6 @@ AmplitudeTable = Annotated[Pairs, _levels_of(q.ACCELERATION, 20.0)]
 DensityTable = Annotated[Pairs, _levels_of(q.ACCELERATION_DENSITY, 10.0)]
 ForceTable = Annotated[Pairs, _pairs_of(q.TIME, q.FORCE)]
 Axis = Literal["x", "y", "z"]
-
-
-def _by_axis(message: str) -> Discriminator:
-    """Tells one value for the direction of a case from one for each axis."""
-
-    def kind(value: Any) -> str:
-        return f"{TAG}table" if isinstance(value, dict) else f"{TAG}one"
-
-    return Discriminator(kind, custom_error_type=OWN, custom_error_message=message)
 
 
 class CaseTable(StrictTable):
@@ -210,10 +202,8 @@ class RandomTable(StrictTable):
     psd: (
         Annotated[
             Annotated[dict[Axis, DensityTable], Tag(f"{TAG}table"), Field(min_length=1)]
-            | Annotated[DensityTable, Tag(f"{TAG}one")],
-            _by_axis(
-                "must be a list of pairs of a frequency and a density, or a table with one for each of x, y and z"
-            ),
+            | Annotated[DensityTable, Tag(f"{TAG}list")],
+            forms("must be a list of pairs of a frequency and a density, or a table with one for each of x, y and z"),
         ]
         | None
     ) = Field(
@@ -226,8 +216,8 @@ class RandomTable(StrictTable):
     grms: (
         Annotated[
             Annotated[dict[Axis, PositiveAcceleration], Tag(f"{TAG}table")]
-            | Annotated[PositiveAcceleration, Tag(f"{TAG}one")],
-            _by_axis("must be an acceleration such as '5 g', or a table with one for each axis"),
+            | Annotated[PositiveAcceleration, Tag(f"{TAG}quantity")],
+            forms("must be an acceleration such as '5 g', or a table with one for each axis"),
         ]
         | None
     ) = Field(None, description="Overall level as the standard states it, which the density is compared with.")

@@ -40,8 +40,8 @@ _HELD = 1e-9
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """What cases refer to.
+class CaseBuilder:
+    """Makes load cases of tables.
 
     Parameters
     ----------
@@ -56,34 +56,25 @@ class Surroundings:
     afterwards: float
     files: NamedFiles
 
+    def load_cases(self, tables: Sequence[CaseTable]) -> tuple[LoadCase, ...]:
+        """The load cases of all tables.
 
-def load_cases(tables: Sequence[CaseTable], surroundings: Surroundings) -> tuple[LoadCase, ...]:
-    """The load cases of all tables.
-
-    Raises
-    ------
-    MountedSystemError   If a case cannot be; the message names the field.
-    """
-    builder = _Builder(surroundings)
-    cases: list[LoadCase] = []
-    for k, table in enumerate(tables):
-        with located("case", k):
-            cases += builder.build(table)
-        if len(cases) > MOST_CASES:
-            raise MountedSystemError(
-                f"case: there may be at most {MOST_CASES} cases, one for each direction; split the file."
-            )
-    name, count = Counter(case.name for case in cases).most_common(1)[0] if cases else ("", 0)
-    if count > 1:
-        raise MountedSystemError(f"case: {quoted(name)} is the name of {count} cases; give each direction once.")
-    return tuple(cases)
-
-
-class _Builder:
-    """Makes the load cases of one table at a time."""
-
-    def __init__(self, surroundings: Surroundings) -> None:
-        self.around = surroundings
+        Raises
+        ------
+        MountedSystemError   If a case cannot be; the message names the field.
+        """
+        cases: list[LoadCase] = []
+        for k, table in enumerate(tables):
+            with located("case", k):
+                cases += self.build(table)
+            if len(cases) > MOST_CASES:
+                raise MountedSystemError(
+                    f"case: there may be at most {MOST_CASES} cases, one for each direction; split the file."
+                )
+        name, count = Counter(case.name for case in cases).most_common(1)[0] if cases else ("", 0)
+        if count > 1:
+            raise MountedSystemError(f"case: {quoted(name)} is the name of {count} cases; give each direction once.")
+        return tuple(cases)
 
     @singledispatchmethod
     def build(self, table: CaseTable) -> list[LoadCase]:
@@ -92,7 +83,7 @@ class _Builder:
 
     @build.register
     def _(self, table: DirectedCase) -> list[LoadCase]:
-        vibration = vibration_of(table, self.around.files, self.around.afterwards)
+        vibration = vibration_of(table, self.files, self.afterwards)
         if not vibration.by_axis:
             return [
                 self._vibration(table, vibration, name, f" along {direction.text}", direction.vector)
@@ -104,7 +95,7 @@ class _Builder:
 
     @build.register
     def _(self, table: DropCase) -> list[LoadCase]:
-        drop, gravity = table.drop, math.hypot(*self.around.gravity)
+        drop, gravity = table.drop, math.hypot(*self.gravity)
         with located("drop"):
             if drop.velocity is not None and drop.height is None:
                 speed = drop.velocity
@@ -135,7 +126,7 @@ class _Builder:
         with located("record"):
             if not wanted:
                 raise MountedSystemError("`columns` must name one column or more, as in { x = 'ax', z = 3 }.")
-            content = self.around.files.record(record.file)
+            content = self.files.record(record.file)
             times, values = read_timed_columns(content, wanted, record.time, record.units.get("time"))
             channels = []
             for name, column in values.items():
@@ -145,7 +136,7 @@ class _Builder:
             if len(accelerated) == len(channels) and all(self._is_held(direction) for direction in accelerated):
                 raise MountedSystemError(f"no body can move along {' or '.join(values)}; see `motion` of the bodies.")
         text = f"record {Path(record.file).name} of {', '.join(values)}"
-        duration = table.simulate or float(times[-1] - times[0]) + self.around.afterwards
+        duration = table.simulate or float(times[-1] - times[0]) + self.afterwards
         return [
             LoadCase(
                 table.name, "record", duration, tuple(channels), table.settling or 0.0, text=_with_source(text, table)
@@ -156,13 +147,13 @@ class _Builder:
     def _(self, table: ForceCase) -> list[LoadCase]:
         force = table.force
         with located("force"):
-            if force.body is None and len(self.around.bodies) > 1:
+            if force.body is None and len(self.bodies) > 1:
                 raise MountedSystemError(
                     "must have `body` where there are several bodies; name the one that it acts on."
                 )
-            number = 0 if force.body is None else body_number(force.body, self.around.bodies)
+            number = 0 if force.body is None else body_number(force.body, self.bodies)
             signal, duration, text = self._force(force)
-        body = self.around.bodies[number]
+        body = self.bodies[number]
         place = force.place or body.center
         cases = []
         for name, direction in self._directions(table, None):
@@ -206,7 +197,7 @@ class _Builder:
 
     def _duration(self, table: CaseTable, of_load: float, is_settled: bool = False) -> float:
         if table.simulate is None:
-            return of_load if is_settled else of_load + self.around.afterwards
+            return of_load if is_settled else of_load + self.afterwards
         if table.simulate < of_load:
             raise MountedSystemError(
                 f"`simulate` must not end before the load does, at {of_load:.6g} s, got {table.simulate:.6g} s; "
@@ -216,14 +207,14 @@ class _Builder:
 
     def _is_held(self, direction: Vector) -> bool:
         """Whether no body can move along a direction."""
-        return all(np.linalg.norm(body.translations @ direction) < _HELD for body in self.around.bodies)
+        return all(np.linalg.norm(body.translations @ direction) < _HELD for body in self.bodies)
 
     def _down(self) -> Direction | None:
         """Along gravity, if there is any."""
-        strength = math.hypot(*self.around.gravity)
+        strength = math.hypot(*self.gravity)
         if strength == 0.0:
             return None
-        x, y, z = (component / strength for component in self.around.gravity)
+        x, y, z = (component / strength for component in self.gravity)
         return Direction((x, y, z), "gravity")
 
     def _force(self, table: ForceTableOfCase) -> tuple[Signal, float, str]:
@@ -238,7 +229,7 @@ class _Builder:
             return pulse, pulse.duration, f"force of up to {pulse.peak:.6g} N by a table"
         file = table.file or ""
         times, values = read_timed_columns(
-            self.around.files.record(file),
+            self.files.record(file),
             {"force": RecordColumn(table.column, q.FORCE, table.unit)},
             table.time,
             table.time_unit,

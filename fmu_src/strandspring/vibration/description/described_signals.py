@@ -8,26 +8,10 @@ from collections.abc import Callable
 from ...errors import MountedSystemError
 from ..bodies.loads import Signal
 from ..signals.level_table import LevelTable, displacement_limited
-from ..signals.pulses import (
-    HalfSine,
-    InitialSawtooth,
-    Rectangle,
-    TerminalSawtooth,
-    Trapezoid,
-    Triangle,
-    VelocityStep,
-    VersedSine,
-)
+from ..signals.pulses import CORNERS, HalfSine, StraightPulse, VelocityStep, VersedSine, trapezoid
 from .case_tables import ForceTableOfCase, PulseCase, SweepTable
 
-_SHAPES: dict[str, Callable[[float, float], Signal]] = {
-    "half-sine": HalfSine,
-    "versed-sine": VersedSine,
-    "terminal-sawtooth": TerminalSawtooth,
-    "initial-sawtooth": InitialSawtooth,
-    "rectangle": Rectangle,
-    "triangle": Triangle,
-}
+_SMOOTH: dict[str, Callable[[float, float], Signal]] = {"half-sine": HalfSine, "versed-sine": VersedSine}
 _DEFAULT_RAMP = 0.1  # rise and fall of a trapezoid, shares of its duration
 
 
@@ -67,11 +51,13 @@ def pulse_of(
     text = f"{table.pulse} of {peak / unit:.6g} {unit_name}, {1e3 * table.duration:.6g} ms"
     if table.pulse == "trapezoid":
         rise, fall = (_DEFAULT_RAMP * table.duration if ramp is None else ramp for ramp in ramps)
-        return Trapezoid(peak, table.duration, rise, fall), text
+        return trapezoid(peak, table.duration, rise, fall), text
     if any(ramp is not None for ramp in ramps):
         raise MountedSystemError("only a trapezoid has `rise` and `fall`; leave them out.")
-    signal: Signal = _SHAPES[table.pulse or ""](peak, table.duration)
-    return signal, text
+    shape = table.pulse or ""
+    if shape in _SMOOTH:
+        return _SMOOTH[shape](peak, table.duration), text
+    return StraightPulse(peak, table.duration, CORNERS[shape]), text
 
 
 def sweep_amplitude(table: SweepTable) -> LevelTable:

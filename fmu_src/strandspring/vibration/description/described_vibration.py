@@ -110,13 +110,13 @@ def _(table: SpectrumCase, _files: NamedFiles, _afterwards: float) -> Vibration:
         required = required_spectrum(srs)
         shock = synthesized_shock(required, srs.duration, srs.seed)
     levels = required.levels
-    peak = max(abs(float(shock.signal.value.min())), float(shock.signal.value.max()))
+    peak = max(abs(float(shock.value.min())), float(shock.value.max()))
     text = (
-        f"shock within {shock.lowest:+.2f} and {shock.highest:+.2f} dB of a response spectrum from "
+        f"shock within {shock.deviation[0]:+.2f} and {shock.deviation[1]:+.2f} dB of a response spectrum from "
         f"{levels.lowest:.6g} to {levels.highest:.6g} Hz at Q = {required.quality:.4g}, synthesized by "
         f"{shock.wavelets} wavelets in {srs.duration:.4g} s with a peak of {_in_g(peak)}"
     )
-    return Vibration("srs", (shock.signal,), shock.signal.duration, text)
+    return Vibration("srs", (shock,), shock.duration, text)
 
 
 def required_spectrum(table: SpectrumTable) -> RequiredSpectrum:

@@ -62,7 +62,7 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..verdicts.draws import DRAWS
 from ..verdicts.verdicts import Limits
-from .described_cases import Surroundings, load_cases
+from .described_cases import CaseBuilder
 from .described_system import limits_of, model_paths, mounted_systems
 from .named_files import FilesOfFolder, NamedFiles
 from .system_tables import FORMAT, SystemTable
@@ -225,14 +225,14 @@ def system_of_content(content: Mapping[str, Any], files: NamedFiles, name: str =
             models[file] = files.model(file)
     candidates = mounted_systems(table, models)
     system = candidates[0][1]
-    surroundings = Surroundings(system.bodies, system.gravity, _afterwards(system for _, system in candidates), files)
+    builder = CaseBuilder(system.bodies, system.gravity, _afterwards(system for _, system in candidates), files)
     return SystemFile(
         path=name,
         name=table.name,
         description=table.description,
         candidates=candidates,
         limits=limits_of(table.limits, system.points),
-        cases=load_cases(table.case, surroundings),
+        cases=builder.load_cases(table.case),
         options=RunOptions(
             step=table.run.step,
             rest_omega=None if isinstance(table.run.rest_omega, str) else table.run.rest_omega,

@@ -40,6 +40,8 @@ from .table_types import (
     ReadBy,
     Stiffness,
     Text,
+    forms,
+    kind_of_value,
     unit_of,
 )
 
@@ -47,16 +49,6 @@ MOST_TYPES, MOST_PLACES, MOST_CANDIDATES, MOST_CASES = 600, 600, 1000, 200
 MOST_DRAWS = 10_000
 FORMAT, VERSION = "strandspring-system", 1
 DEFAULT_GRAVITY = (0, 0, f"{-STANDARD_GRAVITY} m/s^2")  # as a file would have it
-
-
-def _kind_of_value(value: Any) -> str:
-    kind = "table" if isinstance(value, dict) else "list" if isinstance(value, list) else "quantity"
-    return f"{TAG}{kind}"
-
-
-def _forms(message: str) -> Discriminator:
-    """Tells forms of a field apart by what TOML calls its value."""
-    return Discriminator(_kind_of_value, custom_error_type=OWN, custom_error_message=message)
 
 
 def _read_version(value: Any) -> int:
@@ -114,7 +106,7 @@ class BodyTable(StrictTable):
     inertia: (
         Annotated[
             Annotated[InertiaTable, Tag(f"{TAG}table")] | Annotated[PositiveInertia, Tag(f"{TAG}quantity")],
-            _forms("must be a table with xx, yy and zz, or for motion in a plane a moment about its normal"),
+            forms("must be a table with xx, yy and zz, or for motion in a plane a moment about its normal"),
         ]
         | None
     ) = None
@@ -188,7 +180,7 @@ class MountTable(StrictTable):
         Annotated[
             Annotated[RotationTable, Tag(f"{TAG}table")]
             | Annotated[Annotated[list[RotationTable], Field(min_length=1, max_length=MOST_PLACES)], Tag(f"{TAG}list")],
-            _forms("must be a table with about and angle, or a list of one for each place"),
+            forms("must be a table with about and angle, or a list of one for each place"),
         ]
         | None
     ) = None
@@ -204,16 +196,16 @@ class CandidateTable(StrictTable):
 AccelerationLimit = Annotated[
     Annotated[dict[str, PositiveAcceleration], Tag(f"{TAG}table")]
     | Annotated[PositiveAcceleration, Tag(f"{TAG}quantity")],
-    _forms("must be an acceleration such as '15 g', or a table with one for each point"),
+    forms("must be an acceleration such as '15 g', or a table with one for each point"),
 ]
 SwayLimit = Annotated[
     Annotated[dict[str, PositiveLength], Tag(f"{TAG}table")] | Annotated[PositiveLength, Tag(f"{TAG}quantity")],
-    _forms("must be a length such as '25 mm', or a table with one for each point"),
+    forms("must be a length such as '25 mm', or a table with one for each point"),
 ]
 
 
 def _kind_of_spectrum(value: Any) -> str:
-    return f"{TAG}spectrum" if isinstance(value, dict) and "levels" in value else _kind_of_value(value)
+    return f"{TAG}spectrum" if isinstance(value, dict) and "levels" in value else kind_of_value(value)
 
 
 SpectrumLimit = Annotated[

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler, PlainValidator
+from pydantic import Discriminator, Field, GetCoreSchemaHandler, PlainValidator
 
 from ...errors import MountedSystemError, StrandspringError
 from ...ground.quoting import quoted, shown
 from ...ground.strict_json import is_finite
-from ...ground.tables import field_name
+from ...ground.tables import OWN, TAG, field_name
 from ..bodies.parts import Vector
 from . import quantity_text as q
 
@@ -66,6 +66,17 @@ class ReadBy:
 
     def __get_pydantic_json_schema__(self, _core: Any, _handler: Any) -> dict[str, Any]:
         return dict(self.schema)
+
+
+def kind_of_value(value: Any) -> str:
+    """The tag of the form of a field: what TOML calls its value."""
+    kind = "table" if isinstance(value, dict) else "list" if isinstance(value, list) else "quantity"
+    return f"{TAG}{kind}"
+
+
+def forms(message: str) -> Discriminator:
+    """Tells forms of a field apart by what TOML calls its value."""
+    return Discriminator(kind_of_value, custom_error_type=OWN, custom_error_message=message)
 
 
 def _read_quantity(least: float, *kinds: q.QuantityKind) -> Callable[[Any], float]:

@@ -151,79 +151,51 @@ class HeldAcceleration(Pulse):
         return smooth_averages(self.at, rate, np.array([self.rise, self.duration]), step, count)
 
 
-@dataclass(frozen=True)
-class _StraightPulse(Pulse, StraightSignal):
-    """A pulse of straight pieces."""
+# Time and value of each corner as shares of the duration and the peak.
+CORNERS = {
+    "terminal-sawtooth": ((0.0, 0.0), (1.0, 1.0)),
+    "initial-sawtooth": ((0.0, 1.0), (1.0, 0.0)),
+    "rectangle": ((0.0, 1.0), (1.0, 1.0)),
+    "triangle": ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0)),
+}
 
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        """Time [s] and value of each corner as shares of the duration and the peak."""
-        raise NotImplementedError
+
+@dataclass(frozen=True)
+class StraightPulse(Pulse, StraightSignal):
+    """A pulse of straight pieces.
+
+    Parameters
+    ----------
+    corners : tuple of (float, float)   Such as those of `CORNERS`.
+    """
+
+    corners: tuple[tuple[float, float], ...]
 
     @cached_property
     def _pieces(self) -> StraightPieces:
-        shares = np.array(self._corners())
+        shares = np.array(self.corners)
         return StraightPieces(self.duration * shares[:, 0], self.peak * shares[:, 1])
 
 
-@dataclass(frozen=True)
-class TerminalSawtooth(_StraightPulse):
-    """Terminal-peak sawtooth: a straight rise from 0 to the peak at the end of the duration."""
-
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        return ((0.0, 0.0), (1.0, 1.0))
-
-
-@dataclass(frozen=True)
-class InitialSawtooth(_StraightPulse):
-    """Initial-peak sawtooth: a jump to the peak and a straight fall to 0."""
-
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        return ((0.0, 1.0), (1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class Rectangle(_StraightPulse):
-    """The peak for the whole duration."""
-
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        return ((0.0, 1.0), (1.0, 1.0))
-
-
-@dataclass(frozen=True)
-class Triangle(_StraightPulse):
-    """A straight rise to the peak at half the duration and a straight fall."""
-
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        return ((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))
-
-
-@dataclass(frozen=True)
-class Trapezoid(_StraightPulse):
+def trapezoid(peak: float, duration: float, rise: float, fall: float) -> StraightPulse:
     """A straight rise, the peak held, and a straight fall.
 
     Parameters
     ----------
-    rise, fall : float   Times of the rise and the fall, parts of the duration [s]; 0 for a jump.
+    peak, duration : float   See `Pulse`.
+    rise, fall : float       Times of the rise and the fall, parts of the duration [s]; 0 for a jump.
 
     Raises
     ------
-    MountedSystemError   If they do not fit into the duration.
+    MountedSystemError       If they do not fit into the duration.
     """
-
-    rise: float
-    fall: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not (self.rise >= 0.0 and self.fall >= 0.0 and self.rise + self.fall <= self.duration * (1.0 + 1e-12)):
-            raise MountedSystemError(
-                f"The rise and the fall of a trapezoid must be >= 0 and together at most its duration of "
-                f"{self.duration!r} s, got {self.rise!r} s and {self.fall!r} s."
-            )
-
-    def _corners(self) -> tuple[tuple[float, float], ...]:
-        held = self.rise / self.duration
-        return ((0.0, 0.0), (held, 1.0), (max(held, 1.0 - self.fall / self.duration), 1.0), (1.0, 0.0))
+    if not (rise >= 0.0 and fall >= 0.0 and rise + fall <= duration * (1.0 + 1e-12)):
+        raise MountedSystemError(
+            f"The rise and the fall of a trapezoid must be >= 0 and together at most its duration of {duration!r} s, "
+            f"got {rise!r} s and {fall!r} s."
+        )
+    held = rise / duration
+    return StraightPulse(peak, duration, ((0.0, 0.0), (held, 1.0), (max(held, 1.0 - fall / duration), 1.0), (1.0, 0.0)))
 
 
 @dataclass(frozen=True)

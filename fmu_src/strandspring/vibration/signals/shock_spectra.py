@@ -28,43 +28,17 @@ class ShockSpectrum:
 
     Parameters
     ----------
-    frequency : ndarray, shape (F,)            Natural frequencies [Hz].
-    primary_positive : ndarray, shape (F,)     Largest response during the samples, >= 0.
-    primary_negative : ndarray, shape (F,)     Smallest during the samples, <= 0.
-    residual_positive : ndarray, shape (F,)    Largest after the samples.
-    residual_negative : ndarray, shape (F,)    Smallest after the samples.
+    frequency : ndarray, shape (F,)    Natural frequencies [Hz].
+    extrema : ndarray, shape (4, F)    Largest and smallest response during the samples, and likewise after them.
     """
 
     frequency: FloatArray
-    primary_positive: FloatArray
-    primary_negative: FloatArray
-    residual_positive: FloatArray
-    residual_negative: FloatArray
-
-    @property
-    def primary(self) -> FloatArray:
-        """Largest magnitude during the samples, shape (F,)."""
-        return np.maximum(self.primary_positive, -self.primary_negative)
-
-    @property
-    def residual(self) -> FloatArray:
-        """Largest magnitude after the samples, shape (F,)."""
-        return np.maximum(self.residual_positive, -self.residual_negative)
-
-    @property
-    def positive(self) -> FloatArray:
-        """Largest response, shape (F,)."""
-        return np.maximum(self.primary_positive, self.residual_positive)
-
-    @property
-    def negative(self) -> FloatArray:
-        """Smallest response, shape (F,)."""
-        return np.minimum(self.primary_negative, self.residual_negative)
+    extrema: FloatArray
 
     @property
     def maximax(self) -> FloatArray:
         """Largest magnitude, shape (F,)."""
-        return np.maximum(self.positive, -self.negative)
+        return np.asarray(np.abs(self.extrema).max(axis=0))
 
 
 @dataclass(frozen=True)
@@ -134,8 +108,7 @@ def shock_spectrum(
     """
     x, f = floats(samples), np.atleast_1d(floats(frequency))
     _check(x, interval, f, damping)
-    extrema = largest_responses(x, 2.0 * np.pi * f * interval, damping).T
-    return ShockSpectrum(f, extrema[0], extrema[1], extrema[2], extrema[3])
+    return ShockSpectrum(f, largest_responses(x, 2.0 * np.pi * f * interval, damping).T)
 
 
 def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatArray:

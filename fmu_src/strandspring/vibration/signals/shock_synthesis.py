@@ -46,40 +46,27 @@ class SynthesizedSignal(RecordedSignal):
     ----------
     required : RequiredSpectrum
     asked_duration : float        [s].
-    seed : int                    The others are as for `RecordedSignal`.
+    seed : int
+    deviation : tuple of float    Least and largest, of its spectrum from the one asked for at any frequency [dB].
+    wavelets : int                Of which it is made; the others are as for `RecordedSignal`.
     """
 
     required: RequiredSpectrum = field(kw_only=True)
     asked_duration: float = field(kw_only=True)
     seed: int = field(kw_only=True)
+    deviation: tuple[float, float] = field(kw_only=True)
+    wavelets: int = field(kw_only=True)
 
     def redrawn(self, number: int) -> SynthesizedSignal:
         """Another of them, one of a few; itself if the spectrum is not met with other delays."""
         try:
-            return synthesized_shock(self.required, self.asked_duration, self.seed + 1 + number % _REALISATIONS).signal
+            return synthesized_shock(self.required, self.asked_duration, self.seed + 1 + number % _REALISATIONS)
         except MountedSystemError:
             return self
 
 
-@dataclass(frozen=True, eq=False)
-class SynthesizedShock:
-    """A synthesized acceleration.
-
-    Attributes
-    ----------
-    signal : SynthesizedSignal
-    lowest, highest : float     Deviation of its spectrum from the one asked for at any frequency [dB].
-    wavelets : int
-    """
-
-    signal: SynthesizedSignal
-    lowest: float
-    highest: float
-    wavelets: int
-
-
 @lru_cache(maxsize=_MOST_KEPT)
-def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0) -> SynthesizedShock:
+def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0) -> SynthesizedSignal:
     """An acceleration with a shock response spectrum.
 
     Parameters
@@ -117,8 +104,10 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
             f"The best synthesized shock deviates from its spectrum by {lowest:+.2g} to {highest:+.2g} dB, more than "
             f"{LARGEST_DEVIATION:g} dB; take another `duration` or `seed`, or a spectrum without steps."
         )
-    signal = SynthesizedSignal(time, acceleration, required=required, asked_duration=duration, seed=seed)
-    return SynthesizedShock(signal, lowest, highest, frequency.size)
+    return SynthesizedSignal(
+        time, acceleration, required=required, asked_duration=duration, seed=seed, deviation=(lowest, highest),
+        wavelets=frequency.size,
+    )  # fmt: skip
 
 
 def _wavelets(frequency: FloatArray, time: FloatArray, duration: float, seed: int) -> FloatArray:

@@ -46,7 +46,7 @@ class PowerSpectrum:
     @property
     def root_mean_square(self) -> float:
         """Of the history without its mean."""
-        return float(self.root_mean_square_by_band([0.0, 2.0 * float(self.frequency[-1])])[0])
+        return math.sqrt(float(np.sum(self.density)) * self.resolution)
 
     @property
     def root_mean_square_error(self) -> float:
@@ -59,15 +59,6 @@ class PowerSpectrum:
             return 0.0
         bandwidth = float(np.sum(self.density)) ** 2 / squares * self.resolution
         return 0.5 / math.sqrt(bandwidth * self.duration)
-
-    def root_mean_square_by_band(self, edges: ArrayLike) -> FloatArray:
-        """Root mean square within each of the bands between rising edges [Hz], shape (E - 1,)."""
-        bounds = floats(edges)
-        middles = self.resolution * (np.arange(self.frequency.size + 1) - 0.5)
-        area = np.concatenate([[0.0], np.cumsum(self.density * self.resolution)])
-        # The density at 0 and at half the sampling rate stands for half a line, which lies within.
-        middles[0], middles[-1] = 0.0, self.frequency[-1]
-        return floats(np.sqrt(np.diff(np.interp(bounds, middles, area))))
 
 
 def power_spectrum(samples: ArrayLike, interval: float, resolution: float) -> PowerSpectrum:

@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
@@ -18,14 +17,12 @@ from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, simulate_case
-from .case_cautions import Caution, case_cautions, system_cautions
-from .catalogue_cautions import catalogue_cautions, overloads, swings_apart
-from .coupled_friction import coupled_friction
+from .case_cautions import Caution, case_cautions
 from .courses import Courses, courses
-from .draws import DrawnRun, Draws, Unknowns, drawn_case, ranges, shares_beyond
-from .figures import CaseFigures
-from .range_use import RangeUse
+from .draws import DrawnRun, Unknowns, drawn_case, ranges
+from .figures import CaseFigures, RangeUse
 from .static_answer import StaticAnswer, static_answer
+from .system_cautions import overloads, system_cautions
 from .verdicts import CaseVerdict, Figure, FigureKind, Limits, judged
 
 _MOST_OUTSIDE = 0.5  # share of the draws that leave identified ranges, from which nothing else is judged
@@ -74,10 +71,12 @@ class CaseAnswer:
     def worst(self, quantity: FigureKind) -> Figure | None:
         """The figure of a quantity that is nearest to its limit or beyond it; the largest where none has a limit."""
         figures = self.figures_of(quantity)
-        limited = [figure for figure in figures if figure.limit is not None]
-        if limited:
-            return max(limited, key=lambda figure: figure.high / (figure.limit or 1.0))
-        return max(figures, key=lambda figure: figure.high, default=None)
+        return _nearest_limit(figures) or max(figures, key=lambda figure: figure.high, default=None)
+
+    @property
+    def nearest_limit(self) -> Figure | None:
+        """The figure that is nearest to its limit or furthest beyond it; None if none has a limit."""
+        return _nearest_limit(self.figures)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +103,7 @@ def answer_candidate(
     name: str, system: MountedSystem, models: Mapping[str, ModelFile], unknowns: Unknowns
 ) -> CandidateAnswer:
     """Static pose and modes of a candidate."""
-    cautions = (*system_cautions(system, models), *catalogue_cautions(system), *unknowns.springs.missing)
+    cautions = (*system_cautions(system, models), *unknowns.springs.missing)
     try:
         static = static_answer(system, unknowns)
     except MountedSystemError as problem:
@@ -137,28 +136,31 @@ def answer_case(
     try:
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
-        known = CaseFigures.from_case(system, case, limits.spectra)
-        values = np.array([known.of_draw(draw) for draw in draws.runs]).reshape(-1, len(known.subjects))
-        bounds = [limits.of(*subject) for subject in known.subjects]
-        value, errors = known.of_draw(DrawnRun(system, case, nominal)), known.errors(system, case, draws.nominal)
+        known = CaseFigures(system, case, limits.spectra)
+        bounds = np.array([np.inf if (limit := limits.of(*subject)) is None else limit for subject in known.subjects])
+        identified = DrawnRun(system, case, nominal)
+        value, errors = known.of_draw(identified), known.errors(draws.nominal)
+        values = np.array([known.of_draw(draw) for draw in draws.runs]).reshape(-1, bounds.size)
         drawn = None
         if with_courses:
-            worst = _deciding(values, bounds)
-            run = DrawnRun(system, case, nominal) if worst is None else draws.runs[worst]
-            drawn = courses(run.system, run.case, run.run, limits.spectra)
+            # Of the draw that is nearest to a limit or farthest beyond one.
+            worst = draws.runs[int(np.argmax((values / bounds).max(axis=1)))] if draws.runs else identified
+            drawn = courses(worst.system, worst.case, worst.run, limits.spectra)
     except MountedSystemError as problem:
         return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
     runs = (nominal, *(draw.run for draw in draws.runs))
-    uses = tuple(RangeUse.from_run(known.laws, run) for run in runs)
-    cautions = (
-        *case_cautions(system, case, runs, uses, limits.of_all.get(FigureKind.TILT)),
-        *coupled_friction(system, nominal, draws.runs),
-        *swings_apart(system, uses),
-        *(drawn.cautions if drawn else ()),
-    )
-    exhaustive = unknowns.is_exhaustive(system, case)
-    figures = tuple(_figures(known, draws, value, errors, values, bounds, exhaustive))
+    uses = tuple(RangeUse.from_run(system.laws, run) for run in runs)
+    cautions = case_cautions(system, case, nominal, draws.runs, uses, limits.of_all.get(FigureKind.TILT))
+    low, high, middle = value, value, value
+    if draws.runs:
+        coupled = [draw.system.coupled for draw in draws.runs]
+        low, high = ranges(values, coupled, unknowns.is_exhaustive(system, case))
+        if case.is_random:
+            middle = values[np.logical_not(coupled)].mean(axis=0)
+    low, high = np.maximum(np.minimum(low, middle) - errors, 0.0), np.maximum(high, middle) + errors
+    figures = _figures(known.subjects, np.array([middle, errors, low, high]), bounds, values)
     outside = np.array([use.is_outside.any() for use in uses])
+    beyond = np.count_nonzero(outside[1:] | (values > bounds).any(axis=1)) + draws.refused
     verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE)
     if draws.refused and verdict is CaseVerdict.PASSES:
         verdict = CaseVerdict.UNDECIDED
@@ -171,54 +173,25 @@ def answer_case(
         runs=runs,
         uses=uses,
         courses=drawn,
-        cautions=cautions,
+        cautions=(*cautions, *(drawn.cautions if drawn else ())),
         draws=draws.count,
         refused=draws.refused,
-        beyond=_share_beyond(values, bounds, outside[1:], draws),
+        beyond=beyond / draws.count if draws.count else 0.0,
         refusal=draws.reason,
     )
 
 
+def _nearest_limit(figures: Sequence[Figure]) -> Figure | None:
+    limited = [figure for figure in figures if figure.limit is not None]
+    return max(limited, key=lambda figure: figure.share, default=None)
+
+
 def _figures(
-    known: CaseFigures,
-    draws: Draws,
-    nominal: FloatArray,
-    errors: FloatArray,
-    values: FloatArray,
-    bounds: Sequence[float | None],
-    is_exhaustive: bool,
-) -> list[Figure]:
-    """All figures of a case with their ranges."""
-    low, high, value = nominal, nominal, nominal
-    if len(values):
-        coupled = [draw.system.coupled for draw in draws.runs]
-        low, high = ranges(values, coupled, is_exhaustive)
-        if draws.runs[0].case.is_random:
-            value = values[np.logical_not(coupled)].mean(axis=0)
-        low, high = np.minimum(low, value), np.maximum(high, value)
-    low, high = np.maximum(low - errors, 0.0), high + errors
-    columns = zip(value.tolist(), errors.tolist(), low.tolist(), high.tolist(), strict=True)
-    return [
-        Figure(*subject, *column, limit, beyond)
-        for subject, column, limit, beyond in zip(
-            known.subjects, columns, bounds, shares_beyond(values, bounds), strict=True
-        )
-    ]
-
-
-def _deciding(values: FloatArray, bounds: Sequence[float | None]) -> int | None:
-    """The draw that is nearest to a limit or farthest beyond one; None without draws."""
-    if not len(values):
-        return None
-    limits = np.array([np.inf if bound is None else bound for bound in bounds])
-    return int(np.argmax((values / limits).max(axis=1)))
-
-
-def _share_beyond(
-    values: FloatArray, bounds: Sequence[float | None], outside: NDArray[np.bool_], draws: Draws
-) -> float:
-    """`CaseAnswer.beyond`."""
-    if not draws.count:
-        return 0.0
-    limits = np.array([np.inf if bound is None else bound for bound in bounds])
-    return (int(np.count_nonzero((values > limits).any(axis=1) | outside)) + draws.refused) / draws.count
+    subjects: Sequence[tuple[FigureKind, str]], columns: FloatArray, bounds: FloatArray, values: FloatArray
+) -> tuple[Figure, ...]:
+    """All figures of a case: of each value, error, low and high, its limit, and its values in the draws."""
+    figures = []
+    for subject, column, bound, drawn in zip(subjects, columns.T.tolist(), bounds.tolist(), values.T, strict=True):
+        beyond = float(np.mean(drawn > bound)) if drawn.size and bound < np.inf else None
+        figures.append(Figure(*subject, *column, None if bound == np.inf else bound, beyond))
+    return tuple(figures)

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from ...model.modelfile import ModelFile
-from ...model.stated_cautions import cautions_in_use
+from ...kernel.path import PathSolver
+from ...loops.modelled import steady_loop_figures
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
+from ..bodies.parts import MountAxis
 from ..bodies.simulation import CaseRun
+from .draws import DrawnRun
+from .figures import RangeUse
 from .implausible_loads import implausible_loads
-from .implausible_sizes import implausible_sizes
-from .range_use import RangeUse
 
 _LARGE_TILT = math.radians(10.0)  # from which the twist of mounts is felt, where no limit says more
 _ROUNDING = 1e-9  # of a duration
+_SWUNG = 0.5  # half the swing of omega from which an axis' friction is saturated in good part
+_FAR = 2.0  # factor between amplitudes from which a swing is another than a catalogue states
+_AT_REST = 1e-6  # of the stated amplitude: below, a spring does not move
 
 
 class CautionKind(Enum):
@@ -53,53 +57,26 @@ class Caution:
     text: str
 
 
-def system_cautions(system: MountedSystem, models: Mapping[str, ModelFile]) -> tuple[str, ...]:
-    """What the description of a system leaves out."""
-    return (*implausible_sizes(system), *_across(system), *_shared(system), *_about_files(system, models))
-
-
-def _across(system: MountedSystem) -> Iterator[str]:
-    """Mounts that have no force in some directions, or no moment."""
-    few = [mount.name for mount in system.mounts if len(mount.axes) < 3]
-    turning = any(body.rotations.any() for body in system.bodies)
-    if few and any(
-        not np.allclose(body.translations, 0.0) and np.trace(body.translations) > 1.5 for body in system.bodies
-    ):
-        yield (
-            f"{len(few)} of {len(system.mounts)} mounts ({_listed(few)}) have fewer than three axes: across them they "
-            "have neither stiffness nor friction; add axes with a shear record if the mount has."
-        )
-    if turning:
-        yield (
-            "Mounts act on points: their own resistance to rotation (roll, twist) is left out, which no record gives; "
-            "real tilt is smaller where mounts stand close together."
-        )
-
-
-def _shared(system: MountedSystem) -> Iterator[str]:
-    """Model files that serve perpendicular axes of one mount."""
-    used: dict[str, set[str]] = {}
-    for mount in system.mounts:
-        for name in {axis.model for axis in mount.axes}:
-            if sum(axis.model == name for axis in mount.axes) > 1:
-                used.setdefault(name, set()).add(mount.name)
-    for name, mounts in sorted(used.items()):
-        yield (
-            f"{name or 'One spring'} stands for perpendicular axes of the same mount ({_listed(sorted(mounts))}), "
-            "and a model file does not say along which it was measured; check that the mount is alike along them."
-        )
-
-
-def _about_files(system: MountedSystem, models: Mapping[str, ModelFile]) -> Iterator[str]:
-    for name in dict.fromkeys(axis.model for axis in system.axes):
-        if name in models:
-            yield from cautions_in_use(name, models[name])
-
-
 def case_cautions(
-    system: MountedSystem, case: LoadCase, runs: Sequence[CaseRun], uses: Sequence[RangeUse], tilt_limit: float | None
+    system: MountedSystem,
+    case: LoadCase,
+    nominal: CaseRun,
+    draws: Sequence[DrawnRun],
+    uses: Sequence[RangeUse],
+    tilt_limit: float | None,
 ) -> tuple[Caution, ...]:
-    """What the figures of a load case do not hold."""
+    """What the figures of a load case do not hold.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    nominal : CaseRun
+    draws : sequence of DrawnRun
+    uses : sequence of RangeUse   Of all these runs.
+    tilt_limit : float or None    [rad].
+    """
+    runs = (nominal, *(draw.run for draw in draws))
     return (
         *(Caution(CautionKind.UNITS, 0.0, text) for text in implausible_loads(system, case)),
         *_outside(system, uses),
@@ -108,6 +85,8 @@ def case_cautions(
         *_fast(system, runs),
         *_diluted(case),
         *_fallen(case),
+        *_coupled(system, nominal, draws),
+        *_swings_apart(system, uses),
     )
 
 
@@ -191,6 +170,58 @@ def _fallen(case: LoadCase) -> Iterator[Caution]:
         )
 
 
-def _listed(names: Sequence[str]) -> str:
-    shown = ", ".join(names[:4])
-    return shown if len(names) <= 4 else f"{shown} and {len(names) - 4} more"
+def _coupled(system: MountedSystem, nominal: CaseRun, draws: Sequence[DrawnRun]) -> Iterator[Caution]:
+    """A caution if several axes of a mount slide at once: by how much coupled friction changes the largest figures."""
+    swing = 0.5 * (nominal.figures.omega_high - nominal.figures.omega_low)
+    together = []
+    for mount, axes in zip(system.mounts, system.axis_slices, strict=True):
+        swings = sorted(swing[axes].tolist(), reverse=True)
+        if len(swings) > 1 and swings[1] >= _SWUNG:
+            together.append((swings[1], mount.name))
+    coupled = [draw.run for draw in draws if draw.system.coupled]
+    if not together or not coupled:
+        return
+    uncoupled = [draw.run for draw in draws if not draw.system.coupled]
+    changes = [
+        f"{name} by {100.0 * (_largest(coupled, name) / _largest(uncoupled, name) - 1.0):+.2g} %"
+        for name in ("acceleration", "sway")
+        if _largest(uncoupled, name) > 0.0
+    ]
+    largest, name = max(together)
+    yield Caution(
+        CautionKind.COUPLED,
+        largest,
+        f"In {len(together)} of {len(system.mounts)} mounts several axes slide at once ({name}: omega of the second "
+        f"axis swings by +-{largest:.2g} of saturation). Whether their friction acts together, records do not tell; it "
+        f"does in a third of the draws, which changes {' and '.join(changes)} on average, and ranges hold both.",
+    )
+
+
+def _largest(runs: Sequence[CaseRun], name: str) -> float:
+    """Of all points, the mean of the runs."""
+    return float(np.mean([getattr(run.figures, name).max(initial=0.0) for run in runs]))
+
+
+def _swings_apart(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Caution]:
+    """Springs from a catalogue that swing by far more or less than the amplitude at which it states them."""
+    apart: list[tuple[float, str, MountAxis, float, float]] = []
+    for number, (axis, name) in enumerate(zip(system.axes, system.axis_names, strict=True)):
+        if axis.stated_amplitude is None:
+            continue
+        for use in uses:
+            low, high = float(use.lowest[number]), float(use.highest[number])
+            ratio = 0.5 * (high - low) / axis.stated_amplitude
+            if ratio > _AT_REST and not 1.0 / _FAR <= ratio <= _FAR:
+                apart.append((abs(math.log(ratio)), name, axis, low, high))
+    if not apart:
+        return
+    measure, worst, axis, low, high = max(apart, key=lambda entry: entry[0])
+    figures = steady_loop_figures(PathSolver(axis.spring), low, high)
+    yield Caution(
+        CautionKind.CATALOGUE,
+        measure,
+        f"{len({name for _, name, *_ in apart})} axes of mounts with catalogue values swing by less than half or more "
+        f"than twice the amplitude at which these are stated, {worst} by +-{5e2 * (high - low):.3g} mm instead of "
+        f"+-{1e3 * (axis.stated_amplitude or 0.0):.3g} mm; there a stiffness of {1e-3 * figures.secant_stiffness:.4g} "
+        f"N/mm and a loss factor of {figures.loss_factor:.2g} are assumed.",
+    )

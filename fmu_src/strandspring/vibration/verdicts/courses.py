@@ -7,8 +7,9 @@ vibration with five steps in a period of its highest frequency, where that takes
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -29,7 +30,8 @@ _OF_RANDOM = 2.5  # samples in half a period of the highest frequency of random 
 _SEGMENTS = 16.0  # of the history of a power spectrum, before they overlap
 _MOST_ROWS, _MOST_NUMBERS = 400_000, 10_000_000  # of histories
 _ROUNDING = 1e-9  # of a number of steps
-SHOCKS, VIBRATIONS = ("pulse", "drop", "srs", "record", "force"), ("random",)
+
+S = TypeVar("S")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +69,15 @@ class Courses:
         """Of the oscillators of shock response spectra, as a share of critical: of allowed spectra, else of Q = 10."""
         return next((required.damping for required in self.allowed.values()), _DAMPING)
 
+    def with_caution(self, text: str) -> Courses:
+        """The same with one more caution about its spectra."""
+        return replace(self, cautions=(*self.cautions, Caution(CautionKind.SPECTRUM, self.interval, text)))
+
+    def spectra(self, spectrum: Callable[[FloatArray], S]) -> tuple[tuple[tuple[S, ...], ...], tuple[S, ...]]:
+        """Spectra of the accelerations along x, y and z: of each point, and of the base unless it stands still."""
+        of_points = tuple(tuple(map(spectrum, point.T)) for point in self.histories.acceleration.swapaxes(0, 1))
+        return of_points, tuple(map(spectrum, self.base.T)) if self.base.any() else ()
+
     @property
     def size(self) -> int:
         """How many numbers its histories hold."""
@@ -89,7 +100,7 @@ def courses(
     numbers = 6 * len(system.points) + 2 * len(system.axes)
     most = max(2, min(_MOST_ROWS, _MOST_NUMBERS // max(1, numbers)))
     step, rows = run.step, math.ceil(case.duration / run.step)
-    fastest = SRS_HIGHEST * _SAMPLES_PER_PERIOD if case.kind in SHOCKS else 0.0
+    fastest = SRS_HIGHEST * _SAMPLES_PER_PERIOD if case.is_shock else 0.0
     if case.is_random:
         fastest = _OF_RANDOM / min(channel.signal.shortest for channel in case.channels)
     # As many steps for one as the spectrum asks for and the rows allow.
@@ -97,17 +108,15 @@ def courses(
     histories = run_with_histories(system, case, run.start, step, most)
     interval = step * math.ceil(case.steps(step) / most)
     base = _base_acceleration(case, interval, histories.time.size)
-    cautions: tuple[Caution, ...] = ()
+    made = Courses(run, step, interval, histories, base, allowed=allowed or {})
     if interval > step * (1.0 + _ROUNDING):
-        sentence = (
+        made = made.with_caution(
             f"Histories keep every {round(interval / step)}th step only, {interval:.3g} s apart: what is faster than "
             f"{0.5 / interval:.4g} Hz is folded in power spectra; shorten the case to keep more."
         )
-        cautions = (Caution(CautionKind.SPECTRUM, interval, sentence),)
-    made = Courses(run, step, interval, histories, base, cautions=cautions, allowed=allowed or {})
-    if case.kind in SHOCKS:
+    if case.is_shock:
         return _with_shock_spectra(made)
-    return _with_power_spectra(made, case) if case.kind in VIBRATIONS else made
+    return _with_power_spectra(made, case) if case.is_random else made
 
 
 def _base_acceleration(case: LoadCase, interval: float, rows: int) -> FloatArray:
@@ -122,50 +131,28 @@ def _base_acceleration(case: LoadCase, interval: float, rows: int) -> FloatArray
 
 def _with_shock_spectra(motion: Courses) -> Courses:
     highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * motion.interval))
+    apart = f"the rows of the histories are {motion.interval:.3g} s apart"
     if highest <= SRS_LOWEST:
-        sentence = f"No shock response spectra: the rows of the histories are {motion.interval:.3g} s apart."
-        return replace(motion, cautions=(*motion.cautions, Caution(CautionKind.SPECTRUM, motion.interval, sentence)))
+        return motion.with_caution(f"No shock response spectra: {apart}.")
     frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
-
-    def spectra(history: FloatArray) -> tuple[ShockSpectrum, ...]:
-        return tuple(shock_spectrum(history[:, k], motion.interval, frequency, motion.damping) for k in range(3))
-
-    cautions = motion.cautions
-    if highest < SRS_HIGHEST * (1.0 - 1e-9):
-        sentence = (
-            f"The shock response spectra end at {highest:.4g} Hz, as the rows of the histories are "
-            f"{motion.interval:.3g} s apart; shorten the simulated time to see more."
-        )
-        cautions = (*cautions, Caution(CautionKind.SPECTRUM, motion.interval, sentence))
-    return replace(
-        motion,
-        shock=tuple(
-            spectra(motion.histories.acceleration[:, k]) for k in range(motion.histories.acceleration.shape[1])
-        ),
-        base_shock=spectra(motion.base) if motion.base.any() else (),
-        cautions=cautions,
+    shock, base_shock = motion.spectra(
+        lambda history: shock_spectrum(history, motion.interval, frequency, motion.damping)
     )
+    if highest < SRS_HIGHEST * (1.0 - _ROUNDING):
+        motion = motion.with_caution(
+            f"The shock response spectra end at {highest:.4g} Hz, as {apart}; shorten the simulated time to see more."
+        )
+    return replace(motion, shock=shock, base_shock=base_shock)
 
 
 def _with_power_spectra(motion: Courses, case: LoadCase) -> Courses:
     first = math.ceil(case.settling / motion.interval)
-    lasting = case.load_end
-    last = min(motion.histories.time.size, math.floor(lasting / motion.interval))
+    last = min(motion.histories.time.size, math.floor(case.load_end / motion.interval))
     resolution = _SEGMENTS / max((last - first) * motion.interval, motion.interval)
-
-    def spectra(history: FloatArray) -> tuple[PowerSpectrum, ...]:
-        return tuple(power_spectrum(history[first:last, k], motion.interval, resolution) for k in range(3))
-
     try:
-        return replace(
-            motion,
-            power=tuple(
-                spectra(motion.histories.acceleration[:, k]) for k in range(motion.histories.acceleration.shape[1])
-            ),
-            base_power=spectra(motion.base) if motion.base.any() else (),
+        power, base_power = motion.spectra(
+            lambda history: power_spectrum(history[first:last], motion.interval, resolution)
         )
     except MountedSystemError as problem:
-        return replace(
-            motion,
-            cautions=(*motion.cautions, Caution(CautionKind.SPECTRUM, motion.interval, f"No power spectra: {problem}")),
-        )
+        return motion.with_caution(f"No power spectra: {problem}")
+    return replace(motion, power=power, base_power=base_power)

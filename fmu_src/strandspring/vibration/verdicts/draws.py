@@ -232,11 +232,3 @@ def tolerance_factor(count: int, freedom: int, content: float = CONTENT) -> floa
 
     root = math.sqrt(count)
     return float(nct.ppf(CONFIDENCE, freedom, root * norm.ppf(content)) / root)
-
-
-def shares_beyond(values: FloatArray, limits: Sequence[float | None]) -> list[float | None]:
-    """Of each figure the share of its values beyond its limit; None where there is none."""
-    return [
-        None if limit is None or not len(values) else float(np.mean(of_figure > limit))
-        for of_figure, limit in zip(values.T, limits, strict=True)
-    ]

@@ -4,96 +4,194 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
+from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ..bodies.axis_laws import AxisLaws
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.run_figures import RunFigures
-from ..bodies.simulation import CaseRun, CheckedRun
-from ..signals.shock_spectra import RequiredSpectrum
-from .courses import SHOCKS
+from ..bodies.simulation import CaseRun, CheckedRun, run_with_histories
+from ..signals.shock_spectra import RequiredSpectrum, shock_spectrum
 from .draws import DrawnRun
-from .range_use import RangeUse, stroke_errors
-from .spectrum_shares import spectrum_shares
 from .verdicts import FigureKind
 
 _SWAYS = (FigureKind.SWAY_X, FigureKind.SWAY_Y, FigureKind.SWAY_Z)
+_ROUNDING = 1e-9  # of the way, beyond which a spring is outside its range
+_SAMPLES_PER_PERIOD = 10.0  # at the upper end of a spectrum
+_PER_OCTAVE = 12
+_MOST_ROWS = 2_000_000  # of histories
 
 
-@dataclass(frozen=True)
-class CaseFigures:
-    """The figures of a load case in their order, N in number.
+@dataclass(frozen=True, eq=False)
+class RangeUse:
+    """How far the springs of each axis moved in one run, within their identified ranges and against their stops.
+
+    The share used is that of the way from the displacement at rest to the end of the identified range, on the side
+    where it is larger: 0 at rest, 1 at the end, more beyond it. Each array is of shape (A,).
 
     Attributes
     ----------
-    subjects : tuple     Kind and subject of each.
-    spectra : mapping    Allowed shock response spectra by point, of a case that is a shock.
-    laws : AxisLaws      Of the system.
-    settles : bool       Whether there are root mean squares.
+    low, high : ndarray              Ends of the identified range [m].
+    rest : ndarray                   Displacement at rest [m].
+    lowest, highest : ndarray        Reached [m].
+    share : ndarray                  Of the way from rest to the end of the range that was used.
+    stop_deflection : ndarray        Of the stop that was pressed most [m of the axis]; 0 where none was touched.
+    stop_force : ndarray             Of that stop [N].
     """
 
-    subjects: tuple[tuple[FigureKind, str], ...]
-    laws: AxisLaws
-    settles: bool
-    spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
+    low: FloatArray
+    high: FloatArray
+    rest: FloatArray
+    lowest: FloatArray
+    highest: FloatArray
+    share: FloatArray
+    stop_deflection: FloatArray
+    stop_force: FloatArray
 
     @classmethod
-    def from_case(
-        cls, system: MountedSystem, case: LoadCase, spectra: Mapping[str, RequiredSpectrum] | None = None
-    ) -> CaseFigures:
-        """Of a system in a load case, with allowed shock response spectra by point."""
-        points, axes = [point.name for point in system.points], system.axis_names
+    def from_run(cls, laws: AxisLaws, run: CaseRun) -> RangeUse:
+        """Of a run."""
+        rest, lowest, highest = run.start.displacement, run.figures.displacement_low, run.figures.displacement_high
+        pressed = [laws.stops(ends) for ends in (lowest, highest)]
+        forces = np.max([np.abs(force) for force, _ in pressed], axis=0)
+        stiffness = np.max([stiffness for _, stiffness in pressed], axis=0)
+        deflection = np.divide(forces, stiffness, out=np.zeros_like(forces), where=stiffness > 0.0)
+        share = np.maximum(_shares(highest - rest, laws.high - rest), _shares(rest - lowest, rest - laws.low))
+        return cls(laws.low, laws.high, rest, lowest, highest, share, deflection, forces)
+
+    @property
+    def is_outside(self) -> np.ndarray:
+        """Whether the springs of each axis left their identified range."""
+        return np.asarray(self.share > 1.0 + _ROUNDING)
+
+    @property
+    def beyond(self) -> FloatArray:
+        """How far each spring moved beyond its range [m]; 0 where it did not."""
+        return np.maximum(np.maximum(self.highest - self.high, self.low - self.lowest), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class CaseFigures:
+    """The figures of a system in a load case in their order, N in number.
+
+    Parameters
+    ----------
+    system : MountedSystem
+    case : LoadCase
+    spectra : mapping    Allowed shock response spectra by point; of no effect where the case is no shock.
+    """
+
+    system: MountedSystem
+    case: LoadCase
+    spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
+
+    @cached_property
+    def subjects(self) -> tuple[tuple[FigureKind, str], ...]:
+        """Kind and subject of each."""
+        system, points = self.system, [point.name for point in self.system.points]
         along = [f"{point} {letter}" for point in points for letter in "xyz"]
         names: dict[FigureKind, Sequence[str]] = {
             FigureKind.ACCELERATION: points,
             FigureKind.SWAY: points,
             **dict.fromkeys(_SWAYS, points),
             FigureKind.TILT: [body.name for body in system.bodies],
-            FigureKind.STROKE: axes,
-            FigureKind.FORCE: axes,
+            FigureKind.STROKE: system.axis_names,
+            FigureKind.FORCE: system.axis_names,
             FigureKind.MOUNT_FORCE: [mount.name for mount in system.mounts],
             FigureKind.REACTION: ["base"],
         }
-        if case.settling > 0.0:
+        if self.case.settling > 0.0:
             names |= {
                 FigureKind.RMS_ACCELERATION: along,
                 FigureKind.THREE_SIGMA: points,
                 FigureKind.RMS_SWAY: along,
             }
-        allowed = (spectra or {}) if case.kind in SHOCKS else {}
-        if allowed:
-            names[FigureKind.SRS] = tuple(allowed)
-        subjects = tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
-        return cls(subjects, system.laws, case.settling > 0.0, allowed)
+        names[FigureKind.SRS] = tuple(self._allowed)
+        return tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
+
+    @property
+    def _allowed(self) -> Mapping[str, RequiredSpectrum]:
+        return self.spectra if self.case.is_shock else {}
 
     def of_run(self, run: CaseRun) -> FloatArray:
         """Values in a run, shape (N,), but for those of kind SRS."""
-        return self._values(run.figures, RangeUse.from_run(self.laws, run).share)
+        return self._values(run.figures, RangeUse.from_run(self.system.laws, run).share)
 
     def of_draw(self, draw: DrawnRun) -> FloatArray:
         """Values in a draw, shape (N,)."""
-        shares = spectrum_shares(self.spectra, draw.system, draw.case, draw.run)
+        shares = _spectrum_shares(self._allowed, draw.system, draw.case, draw.run)
         return np.concatenate([self.of_run(draw.run), shares])
 
-    def errors(self, system: MountedSystem, case: LoadCase, run: CheckedRun) -> FloatArray:
-        """Numerical errors of the values in a run, shape (N,): of kind SRS the change with twice the step."""
-        fine, coarse = (spectrum_shares(self.spectra, system, case, run, factor) for factor in (1.0, 2.0))
-        return np.concatenate(
-            [self._values(run.errors, stroke_errors(self.laws, run, run.errors)), np.abs(fine - coarse)]
+    def errors(self, run: CheckedRun) -> FloatArray:
+        """Numerical errors of the values in a run, shape (N,): of kind SRS the change with twice the step.
+
+        Those of strokes are on the side where more is used or errs more.
+        """
+        fine, coarse = (_spectrum_shares(self._allowed, self.system, self.case, run, factor) for factor in (1.0, 2.0))
+        rest, laws = run.start.displacement, self.system.laws
+        strokes = np.maximum(
+            _shares(run.errors.displacement_high, laws.high - rest),
+            _shares(run.errors.displacement_low, rest - laws.low),
         )
+        return np.concatenate([self._values(run.errors, strokes), np.abs(fine - coarse)])
 
     def _values(self, figures: RunFigures, strokes: FloatArray) -> FloatArray:
         parts = [
             figures.acceleration, figures.sway, *figures.sway_components.T, figures.tilt, strokes, figures.force,
             figures.mount_force, figures.reaction[:1],
         ]  # fmt: skip
-        if self.settles:
+        if self.case.settling > 0.0:
             parts += [
                 figures.rms_acceleration.ravel(),
                 3.0 * figures.rms_acceleration.max(axis=1, initial=0.0),
                 figures.rms_sway.ravel(),
             ]
         return np.concatenate(parts)
+
+
+def _shares(way: FloatArray, free: FloatArray) -> FloatArray:
+    """way/free; infinite where a spring that rests at the end of its range moved beyond it."""
+    return np.divide(way, free, out=np.where(way > 0.0, np.inf, 0.0), where=free > 0.0)
+
+
+def _spectrum_shares(
+    spectra: Mapping[str, RequiredSpectrum], system: MountedSystem, case: LoadCase, run: CaseRun, coarser: float = 1.0
+) -> FloatArray:
+    """Of each point with an allowed spectrum the largest share of it that the spectrum of its acceleration takes, over
+    all frequencies of the former and along x, y and z, shape (P,).
+
+    Parameters
+    ----------
+    spectra : mapping     Allowed ones, by the name of the point.
+    system : MountedSystem
+    case : LoadCase
+    run : CaseRun         From which static equilibrium, and with which step at most.
+    coarser : float       Factor of the step.
+
+    Raises
+    ------
+    MountedSystemError    If that takes too many steps, or the motion diverges.
+    """
+    if not spectra:
+        return np.empty(0)
+    highest = max(required.levels.highest for required in spectra.values())
+    step = coarser * min(run.step, 1.0 / (_SAMPLES_PER_PERIOD * highest))
+    rows = case.steps(step)
+    if rows > _MOST_ROWS:
+        raise MountedSystemError(
+            f"{case.name}: its shock response spectra up to {highest:g} Hz would take {rows:,} steps, more than "
+            f"{_MOST_ROWS:,}; shorten the case, or end the limit `srs` at a lower frequency."
+        )
+    histories = run_with_histories(system, case, run.start, step, rows)
+    numbers = {point.name: number for number, point in enumerate(system.points)}
+    shares = []
+    for name, required in spectra.items():
+        frequency = required.frequencies(_PER_OCTAVE)
+        along = histories.acceleration[:, numbers[name]].T
+        found = [shock_spectrum(axis, step, frequency, required.damping).maximax for axis in along]
+        shares.append(float((np.max(found, axis=0) / required.at(frequency)).max()))
+    return np.array(shares)

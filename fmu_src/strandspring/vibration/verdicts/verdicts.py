@@ -126,6 +126,11 @@ class Figure:
         return None if self.limit is None else 1.0 - self.high / self.limit
 
     @property
+    def share(self) -> float:
+        """The upper end of the range as a share of the limit; NaN without a limit."""
+        return math.nan if self.limit is None else self.high / self.limit
+
+    @property
     def is_within(self) -> bool:
         """Whether the whole range is within the limit."""
         return self.limit is None or self.high <= self.limit
