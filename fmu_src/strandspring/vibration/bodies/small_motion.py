@@ -91,7 +91,7 @@ class SmallMotion:
     @cached_property
     def along(self) -> FloatArray:
         """Displacement of each axis by the coordinates, shape (M, D)."""
-        return self.gradients @ self.free
+        return np.asarray(self.gradients @ self.free)
 
     @cached_property
     def damping(self) -> FloatArray:

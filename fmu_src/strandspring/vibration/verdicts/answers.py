@@ -192,6 +192,7 @@ def _figures(
     """All figures of a case: of each value, error, low and high, its limit, and its values in the draws."""
     figures = []
     for subject, column, bound, drawn in zip(subjects, columns.T.tolist(), bounds.tolist(), values.T, strict=True):
+        value, error, low, high = column
         beyond = float(np.mean(drawn > bound)) if drawn.size and bound < np.inf else None
-        figures.append(Figure(*subject, *column, None if bound == np.inf else bound, beyond))
+        figures.append(Figure(*subject, value, error, low, high, None if bound == np.inf else bound, beyond))
     return tuple(figures)
