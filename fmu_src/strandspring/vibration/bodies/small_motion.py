@@ -96,7 +96,7 @@ class SmallMotion:
     @cached_property
     def damping(self) -> FloatArray:
         """Of the viscous dampers, shape (D, D) [N s/m]."""
-        return self.along.T @ (self.system.laws.damping[:, None] * self.along)
+        return np.asarray(self.along.T @ (self.system.laws.damping[:, None] * self.along))
 
     @property
     def weight(self) -> FloatArray:
