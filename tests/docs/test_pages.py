@@ -21,7 +21,7 @@ from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
-from strandspring.docs.site import PAGES, write_site
+from strandspring.docs.site import PAGES, Reference, write_site
 from strandspring.ground import strict_json, unpacking
 from strandspring.loops import description_file
 from strandspring.model import modelfile
@@ -201,6 +201,16 @@ def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) 
     with pytest.raises(StrandspringError, match=r"other holds other files; give a new folder\.$"):
         write_site(tmp_path / "other", content)
     assert [path.name for path in (tmp_path / "other").iterdir()] == ["thesis.txt"]
+
+
+def test_a_site_of_another_project_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "objects.inv").write_bytes(b"# Sphinx inventory version 2\n# Project: thesis\n# Version: 1\n")
+    with pytest.raises(StrandspringError, match=r"holds other files; give a new folder\.$"):
+        write_site(tmp_path, Reference({}, ()))
+    assert (tmp_path / "objects.inv").is_file()
+    (tmp_path / "page").touch()
+    with pytest.raises(StrandspringError, match=r"page cannot be written: it is a file; give a folder\.$"):
+        write_site(tmp_path / "page", Reference({}, ()))
 
 
 def test_the_table_of_symbols_is_the_fmus_table() -> None:

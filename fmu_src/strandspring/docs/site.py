@@ -5,15 +5,14 @@ The site is part of a release; elsewhere it is built where Sphinx is installed (
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 from .._version import __version__
 from ..errors import StrandspringError
-from ..ground.files import existing_folder, user_cache
+from ..ground.files import existing_folder, readable, refuse_unwritable, refused_in_words, user_cache
 from ..ground.scratch import TemporaryFolder
 
 # In the order in which they are read.
@@ -22,8 +21,9 @@ PAGES = (
     "python", "limits", "troubleshooting", "security", "method", "figures",
 )  # fmt: skip
 _EXTENSIONS = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+_PROJECT = "strandspring"
 _SETTINGS = {
-    "project": "strandspring",
+    "project": _PROJECT,
     "version": __version__,
     "release": __version__,
     "html_title": f"strandspring {__version__}",
@@ -101,9 +101,10 @@ def write_site(folder: Path, reference: Reference) -> None:
     ------
     StrandspringError   If Sphinx is not installed, or the folder cannot be written or holds something else.
     """
-    with _refused(folder), TemporaryFolder(beside=existing_folder(folder.absolute().parent)) as scratch:
-        if folder.exists() and not (folder / "objects.inv").is_file() and any(folder.iterdir()):
-            raise StrandspringError(f"{folder} holds other files; give a new folder.")
+    refuse_unwritable(folder, is_folder=True)
+    with refused_in_words(folder), TemporaryFolder(beside=existing_folder(folder.absolute().parent)) as scratch:
+        if folder.exists() and not _is_ours(folder) and any(folder.iterdir()):
+            raise StrandspringError(f"{readable(folder)} holds other files; give a new folder.")
         source, built = scratch / "source", scratch / "built"
         source.mkdir()
         _write_sources(source, reference)
@@ -114,13 +115,10 @@ def write_site(folder: Path, reference: Reference) -> None:
         built.rename(folder)
 
 
-@contextmanager
-def _refused(folder: Path) -> Iterator[None]:
-    """What the system says in the block as one sentence that names the folder."""
-    try:
-        yield
-    except OSError as problem:
-        raise StrandspringError(f"{folder} cannot be written: {problem.strerror}; choose another folder.") from None
+def _is_ours(folder: Path) -> bool:
+    """Whether a folder holds this site, by the inventory of Sphinx, which names the project."""
+    inventory = folder / "objects.inv"
+    return inventory.is_file() and f"# Project: {_PROJECT}".encode() in inventory.read_bytes().splitlines()[:4]
 
 
 def _write_sources(folder: Path, reference: Reference) -> None:

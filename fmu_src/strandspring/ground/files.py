@@ -123,7 +123,7 @@ def refuse_unwritable(path: Path, is_folder: bool = False) -> None:
     Traceback (most recent call last):
     strandspring.errors.StrandspringError: ... cannot be written: ... is not a folder.
     """
-    with _refused_in_words(path):
+    with refused_in_words(path):
         if is_folder:
             folder = existing_folder(path)
         else:
@@ -158,7 +158,7 @@ def replacing(path: Path) -> Iterator[Path]:
     ------
     StrandspringError   If the file or its folder is not writable, the disk is full, or `path` is not a regular file.
     """
-    with _refused_in_words(path):
+    with refused_in_words(path):
         target = _target(path)
         mode = None
         if target.exists():
@@ -169,7 +169,7 @@ def replacing(path: Path) -> Iterator[Path]:
         _remove_abandoned(target.parent, stem)
         part = target.with_name(f"{stem}{secrets.token_hex(4)}.{_PART}")
     try:
-        with _refused_in_words(path), part.open("xb") as held:
+        with refused_in_words(path), part.open("xb") as held:
             lock(held.fileno())
             yield part
             if mode is not None:
@@ -184,7 +184,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def _refused_in_words(path: Path) -> Iterator[None]:
+def refused_in_words(path: Path) -> Iterator[None]:
     """What fails in the block as a sentence on the file that is to be written."""
     try:
         yield
