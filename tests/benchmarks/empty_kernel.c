@@ -17,6 +17,19 @@ void spring_prepare(SpringLaw *law, const SpringParameters *parameters, const Sp
     law->table = table;
 }
 
+int spring_piece(const SpringBranch *branch, double z)
+{
+    (void)branch;
+    return (int)z;
+}
+
+double spring_on_piece(const SpringBranch *branch, int piece, double z)
+{
+    (void)branch;
+    (void)piece;
+    return z;
+}
+
 SpringMemory spring_start(double displacement, double omega)
 {
     return (SpringMemory){.displacement = displacement, .omega = omega};

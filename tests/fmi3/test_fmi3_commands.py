@@ -92,6 +92,16 @@ def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Pat
         build_fmu(python, tmp_path / "dist", fmi=3)
 
 
+def test_arrays_stay_as_long_as_the_version_has_them(tmp_path: Path) -> None:
+    before = built_with(build_native_fmu(MODEL, tmp_path, (), fmi=3, arrays=True))
+    assert BuildOptions().with_those_of(before) == BuildOptions("native", fmi=3, arrays=True)
+    older = BuildOptions(fmi=2).with_those_of(before)
+    assert older == BuildOptions("native", fmi=2)
+    older.refuse_impossible(("native",))
+    with pytest.raises(BuildError, match=r"^Arrays are for FMI 3\.0"):
+        BuildOptions(fmi=2, arrays=True).with_those_of(before).refuse_impossible(("native",))
+
+
 def test_an_fmu_of_before_has_the_settings_of_fmi_2(tmp_path: Path) -> None:
     fmu = build_native_fmu(MODEL, tmp_path, ())
     assert BuildOptions(None).with_those_of(built_with(fmu)) == BuildOptions("native", "", False, 2, False, False)

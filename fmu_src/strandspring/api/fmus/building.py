@@ -78,7 +78,8 @@ class BuildOptions:
             fmi=self.fmi or before.fmi,
             real_time=self.real_time or before.real_time,
             no_energy=self.no_energy or before.no_energy,
-            arrays=self.arrays or before.arrays,
+            # FMI 2.0 has none.
+            arrays=self.arrays or (before.arrays and self.fmi != 2),
         )
 
     def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
@@ -161,9 +162,10 @@ def _build(
     author = options.author
     if kind == "python":
         return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
-    real_time, no_energy, arrays = options.real_time, options.no_energy, options.arrays
-    states, version = kind == "states", options.version
-    return build_native_fmu(model, folder, platforms, zero, author, states, version, real_time, no_energy, arrays)
+    return build_native_fmu(
+        model, folder, platforms, zero, author, with_states=kind == "states", fmi=options.version,
+        real_time=options.real_time, no_energy=options.no_energy, arrays=options.arrays,
+    )  # fmt: skip
 
 
 def build_fmu(
