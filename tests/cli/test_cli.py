@@ -529,7 +529,7 @@ def test_a_reader_that_leaves_early_is_no_error_to_tell(model: str, tmp_path: Pa
 def test_a_failure_that_is_not_of_standard_output_is_not_called_so(
     run: Any, model: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(*_: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise OSError("the disk is gone")
 
     monkeypatch.setattr("strandspring.api.fmus.building.build_native_fmu", fail)
@@ -548,7 +548,7 @@ def test_json_goes_alone_to_standard_output_of_the_real_program(loop: str, tmp_p
 
 
 def test_an_interrupt_ends_in_one_sentence(run: Any, model: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupt(*_: object) -> None:
+    def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("strandspring.api.fmus.building.build_native_fmu", interrupt)
