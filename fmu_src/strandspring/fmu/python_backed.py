@@ -62,7 +62,7 @@ if os.path.isfile(os.path.join(sys.path[0], __name__ + ".py")):
 def build_python_fmu(
     model: ModelFile,
     directory: Path,
-    zero: float | None = None,
+    zero: str | float | None = None,
     needs_execution_tool: bool = False,
     author: str = "",
 ) -> Path:
@@ -74,7 +74,7 @@ def build_python_fmu(
     ----------
     model : ModelFile
     directory : Path                    Made if it does not exist.
-    zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
+    zero : str, float or None           Displacement of the model file at which that of the FMU is 0 [m]; by default the
                                         rig's zero if it lies within the identified range, else the middle of the range.
     needs_execution_tool : bool         Whether the model description says that the simulator's computer needs a tool,
                                         here Python. Importers such as PyFMI refuse such FMUs. By default it does not:
@@ -94,7 +94,7 @@ def build_python_fmu(
 
 
 def fmu_contents(
-    model: ModelFile, zero: float | None = None, needs_execution_tool: bool = False, author: str = ""
+    model: ModelFile, zero: str | float | None = None, needs_execution_tool: bool = False, author: str = ""
 ) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
     of_record = model

@@ -9,6 +9,7 @@ from typing import Any
 from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..model.modelfile import ModelFile
+from ..model.names import identifier
 from ..model.outcomes import Outcome
 from ..records.record import Record
 from .certainty.figures import RecordFit, both_figures, overall_figures
@@ -68,6 +69,11 @@ class IdentifiedModel:
     small_loops: SmallLoops
     method: str
     options: dict[str, Any]
+
+    @property
+    def record_name(self) -> str:
+        """A name for the model, after the first record."""
+        return identifier(PurePath(self.records[0].path).stem)
 
     @property
     def outcomes(self) -> tuple[Outcome, ...]:

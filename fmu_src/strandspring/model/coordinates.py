@@ -49,9 +49,9 @@ def counted_from(zero: float, parameters: SpringParameters) -> SpringParameters:
         ) from None
 
 
-def placed(model: ModelFile, zero: float | None) -> tuple[ModelFile, float]:
-    """A model with its displacement counted from `zero` [m], a sensible one if None; and that zero."""
-    chosen = sensible_zero(model.parameters) if zero is None else zero
+def placed(model: ModelFile, zero: str | float | None) -> tuple[ModelFile, float]:
+    """A model with its displacement counted from what `chosen_zero` takes; and that zero [m]."""
+    chosen = chosen_zero(zero, model.parameters)
     return replace(model, parameters=counted_from(chosen, model.parameters)), chosen
 
 

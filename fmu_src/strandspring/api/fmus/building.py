@@ -20,12 +20,12 @@ from ...fmu.related_files import BuildSettings
 from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
-from ...model.coordinates import checked_zero, chosen_zero
-from ...model.modelfile import ModelFile, is_model_path
-from ...model.names import check_name, identifier
+from ...model.coordinates import checked_zero
+from ...model.modelfile import ModelFile, is_model_path, load_model
+from ...model.names import check_name
 from ...records.given import Source, as_records
 from ...vibration.description.system_file import is_system_file
-from ..common.model_source import ModelSource, built_with, model_of, path_of
+from ..common.model_source import ModelSource, built_with, path_of
 from ..common.progress import Progress, unseen
 from .building_system import SystemToBuild
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
@@ -122,7 +122,7 @@ def build_all(
     kinds: Sequence[Kind],
     options: BuildOptions,
     platforms: Sequence[Platform] | None,
-    zero: float,
+    zero: str | float | None,
     progress: Progress = unseen,
 ) -> list[BuiltFmu]:
     """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
@@ -134,7 +134,8 @@ def build_all(
     kinds : sequence of Kind
     options : BuildOptions
     platforms : sequence of Platform or None   Those of the binaries.
-    zero : float                               Displacement of the model file at which that of the FMU is 0 [m].
+    zero : "rig", "middle", float or None      Displacement of the model file at which that of the FMU is 0 [m]; see
+                                               `chosen_zero`.
 
     Raises
     ------
@@ -157,7 +158,12 @@ def build_all(
 
 
 def _build(
-    model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, platforms: Sequence[Platform] | None, zero: float
+    model: ModelFile,
+    folder: Path,
+    kind: Kind,
+    options: BuildOptions,
+    platforms: Sequence[Platform] | None,
+    zero: str | float | None,
 ) -> Path:
     author = options.author
     if kind == "python":
@@ -252,42 +258,40 @@ def build_fmu(
     refuse_unwritable(Path(folder), is_folder=True)
     names = [platforms] if isinstance(platforms, str) else platforms
     chosen = None if names is None else chosen_platforms(",".join(names))
-    source = path_of(model)
-    if source is not None and is_system_file(source):
+    path = path_of(model)
+    if path is not None and is_system_file(path):
         others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
                   "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
                   "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
-        wanted_system = SystemToBuild.load(source, candidate, author, 2 if fmi is None else fmi)
+        wanted_system = SystemToBuild.load(path, candidate, author, 2 if fmi is None else fmi)
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     # FMUs hold these as JSON, which knows no bool of NumPy.
     flags = bool(real_time), bool(no_energy), bool(arrays)
-    before = built_with(model)
+    before = built_with(path)
     options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(before)
     kind: Any = "states" if states else options.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
-    content = _model(model, name)
-    origin = chosen_zero(before.zero if zero is None and before else zero, content.parameters)
+    content = _model(model, path, name)
+    origin = before.zero if zero is None and before else zero
     return build_all(content, Path(folder), (kind,), options, chosen, origin, progress)[0].path
 
 
-def _model(source: Any, name: str | None) -> ModelFile:
-    """The model of a spring, a file, an identification, or of records that are identified now."""
-    path = path_of(source)
-    is_model = is_model_path(path) if path is not None else isinstance(getattr(source, "model", source), ModelFile)
-    if is_model:
-        model = model_of(source)
-        return model if name is None else replace(model, name=name)
+def _model(source: Any, path: str | None, name: str | None) -> ModelFile:
+    """The model of a spring, of the file at a path, of an identification, or of records that are identified now."""
+    held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
+    if isinstance(held, ModelFile):
+        return held if name is None else replace(held, name=name)
     if isinstance(source, IdentifiedModel):
         identification = source
     else:
         identification = identify_records(as_records(source))
         for sentence in identification.cautions:
             warnings.warn(sentence, stacklevel=3)
-    return identification.model_file(identifier(Path(identification.records[0].path).stem) if name is None else name)
+    return identification.model_file(identification.record_name if name is None else name)

@@ -61,7 +61,7 @@ def build_native_fmu(
     model: ModelFile,
     directory: Path,
     platforms: Sequence[Platform] | None = None,
-    zero: float | None = None,
+    zero: str | float | None = None,
     author: str = "",
     with_states: bool = False,
     fmi: int = 2,
@@ -81,7 +81,7 @@ def build_native_fmu(
     directory : Path                    Made if it does not exist.
     platforms : sequence of Platform    Those it runs on; by default those whose images the installed package carries,
                                         or this computer's in a source checkout.
-    zero : float or None                Displacement of the model file at which that of the FMU is 0 [m]; by default the
+    zero : str, float or None           Displacement of the model file at which that of the FMU is 0 [m]; by default the
                                         rig's zero if it lies within the identified range, else the middle of the range.
     author : str                        For the model description.
     with_states : bool
@@ -107,7 +107,7 @@ def build_native_fmu(
 def native_contents(
     model: ModelFile,
     platforms: Sequence[Platform],
-    zero: float | None = None,
+    zero: str | float | None = None,
     author: str = "",
     with_states: bool = False,
     fmi: int = 2,
