@@ -34,7 +34,7 @@ class ResultColumn:
     @property
     def heading(self) -> str:
         """Of a table for a terminal."""
-        return f"{self.short} {self.shown}".rstrip()
+        return f"{self.short} {self.shown}".strip()
 
     @property
     def file_heading(self) -> str:
@@ -50,10 +50,10 @@ class ResultColumn:
         """Its value among figures, in the unit for people."""
         return self.factor * float(getattr(figures, self.key))
 
-    def text(self, value: float | None, sign: str = "") -> str:
-        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined."""
-        if value is None:
-            return ""
+    def text(self, value: float | str | None, sign: str = "") -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are."""
+        if value is None or isinstance(value, str):
+            return value or ""
         return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
 
 

@@ -16,11 +16,10 @@ from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .charts.system_drawing import system_drawing
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text
 from .content.chart import Axis, Chart, ChartForm, Role, Trace
-from .content.quantities import NUMBER, DisplayUnit, number, percent, prose
+from .content.quantities import DisplayUnit, number, percent, prose
 from .rendering.page import check_report_path, write
 
 _HZ, _MM = DisplayUnit("Hz"), DisplayUnit("mm", 1e3)
-_GAINS = {"1": NUMBER, "m/rad": DisplayUnit("mm/rad", 1e3), "m/N": DisplayUnit("mm/N", 1e3)}
 _STYLES = [
     (role, form) for form in (ChartForm.LINE, ChartForm.DASHED) for role in (Role.FIRST, Role.SECOND, Role.THIRD)
 ]
@@ -76,6 +75,11 @@ def write_system_isolation(path: str | Path, name: str, candidates: Sequence[Iso
     write(path, content)
 
 
+def _unit(response: SystemResponse) -> DisplayUnit:
+    """Of its gain."""
+    return DisplayUnit(response.gain_column.shown, response.gain_column.factor)
+
+
 def _curve_name(candidate: Isolated, response: SystemResponse) -> str:
     return f"{candidate.label}, {response.shaking.name}, {response.level_text}"
 
@@ -83,7 +87,7 @@ def _curve_name(candidate: Isolated, response: SystemResponse) -> str:
 def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Block]:
     rows = []
     for candidate, response in curves:
-        unit = _GAINS[response.gain_unit]
+        unit = _unit(response)
         worst = max((error.largest for error in response.errors), default=None)
         for peak in response.resonances:
             isolates = number(peak.isolation_frequency) if math.isfinite(peak.isolation_frequency) else "–"
@@ -109,7 +113,7 @@ def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[B
 
 def _charts(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Chart]:
     gains, sways = [], []
-    unit = _GAINS[curves[0][1].gain_unit]
+    unit = _unit(curves[0][1])
     for place, (_, response) in enumerate(curves):
         motion = np.abs(response.gain)
         for p, point in enumerate(response.points[: len(_STYLES)]):

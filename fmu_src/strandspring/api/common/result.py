@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from html import escape
 from typing import TYPE_CHECKING
 
+from .plotting import save_plot
 from .text import counted
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 _REPR_LINES = 6
 
@@ -25,6 +28,10 @@ class Result(ABC):
     def to_frame(self) -> pd.DataFrame:
         """The figures as a table."""
 
+    def lines_with_notes(self, width: int | None = None) -> list[str]:
+        """The same, with the notes."""
+        return [*self.lines(width), *(f"Note: {sentence}" for sentence in getattr(self, "notes", ()))]
+
     def summary(self) -> str:
         """The result in words, with cautions and notes."""
         cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
@@ -36,6 +43,32 @@ class Result(ABC):
         more = len(lines) - _REPR_LINES
         return "\n".join([*lines[:_REPR_LINES], *([f"({counted(more, 'more line')}: .summary())"] if more > 0 else [])])
 
+    def _overview(self) -> pd.DataFrame:
+        """The table that notebooks show."""
+        return self.to_frame()
+
     def _repr_html_(self) -> str:
         heading = escape(self.summary().splitlines()[0])
-        return f"<p><strong>{heading}</strong></p>{self.to_frame().to_html(escape=True)}"
+        return f"<p><strong>{heading}</strong></p>{self._overview().to_html(escape=True)}"
+
+
+class PlottedResult(Result):
+    """A result with a plot."""
+
+    @property
+    @abstractmethod
+    def _size(self) -> tuple[float, float]:
+        """Width and height of the plot [inches]."""
+
+    @abstractmethod
+    def _draw(self, figure: Figure) -> None:
+        """Draw the plot into an empty figure."""
+
+    def save_plot(self, path: str | os.PathLike[str]) -> None:
+        """Draw the plot into a file (.png, .svg or .pdf); the same result gives the same bytes.
+
+        Raises
+        ------
+        StrandspringError   If the name ends in something else, or the file cannot be written.
+        """
+        save_plot(path, self._size, self._draw)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, Literal
@@ -20,8 +19,8 @@ from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.plotting import save_plot, some_axes
-from ..common.result import Result
+from ..common.plotting import some_axes
+from ..common.result import PlottedResult
 from ..common.text_table import table_lines
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
@@ -50,9 +49,9 @@ from .differences import (
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DRAWS = 200
-_SIZE = (13.0, 8.0)  # of the plot [inches]
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
@@ -89,7 +88,7 @@ class RecordComparison:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(Result):
+class Comparison(PlottedResult):
     """Two springs against each other.
 
     Attributes
@@ -112,6 +111,8 @@ class Comparison(Result):
     records : tuple of RecordComparison
     notes, cautions : tuple of str
     """
+
+    _size = (13.0, 8.0)
 
     sources: tuple[str, str]
     models: tuple[ModelFile, ModelFile]
@@ -224,18 +225,12 @@ class Comparison(Result):
         """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
         with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
         """
-        panels = some_axes(axes, 2, 3, _SIZE)
+        panels = some_axes(axes, 2, 3, self._size)
         draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
         return panels
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw the same into a file (.png, .svg or .pdf); the same result gives the same bytes.
-
-        Raises
-        ------
-        StrandspringError   If the name ends in something else, or the file cannot be written.
-        """
-        save_plot(path, _SIZE, lambda figure: self.plot(list(figure.subplots(2, 3).flat)))
+    def _draw(self, figure: Figure) -> None:
+        self.plot(list(figure.subplots(2, 3).flat))
 
 
 def compare(

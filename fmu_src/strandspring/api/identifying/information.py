@@ -170,7 +170,7 @@ def info(
     model: ModelSource,
     *data: Any,
     amplitudes: ArrayLike = (),
-    zero: float | Literal["rig", "middle"] | None = None,
+    zero: str | float | None = None,
     displacement: str | int | None = None,
     force: str | int | None = None,
     time: str | int | None = None,

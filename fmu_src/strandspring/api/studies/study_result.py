@@ -6,7 +6,6 @@ import os
 from abc import abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
@@ -149,8 +148,8 @@ class AnyStudyResult(Result, Generic[Planned]):
             ],
         }
 
-    def _repr_html_(self) -> str:
-        return f"<p><strong>{escape(self.headline)}</strong></p>{self.quantiles().to_html(escape=True)}"
+    def _overview(self) -> pd.DataFrame:
+        return self.quantiles()
 
 
 def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:

@@ -19,8 +19,9 @@ from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.description.named_files import FilesOfFolder
 from ...vibration.description.system_file import read_description
 from ...vibration.verdicts.verdicts import CaseVerdict
-from ..common.plotting import save_plot, some_axes
+from ..common.plotting import some_axes
 from ..common.progress import Progress, unseen
+from ..common.result import PlottedResult
 from ..common.text import counted
 from ..vibration.simulating import refuse_wrong_run
 from .study_result import AnyStudyResult, executed
@@ -28,8 +29,8 @@ from .study_result import AnyStudyResult, executed
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_SIZE = (8.0, 5.5)  # of the plot [inches]
 _COLORS = {
     CaseVerdict.PASSES: "tab:green",
     CaseVerdict.UNDECIDED: "tab:olive",
@@ -41,7 +42,7 @@ _MARKERS = "osD^vPX*<>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemStudyResult(AnyStudyResult[SystemStudy]):
+class SystemStudyResult(AnyStudyResult[SystemStudy], PlottedResult):
     """Runs of a study of a SYSTEM.toml, and what they say of each candidate at each grid point.
 
     The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
@@ -54,6 +55,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     """
 
     _rows = "rows"
+    _size = (8.0, 5.5)
 
     name: str
 
@@ -78,7 +80,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         ----------
         axes : Axes or None   Of matplotlib; those of a new figure if None.
         """
-        (axes,) = some_axes(axes, 1, 1, _SIZE)
+        (axes,) = some_axes(axes, 1, 1, self._size)
         names = [name for _, name in self.study.candidates]
         summaries = self._summaries.dropna(subset=["stroke_median", "acceleration_median"])
         for verdict, color in _COLORS.items():
@@ -103,14 +105,8 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
             axes.legend()
         return axes
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Write the plot into a file.
-
-        Raises
-        ------
-        StrandspringError   If the name does not end in .png, .svg or .pdf, or the file cannot be written.
-        """
-        save_plot(path, _SIZE, lambda figure: self.plot(figure.subplots()))
+    def _draw(self, figure: Figure) -> None:
+        self.plot(figure.subplots())
 
     @property
     def headline(self) -> str:

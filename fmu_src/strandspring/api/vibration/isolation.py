@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields
 from functools import partial
 from html import escape
-from itertools import islice
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike, NDArray
 
 from ...ground.arguments import limits, number, optional_number, whole
+from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
@@ -35,24 +34,23 @@ from ...vibration.one_mass.system import (
 from ..common.caution_text import outside_range
 from ..common.levels import checked_count, given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
-from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
-from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
+from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
 
-_SIZE = (8.0, 8.0)  # of the plot [inches]
 _TABLE = (
-    ResonanceColumn("frequency", "resonance Hz"),
-    ResonanceColumn("transmissibility", "transmissibility"),
-    ResonanceColumn("amplitude", "amplitude mm", 1e3),
-    ResonanceColumn("stiffness", "stiffness N/mm", 1e-3),
-    ResonanceColumn("loss_factor", "loss factor", digits=3),
-    ResonanceColumn("isolation_frequency", "isolates from Hz"),
+    FREQUENCY,
+    ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
+    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
+    ResultColumn("stiffness", "N/m", "secant stiffness", "stiffness", "N/mm", 1e-3),
+    ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
+    ISOLATION_FREQUENCY,
 )
 # Headings of the CSV file.
 _HEADINGS = {
@@ -199,6 +197,7 @@ class Isolation(AnyIsolation):
     levels_chosen: str = ""
 
     _resonance = Resonance
+    _size = (8.0, 8.0)
 
     @property
     def parts(self) -> tuple[IsolatedModel, ...]:
@@ -293,21 +292,15 @@ class Isolation(AnyIsolation):
         if axes is None:
             from matplotlib import pyplot as plt
 
-            return fill(plt.figure(figsize=_SIZE, layout="constrained"), self.curves, self.title)[0]
+            return fill(plt.figure(figsize=self._size, layout="constrained"), self.curves, self.title)[0]
         draw(axes, curves_of(self.curves), "transmissibility")
         axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw transmissibility and amplitude into a file (.png, .svg or .pdf); the same result gives the same bytes.
-
-        Raises
-        ------
-        StrandspringError   If the name ends in something else, or the file cannot be written.
-        """
+    def _draw(self, figure: Figure) -> None:
         from ...vibration.one_mass.curves_plot import fill
 
-        save_plot(path, _SIZE, lambda figure: fill(figure, self.curves, self.title))
+        fill(figure, self.curves, self.title)
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -346,7 +339,9 @@ class Isolation(AnyIsolation):
 
 
 def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
-    """What `Isolation.verify` found, in words."""
+    """What `Isolation.verify` found, in words; nothing where it was not asked for."""
+    if not checked:
+        return []
     from ...cosimulation.steady_check import PERIODS
 
     several = len({motion.model for motion in checked}) > 1
@@ -443,21 +438,15 @@ def isolate(
     else:
         (excitation, levels), chosen = given, ""
 
-    def respond(part: IsolatedModel, level: float, advance: Callable[[float], None]) -> FrequencyResponse:
+    def respond(level: float, part: IsolatedModel, advance: Callable[[float], None]) -> FrequencyResponse:
         frequencies = band_frequencies(band, points, part.equilibrium)
         with _named(part.label, len(parts)):
             return frequency_response(
                 part.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
             )
 
-    tasks = [
-        (f"{part.label}, {excitation.level_text(level)}", partial(respond, part, level))
-        for part in parts
-        for level in levels
-    ]
-    responses = iter(computed(tasks, points, progress))
-    finished = tuple(replace(part, responses=tuple(islice(responses, len(levels)))) for part in parts)
-    return Isolation(finished, excitation, levels, chosen)
+    motions = [(excitation.level_text(level), partial(respond, level)) for level in levels]
+    return Isolation(with_responses(parts, motions, points, progress), excitation, levels, chosen)
 
 
 @contextmanager

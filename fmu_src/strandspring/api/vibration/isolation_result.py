@@ -5,55 +5,35 @@ A part is one of those that are compared: a model, or a candidate of a descripti
 
 from __future__ import annotations
 
-import math
 import os
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, fields
+from dataclasses import astuple, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
 
 from ...ground.files import write_csv
+from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
 from ..common.progress import Progress
-from ..common.result import Result
+from ..common.result import PlottedResult
 from ..common.text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
 
-T = TypeVar("T")
+Part = TypeVar("Part", bound=Any)
 
 
-class ResonanceColumn(NamedTuple):
-    """A column of the printed resonances.
-
-    Attributes
-    ----------
-    name : str        Attribute of the resonance.
-    heading : str     With the unit.
-    factor : float    From SI to that unit.
-    digits : int
-    """
-
-    name: str
-    heading: str
-    factor: float = 1.0
-    digits: int = 4
-
-    def cell(self, resonance: Any) -> str:
-        """What stands there."""
-        value = getattr(resonance, self.name)
-        if isinstance(value, str):
-            return value
-        at_end = " (end of band)" if self.name == "frequency" and not resonance.inside else ""
-        return "-" if math.isnan(value) else f"{self.factor * value:.{self.digits}g}{at_end}"
+# Figures of every resonance.
+FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
+ISOLATION_FREQUENCY = ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz")
 
 
-class AnyIsolation(Result):
+class AnyIsolation(PlottedResult):
     """Steady motions of all parts, each with its `label` and its `responses`."""
 
     _resonance: ClassVar[type[Any]]
@@ -124,14 +104,17 @@ class AnyIsolation(Result):
         write_csv(Path(path), table.columns, table.itertuples(index=False))
 
     def _table(
-        self, columns: Sequence[ResonanceColumn], width: int | None, chosen: Callable[[Any], Sequence[Any]]
+        self, columns: Sequence[ResultColumn], width: int | None, chosen: Callable[[Any], Sequence[Any]]
     ) -> list[str]:
         """The chosen resonances of each response, the part first if there are several."""
         first, rows = int(len(self.parts) == 1), []
         for part, response in self.every:
             head = {**self._named(part, response), "level": response.level_text}
-            cells = [[column.cell(resonance) for column in columns] for resonance in chosen(response)]
-            rows += [[*head.values(), *row][first:] for row in cells]
+            for resonance in chosen(response):
+                at_end = {} if resonance.inside else {FREQUENCY.key: " (end of band)"}
+                shown = zip(columns, cells(columns, resonance), strict=True)
+                row = [text + at_end.get(column.key, "") for column, text in shown]
+                rows.append([*head.values(), *row][first:])
         headings = [*head, *(column.heading for column in columns)][first:]
         return table_lines(headings, rows, {"model", "candidate", "excitation", "point", "motion"}, width)
 
@@ -143,15 +126,34 @@ def default_levels(travels: Sequence[float]) -> tuple[tuple[float, ...], str, in
     return tuple(share * least for share in DEFAULT_SHARES), sentence, travels.index(least)
 
 
-def computed(
-    tasks: Sequence[tuple[str, Callable[[Callable[[float], None]], T]]], points: int, progress: Progress
-) -> list[T]:
-    """Run named tasks one after the other; each is given a function to report its finished points with."""
-    total = len(tasks) * points
+def with_responses(
+    parts: Sequence[Part],
+    motions: Sequence[tuple[str, Callable[[Part, Callable[[float], None]], Any]]],
+    points: int,
+    progress: Progress,
+) -> tuple[Part, ...]:
+    """The parts with their responses, computed one after the other.
+
+    Parameters
+    ----------
+    parts : sequence of dataclasses with `label` and `responses`
+    motions : sequence     Of each the name and a callable, which is given the part and a function to report its
+                           finished points with.
+    points : int           Of each response.
+    progress : callable
+    """
+    total = len(parts) * len(motions) * points
 
     def advance(name: str, before: int, count: float) -> None:
         progress(name, before + count, total)
 
-    results = [task(partial(advance, name, k * points)) for k, (name, task) in enumerate(tasks)]
+    finished = []
+    for place, part in enumerate(parts):
+        begins = range(place * len(motions) * points, total, points)
+        responses = tuple(
+            respond(part, partial(advance, f"{part.label}, {name}", begin))
+            for begin, (name, respond) in zip(begins, motions, strict=False)
+        )
+        finished.append(replace(part, responses=responses))
     progress("done", total, total)
-    return results
+    return tuple(finished)

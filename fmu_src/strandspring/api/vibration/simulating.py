@@ -18,20 +18,20 @@ from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
-from ...vibration.verdicts.verdicts import CaseVerdict, Figure
+from ...vibration.verdicts.verdicts import CaseVerdict
 from ..common.history_table import history_table, unique_names
-from ..common.plotting import save_plot, some_axes
+from ..common.plotting import some_axes
 from ..common.progress import Progress, unseen
-from ..common.result import Result
+from ..common.result import PlottedResult
 from .simulation_details import detail_lines
-from .simulation_json import candidate_json, case_json
+from .simulation_json import candidate_json, case_json, figure_json
 from .simulation_words import MORE, caution_lines, headline, verdict_lines
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-_SIZE = (8.0, 5.0)  # of the plot [inches]
 _MOST_NUMBERS = 50_000_000  # of the histories of all answers
 _COLUMNS = (
     "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "low", "high", "limit", "margin",
@@ -40,7 +40,7 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation(Result):
+class Simulation(PlottedResult):
     """Candidates under load cases.
 
     Attributes
@@ -50,6 +50,8 @@ class Simulation(Result):
     answers : tuple of CaseAnswer           Of each candidate in each case, in their order.
     """
 
+    _size = (8.0, 5.0)
+
     file: SystemFile
     candidates: tuple[CandidateAnswer, ...]
     answers: tuple[CaseAnswer, ...]
@@ -58,7 +60,7 @@ class Simulation(Result):
         """One row for each figure of each case, in SI units; a refused case has one row without a figure."""
         import pandas as pd
 
-        return pd.DataFrame([_row(*pair) for pair in self._figures()], columns=list(_COLUMNS))
+        return pd.DataFrame(self._rows(), columns=list(_COLUMNS))
 
     def verdicts(self) -> pd.DataFrame:
         """Candidates down, cases across, and the verdict of each."""
@@ -77,7 +79,7 @@ class Simulation(Result):
         ------
         StrandspringError   If the file cannot be written.
         """
-        write_csv(Path(path), _COLUMNS, (_row(*pair) for pair in self._figures()))
+        write_csv(Path(path), _COLUMNS, (row.values() for row in self._rows()))
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a report: a page that opens offline (.html), or a document (.pdf).
@@ -125,17 +127,11 @@ class Simulation(Result):
         from ...report.charts.verdict_charts import acceleration_against_stroke
         from ...report.rendering.drawing import draw
 
-        (axis,) = some_axes(axes, 1, 1, _SIZE)
+        (axis,) = some_axes(axes, 1, 1, self._size)
         return draw(acceleration_against_stroke(self.answers), axis, scale=1.4)
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw acceleration against stroke of all answers into a file (.png, .svg or .pdf).
-
-        Raises
-        ------
-        StrandspringError   If the name ends in something else, or the file cannot be written.
-        """
-        save_plot(path, _SIZE, lambda figure: self.plot(figure.subplots()))
+    def _draw(self, figure: Figure) -> None:
+        self.plot(figure.subplots())
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""
@@ -150,8 +146,13 @@ class Simulation(Result):
             "cases": [case_json(answer) for answer in self.answers],
         }
 
-    def _figures(self) -> list[tuple[CaseAnswer, Figure | None]]:
-        return [(answer, figure) for answer in self.answers for figure in (answer.figures or (None,))]
+    def _rows(self) -> list[dict[str, Any]]:
+        rows = []
+        for answer in self.answers:
+            head = {"candidate": answer.candidate, "case": answer.case.name, "verdict": answer.verdict.value}
+            figures = [figure_json(figure) for figure in answer.figures] or [{}]
+            rows += [dict.fromkeys(_COLUMNS) | head | figure for figure in figures]
+        return rows
 
     def lines(self, width: int | None = None, details: bool = False) -> list[str]:
         """Verdicts, the range of the worst figures and each caution once; static poses, modes and more as details.
@@ -168,11 +169,8 @@ class Simulation(Result):
             *(detail_lines(self.candidates, self.answers, width) if details else [MORE]),
         ]
 
-    def _repr_html_(self) -> str:
-        from html import escape
-
-        heading = escape(headline(self.file.name, self.answers))
-        return f"<p><strong>{heading}</strong></p>{self.verdicts().to_html(escape=True)}"
+    def _overview(self) -> pd.DataFrame:
+        return self.verdicts()
 
 
 def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
@@ -255,13 +253,3 @@ def simulate(
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
     return Simulation(file, statics, tuple(answers))
-
-
-def _row(answer: CaseAnswer, figure: Figure | None) -> tuple[object, ...]:
-    head = (answer.candidate, answer.case.name, answer.verdict.value)
-    if figure is None:
-        return (*head, *[None] * (len(_COLUMNS) - len(head)))
-    return (
-        *head, figure.quantity.value, figure.subject, figure.quantity.unit, figure.value, figure.error, figure.low,
-        figure.high, figure.limit, figure.margin, figure.beyond,
-    )  # fmt: skip

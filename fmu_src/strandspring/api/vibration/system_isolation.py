@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
-from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from threadpoolctl import threadpool_limits
 
 from ...errors import MountedSystemError
 from ...ground.arguments import limits
+from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.parts import Vector
@@ -29,16 +29,16 @@ from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
 from ...vibration.verdicts.system_cautions import catalogue_cautions
 from ..common.levels import checked_count, given_levels, positive_levels
-from ..common.plotting import save_plot
 from ..common.progress import Progress, unseen
 from ..common.text_table import table_lines
-from .isolation_result import AnyIsolation, ResonanceColumn, computed, default_levels
+from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.figure import Figure
 
 _ORIGIN = (0.0, 0.0, 0.0)
-_GAINS = {"1": (1.0, "transmissibility"), "m/rad": (1e3, "mm/rad"), "m/N": (1e3, "mm/N")}
+_SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,15 +126,11 @@ class SystemIsolation(AnyIsolation):
 
     def _columns(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, NDArray[Any]]:
         columns: dict[str, NDArray[Any]] = {"frequency [Hz]": response.frequency}
-        motion, phase = np.abs(response.gain), np.degrees(np.angle(response.gain))
         for p, point in enumerate(response.points):
-            for words, values in (
-                (f"motion over excitation [{response.gain_unit}]", motion),
-                ("phase [deg]", phase),
-                ("acceleration [m/s^2]", response.acceleration),
-            ):
-                columns |= {f"{point.name} {way}: {words}": values[:, p, k] for k, way in enumerate(DIRECTIONS)}
-            columns[f"{point.name}: sway [m]"] = response.sway[:, p]
+            for column, values in _series(response):
+                along = dict(zip(DIRECTIONS, values[:, p].T, strict=True)) if values.ndim == 3 else {"": values[:, p]}
+                for way, of_point in along.items():
+                    columns[f"{f'{point.name} {way}'.rstrip()}: {column.file_heading}"] = of_point
         forces, tilt = np.abs(response.base_force), np.degrees(response.tilt)
         columns |= {f"force on the base {way} [N]": forces[:, k] for k, way in enumerate(DIRECTIONS)}
         columns |= {f"{body.name}: tilt [deg]": tilt[:, k] for k, body in enumerate(part.system.bodies)}
@@ -158,14 +154,14 @@ class SystemIsolation(AnyIsolation):
         for candidate in self.candidates:
             lines += [f"{candidate.label}:", *candidate.rest_lines()]
         lines += [self.levels_chosen] if self.levels_chosen else []
-        factor, gain = _GAINS[self.candidates[0].responses[0].gain_unit]
+        _, response = next(self.every)
         columns = (
-            ResonanceColumn("point", "point"),
-            ResonanceColumn("direction", "motion"),
-            ResonanceColumn("frequency", "resonance Hz"),
-            ResonanceColumn("gain", gain, factor),
-            ResonanceColumn("sway", "sway mm", 1e3),
-            ResonanceColumn("isolation_frequency", "isolates from Hz"),
+            ResultColumn("point", "", "point", "point"),
+            ResultColumn("direction", "", "motion", "motion"),
+            FREQUENCY,
+            response.gain_column,
+            _SWAY,
+            ISOLATION_FREQUENCY,
         )
         lines += self._table(columns, width, _largest)
         cautions = [
@@ -199,16 +195,16 @@ class SystemIsolation(AnyIsolation):
 
         write_system_isolation(os.fspath(path), self.name, self.candidates)
 
-    def save_plot(self, path: str | os.PathLike[str]) -> None:
-        """Draw motion over excitation, and sway, into a file (.png, .svg or .pdf).
+    @property
+    def _size(self) -> tuple[float, float]:
+        from .system_isolation_plot import size_of
 
-        Raises
-        ------
-        StrandspringError   If the name ends in something else, or the file cannot be written.
-        """
-        from .system_isolation_plot import fill, size_of
+        return size_of(self.curves)
 
-        save_plot(path, size_of(self.curves), lambda figure: fill(figure, self.curves, self.name))
+    def _draw(self, figure: Figure) -> None:
+        from .system_isolation_plot import fill
+
+        fill(figure, self.curves, self.name)
 
 
 def isolate_system(
@@ -274,7 +270,7 @@ def isolate_system(
         shakings = [shaking for shaking in shakings if all(_moves(part, shaking) for part in parts)]
 
     def respond(
-        part: IsolatedSystem, shaking: Shaking, level: float, advance: Callable[[float], None]
+        shaking: Shaking, level: float, part: IsolatedSystem, advance: Callable[[float], None]
     ) -> SystemResponse:
         try:
             # Its systems of equations are too small to be shared among threads.
@@ -286,17 +282,13 @@ def isolate_system(
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)(f"{part.label}, {shaking.name}: {refusal}") from None
 
-    tasks = [
-        (f"{part.label}, {shaking.name}, {shaking.level_text(level)}", partial(respond, part, shaking, level))
-        for part in parts
+    motions = [
+        (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking, level))
         for shaking in shakings
         for level in levels
     ]
-    responses = iter(computed(tasks, points, progress))
-    count = len(shakings) * len(levels)
-    finished = tuple(replace(part, responses=tuple(islice(responses, count))) for part in parts)
     path = None if isinstance(source, SystemFile) else os.fspath(source)
-    return SystemIsolation(description.name, path, finished, chosen)
+    return SystemIsolation(description.name, path, with_responses(parts, motions, points, progress), chosen)
 
 
 def _levels(
@@ -377,13 +369,18 @@ def _largest(response: SystemResponse) -> list[PointResonance]:
     ]
 
 
+def _series(response: SystemResponse) -> tuple[tuple[ResultColumn, NDArray[Any]], ...]:
+    """Figures of each point over the curve, shape (F, P, 3), or (F, P) without a direction."""
+    return (
+        (response.gain_column, np.abs(response.gain)),
+        (ResultColumn("phase", "deg", "phase"), np.degrees(np.angle(response.gain))),
+        (ResultColumn("acceleration", "m/s^2", "acceleration"), response.acceleration),
+        (_SWAY, response.sway),
+    )
+
+
 def _response_json(response: SystemResponse) -> dict[str, Any]:
-    columns = {
-        "gain": np.abs(response.gain),
-        "phase": np.degrees(np.angle(response.gain)),
-        "acceleration": response.acceleration,
-        "sway": response.sway,
-    }
+    series = _series(response)
     return {
         "excitation": response.shaking.name,
         "direction": response.shaking.direction,
@@ -395,7 +392,7 @@ def _response_json(response: SystemResponse) -> dict[str, Any]:
         "errors_against_time_integration": [asdict(error) for error in response.errors],
         "frequency": response.frequency.tolist(),
         "points": [
-            {"name": point.name, **{name: values[:, p].tolist() for name, values in columns.items()}}
+            {"name": point.name, **{column.key: values[:, p].tolist() for column, values in series}}
             for p, point in enumerate(response.points)
         ],
         "base_force": np.abs(response.base_force).tolist(),

@@ -17,7 +17,6 @@ from ...vibration.bodies.six_response import SystemResponse
 from ...vibration.one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
 
 _WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25  # of a column, of both rows, of a line of the legend [inches]
-_GAINS = {"1": (1.0, "transmissibility [-]"), "m/rad": (1e3, "motion [mm/rad]"), "m/N": (1e3, "motion [mm/N]")}
 
 Responses = Mapping[str, Sequence[SystemResponse]]
 
@@ -36,8 +35,8 @@ def fill(figure: Figure, candidates: Responses, title: str) -> None:
         _draw(top, bottom, candidates, name)
         top.set_title(name, fontsize=10)
         bottom.set_xlabel("frequency [Hz]")
-    factor_and_label = _GAINS[next(iter(candidates.values()))[0].gain_unit]
-    tops[0].set_ylabel(f"{factor_and_label[1]}, largest of x, y and z")
+    gain = next(iter(candidates.values()))[0].gain_column
+    tops[0].set_ylabel(f"{gain.short or 'motion'} [{gain.shown or '-'}], largest of x, y and z")
     bottoms[0].set_ylabel("sway [mm]")
     figure.suptitle(title)
     handles, labels = tops[0].get_legend_handles_labels()
@@ -63,8 +62,7 @@ def _draw(top: Axes, bottom: Axes, candidates: Responses, excitation: str) -> No
                     continue
                 style = STYLES[levels.index(response.level) % len(STYLES)]
                 parts = [*([label] if len(candidates) > 1 else []), point.name, response.level_text]
-                factor = _GAINS[response.gain_unit][0]
-                gain = factor * np.abs(response.gain[:, p]).max(axis=1)
+                gain = response.gain_column.factor * np.abs(response.gain[:, p]).max(axis=1)
                 for axes, values in ((top, gain), (bottom, 1e3 * response.sway[:, p])):
                     look = {"color": COLORS[color % len(COLORS)], "lw": 1.3}
                     stable = np.where(response.stable, values, np.nan)

@@ -28,12 +28,13 @@ from ..shared.options import (
     checked_by,
     identification_options,
     identifier,
+    json_option,
     method_options,
     name_option,
     record_files,
     record_options,
 )
-from ..shared.output import reporting, result, result_json, result_lines
+from ..shared.output import present, reporting
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
 from .identify import identified
@@ -53,6 +54,7 @@ _PURPOSES = {
     "native": "native: for any simulator, with no Python on its machine",
     "states": "native with states: model exchange for optimal control, linearisation and functional importers",
     "python": "Python-backed: the model as readable Python, for simulators that run on Python",
+    "system": "bodies on mounts: co-simulation in any simulator, with no Python on its machine",
 }
 
 
@@ -115,7 +117,7 @@ _PURPOSES = {
 @click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml: the candidate; needed if it has several.")
 @record_options
 @identification_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def build(
     sources: tuple[str, ...],
     output: str,
@@ -188,39 +190,51 @@ def build(
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
         built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
-    if as_json:
-        answers = {
+    sentence = zero_sentence(origin)
+    present(
+        as_json,
+        lambda: {
             "model": str(model_path),
             "name": model.name,
             "parameters": model.parameters.as_dict(),
             "zero": origin,
             **(dict.fromkeys(NAMES) if identification is None else identification.figures),
             "fitted": None if identification is None else identification.fitted_figures,
-        }
-        result_json({**answers, "fmus": [_facts(fmu, settings) for fmu in built]})
-        return
-    if identification is not None:
-        result_lines(identification)
-    result(f"Model file: {model_path}")
-    if sentence := zero_sentence(origin):
-        result(sentence)
-    for path, built_kind, report in built:
-        _print_fmu(path, "; ".join((_PURPOSES[built_kind], *_settings_apart(settings))))
-        result(f"Check: {report.summary}")
+            "fmus": [
+                _facts(fmu, settings)
+                | {"real_time": settings.real_time, "no_energy": settings.no_energy, "arrays": settings.arrays}
+                for fmu in built
+            ],
+        },
+        lambda width: [
+            *(() if identification is None else identification.lines(width)),
+            f"Model file: {model_path}",
+            *([sentence] if sentence else []),
+            *(line for fmu in built for line in _fmu_lines(fmu, settings)),
+        ],
+    )
 
 
 def _facts(built: BuiltFmu, settings: BuildOptions) -> dict[str, object]:
-    """What --json says of an FMU."""
+    """What --json says of every FMU."""
     return {
         "path": str(built.path),
-        "backend": built.kind,
+        "backend": "native" if built.kind == "system" else built.kind,
         "fmi": settings.version,
-        "real_time": settings.real_time,
-        "no_energy": settings.no_energy,
-        "arrays": settings.arrays,
         "binaries": binary_sizes(built.path),
         "check": built.check.summary,
     }
+
+
+def _fmu_lines(built: BuiltFmu, settings: BuildOptions) -> list[str]:
+    """An FMU in words."""
+    binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(built.path).items())
+    purpose = "; ".join((_PURPOSES[built.kind], *_settings_apart(settings)))
+    return [
+        f"FMU: {built.path} ({built.path.stat().st_size / 1024:.0f} KiB), {purpose}",
+        f"Binaries: {binaries}",
+        f"Check: {built.check.summary}",
+    ]
 
 
 def _settings_apart(settings: BuildOptions) -> list[str]:
@@ -271,37 +285,24 @@ def _build_system(
         built = building.build(folder, platforms, progress)
     inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
     step, stable = building.options.step, building.options.largest_step
-    if as_json:
-        fmu = {
-            "path": str(built.path),
-            "backend": "native",
-            "fmi": settings.version,
-            "binaries": binary_sizes(built.path),
-        }
-        result_json(
-            {
-                "system": source,
-                "name": building.file.name,
-                "candidate": building.candidate,
-                "step": step,
-                "stable_step": stable,
-                "inputs": inputs,
-                "fmus": [{**fmu, "check": built.check.summary}],
-            }
-        )
-        return
-    result(f"System: {building.file.name}, {building.candidate}")
-    result(f"Inputs: {', '.join(inputs)}")
-    result(f"Internal step: at most {step:g} s; stable up to {stable:.4g} s")
-    purpose = "bodies on mounts: co-simulation in any simulator, with no Python on its machine"
-    _print_fmu(built.path, "; ".join((purpose, *_settings_apart(settings))))
-    result(f"Check: {built.check.summary}")
-
-
-def _print_fmu(fmu: Path, purpose: str) -> None:
-    binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(fmu).items())
-    result(f"FMU: {fmu} ({fmu.stat().st_size / 1024:.0f} KiB), {purpose}")
-    result(f"Binaries: {binaries}")
+    present(
+        as_json,
+        lambda: {
+            "system": source,
+            "name": building.file.name,
+            "candidate": building.candidate,
+            "step": step,
+            "stable_step": stable,
+            "inputs": inputs,
+            "fmus": [_facts(built, settings)],
+        },
+        lambda _: [
+            f"System: {building.file.name}, {building.candidate}",
+            f"Inputs: {', '.join(inputs)}",
+            f"Internal step: at most {step:g} s; stable up to {stable:.4g} s",
+            *_fmu_lines(built, settings),
+        ],
+    )
 
 
 def _refuse_given(names: set[str], needed: str, reason: str) -> None:

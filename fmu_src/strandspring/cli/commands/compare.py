@@ -11,8 +11,16 @@ from ...api.comparing.comparison import compare as compare_springs
 from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import loop_amplitudes, positive, read_records, record_files, record_options, values_as_usage
-from ..shared.output import result, result_json, result_lines, working
+from ..shared.options import (
+    json_option,
+    loop_amplitudes,
+    positive,
+    read_records,
+    record_files,
+    record_options,
+    values_as_usage,
+)
+from ..shared.output import present, working
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 
 
@@ -50,7 +58,7 @@ from ..shared.paths import PLOT_FILE, refuse_overwriting
     help=f"Plot loops, figures and transmissibility ({', '.join(SUFFIXES)}).",
 )
 @record_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def compare(
     a: str,
     b: str,
@@ -84,11 +92,4 @@ def compare(
         if plot is not None:
             comparison.save_plot(plot)
     note_cautions(comparison.cautions)
-    if as_json:
-        result_json({**comparison.as_json(), "plot": plot})
-        return
-    result_lines(comparison)
-    for sentence in comparison.notes:
-        result(f"Note: {sentence}")
-    if plot is not None:
-        result(f"Plot: {plot}")
+    present(as_json, comparison.as_json, comparison.lines_with_notes, plot=("Plot", plot))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -13,8 +14,8 @@ from ...exchange.modelica import LIBRARY, record_name
 from ...ground.files import reason_of
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import load_model
-from ..shared.options import positive
-from ..shared.output import note, reporting, result, result_json
+from ..shared.options import json_option, positive
+from ..shared.output import note, present, reporting
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
 
@@ -36,7 +37,7 @@ from ..shared.zero import origin_of, zero_option
     "springs.",
 )
 @zero_option
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def export(
     model: str,
     ssv: bool,
@@ -84,27 +85,24 @@ def export(
         exports.write(progress)
     if modelica and record_name(content.name) != content.name:
         note(f"The record is named {record_name(content.name)}, because {content.name} is taken in Modelica.")
-    if as_json:
-        result_json(
-            {
-                "model": model,
-                "name": content.name,
-                "zero": exports.zero,
-                **{kind: None if path is None else str(path) for kind, path in exports.files.items()},
-            }
-        )
-        return
+    files = {kind: None if path is None else str(path) for kind, path in exports.files.items()}
+    facts = {"model": model, "name": content.name, "zero": exports.zero, **files}
+    present(as_json, lambda: facts, lambda _: _lines(exports))
+
+
+def _lines(exports: Exports) -> Iterator[str]:
+    """What was written, in words."""
     if sentence := zero_sentence(exports.zero):
-        result(sentence)
+        yield sentence
     if exports.ssv is not None:
-        result(f"SSP parameter values: {exports.ssv}")
+        yield f"SSP parameter values: {exports.ssv}"
     if exports.ssp is not None:
-        result(f"SSP system: {exports.ssp}")
+        yield f"SSP system: {exports.ssp}"
     if exports.modelica is not None:
-        name = record_name(content.name)
-        result(f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}")
+        name = record_name(exports.model.name)
+        yield f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}"
     if exports.c is not None:
-        result(f"C sources: {exports.files['c']} and what it needs; {constant_bytes() / 1000:.0f} kB of constants")
+        yield f"C sources: {exports.files['c']} and what it needs; {constant_bytes() / 1000:.0f} kB of constants"
 
 
 def _check_folder(output: str, what: str) -> None:

@@ -18,16 +18,17 @@ from ..shared.cautions import note_assumptions, note_most_harmful
 from ..shared.options import (
     identification_options,
     identifier,
+    json_option,
     method_options,
     name_option,
     read_records,
     record_files,
     record_options,
 )
-from ..shared.output import result, result_json, result_lines, working
+from ..shared.output import present, working
 from ..shared.paths import refuse_overwriting
 from ..shared.reporting import Reporting, report_options
-from ..shared.rivals import compared_with_rivals, print_ranking, ranking_json
+from ..shared.rivals import compared_with_rivals, ranking_json, ranking_lines
 
 
 @click.command()
@@ -41,7 +42,7 @@ from ..shared.rivals import compared_with_rivals, print_ranking, ranking_json
     "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
 )
 @report_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def identify(
     records: tuple[str, ...],
     output: str,
@@ -81,33 +82,25 @@ def identify(
     reporting.write(identification, model, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
-    if as_json:
-        rate, overlap = map(verdict_json, verdicts)
-        result_json(
-            {
-                "model": output,
-                "name": model.name,
-                **identification.as_json(),
-                "rate_independence": rate,
-                "overlap": overlap,
-                "rivals": None if ranking is None else ranking_json(ranking),
-                "report": reporting.report,
-                "figure": reporting.figure,
-            }
-        )
-        return
-    result_lines(identification)
-    for sentence in identification.notes:
-        result(f"Note: {sentence}")
-    if ranking is not None:
-        print_ranking(ranking)
-    for verdict in verdicts:
-        if verdict is not None:
-            result(verdict.sentence)
-    result(f"Model file: {output}")
-    for title, path in (("Report", reporting.report), ("Figure", reporting.figure)):
-        if path is not None:
-            result(f"{title}: {path}")
+    rate, overlap = map(verdict_json, verdicts)
+    present(
+        as_json,
+        lambda: {
+            "name": model.name,
+            **identification.as_json(),
+            "rate_independence": rate,
+            "overlap": overlap,
+            "rivals": None if ranking is None else ranking_json(ranking),
+        },
+        lambda width: [
+            *identification.lines_with_notes(width),
+            *(() if ranking is None else ranking_lines(ranking, width)),
+            *(verdict.sentence for verdict in verdicts if verdict is not None),
+        ],
+        model=("Model file", output),
+        report=("Report", reporting.report),
+        figure=("Figure", reporting.figure),
+    )
 
 
 def identified(

@@ -12,16 +12,18 @@ import click
 from ...api.identifying.many import ManyResult
 from ...api.identifying.many import identify_many as identify_all
 from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
+from ..shared.cautions import note_cautions
 from ..shared.options import (
     FiniteRange,
     cluster_option,
     identification_options,
+    json_option,
     method_options,
     record_options,
     wanted_of,
     worker_options,
 )
-from ..shared.output import note, reporting_kept, result, result_json
+from ..shared.output import note, present, reporting_kept
 
 
 @click.command("identify-many")
@@ -37,7 +39,7 @@ from ..shared.output import note, reporting_kept, result, result_json
 @worker_options
 @record_options
 @identification_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def identify_many(
     sources: tuple[str, ...],
     output: str,
@@ -87,12 +89,8 @@ def identify_many(
 def _print(many: ManyResult, as_json: bool) -> None:
     if many.batch.columnar_table is None:
         note(f"{COLUMNAR_TABLE} needs the package pyarrow and was not written; install it with: pip install pyarrow")
-    if as_json:
-        result_json(many.as_json())
-        return
-    for sentence in many.notes:
-        note(sentence)
-    for sentence in many.cautions:
-        note(f"Caution: {sentence}")
-    result("\n".join(many.lines()))
-    result(f"Table: {many.batch.table}")
+    if not as_json:
+        for sentence in many.notes:
+            note(sentence)
+        note_cautions(many.cautions)
+    present(as_json, many.as_json, many.lines, table=("Table", many.batch.table))

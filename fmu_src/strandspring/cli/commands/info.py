@@ -9,10 +9,10 @@ import click
 from ...api.identifying.information import info as information_of
 from ...model.modelfile import load_model, save_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import loop_amplitudes, read_records, record_files, record_options
-from ..shared.output import result, result_json, result_lines, working
+from ..shared.options import json_option, loop_amplitudes, read_records, record_files, record_options
+from ..shared.output import present, working
 from ..shared.paths import refuse_overwriting
-from ..shared.zero import origin_of, zero_option
+from ..shared.zero import zero_option
 
 
 @click.command()
@@ -22,7 +22,7 @@ from ..shared.zero import origin_of, zero_option
 @zero_option
 @click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
 @record_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def info(
     model: str,
     records: tuple[str, ...],
@@ -50,15 +50,9 @@ def info(
     content = load_model(model)
     if save is not None:
         save_model(save, content)
-    origin = origin_of(model, zero, content.parameters)
     group = read_records(records, columns)
     note_assumptions(group)
     with working("Measuring loops"):
-        information = information_of(model, group, amplitudes=amplitudes, zero=origin)
+        information = information_of(model, group, amplitudes=amplitudes, zero=zero)
     note_cautions(information.cautions)
-    if as_json:
-        result_json({"model": model, **information.as_json(), "saved": save})
-        return
-    result_lines(information)
-    if save is not None:
-        result(f"Model file: {save}")
+    present(as_json, lambda: {"model": model, **information.as_json()}, information.lines, saved=("Model file", save))

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import click
 
-from ...api.vibration.isolation import CheckedMotion, Isolation, verification_lines
+from ...api.vibration.isolation import CheckedMotion, verification_lines
 from ...api.vibration.isolation import isolate as isolated
-from ...api.vibration.system_isolation import SystemIsolation, isolate_system
+from ...api.vibration.system_isolation import isolate_system
 from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.bodies.six_response import DIRECTIONS
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import together
-from ..shared.output import reporting, result, result_json, terminal_width, working
+from ..shared.options import json_option, together
+from ..shared.output import present, reporting, save
 from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 from ..shared.zero import zero_option
 
@@ -46,7 +45,7 @@ _system_options = together(
     click.option("--direction", "directions", type=_Direction(), multiple=True, metavar="x|y|z|X,Y,Z",
                  help="Of a SYSTEM.toml: direction of the excitation, or axis of the rotation; repeat for more.  "
                  "[default: x, y and z]"),
-    click.option("--base-rotation", type=positive("deg"), multiple=True, metavar="DEG",
+    click.option("--base-rotation", type=positive("deg", math.radians(1.0)), multiple=True, metavar="DEG",
                  help="Of a SYSTEM.toml: rotation amplitude of the base about an axis through the origin [deg]; "
                  "repeat for more levels."),
     click.option("--at", metavar="POINT",
@@ -78,7 +77,7 @@ _system_options = together(
     help="Build the FMU, co-simulate it at three frequencies of each level from the computed motion, and compare after "
     "20 periods.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 @click.pass_context
 def isolate(
     context: click.Context,
@@ -122,60 +121,29 @@ def isolate(
     refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report}, ".csv")
     if report is not None:
         check_report_path(report)
-    levels = {kind: options.pop(kind) for kind in EXCITATIONS}
-    chosen = chosen_levels(levels)
-    given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
-    of_system = {name: options.pop(name) for name in _OF_SYSTEMS if name != "report"}
-    checked: tuple[CheckedMotion, ...] = ()
-    isolation: Isolation | SystemIsolation
+    levels = chosen_levels({kind: options.pop(kind) for kind in ("base_rotation", *EXCITATIONS)})
+    of_system: dict[str, Any] = {name: options.pop(name) or None for name in ("directions", "at", "candidates")}
+    files = {"output": ("Curves", output), "plot": ("Plot", plot)}
     if mass is None:
-        given |= {name: options[name] for name in ("band", "points", "extrapolate")}
-        isolation = _of_description(models[0], given, bool(levels["force"]), **of_system)
-        content = {"system": isolation.source, **isolation.as_json()}
-    else:
+        if of_system["at"] is not None and "force" not in levels:
+            raise click.UsageError("--at says where a force acts; give --force, too, or leave it out.")
+        curve: dict[str, Any] = {name: options[name] for name in ("band", "points", "extrapolate")}
         with reporting() as progress:
-            isolation = isolated(models, mass, **given, **options, progress=progress)
-        if verify:
-            with reporting() as progress:
-                checked = isolation.verify(progress)
-        content = isolation.as_json(checked)
-    if output is not None:
-        isolation.save_csv(output)
-    if plot is not None:
-        isolation.save_plot(plot)
-    if report is not None and isinstance(isolation, SystemIsolation):
-        with working("Drawing the report"):
-            isolation.report(report)
-    if as_json:
-        result_json({**content, "output": output, "plot": plot, **({"report": report} if mass is None else {})})
+            system = isolate_system(models[0], **of_system, **levels, **curve, progress=progress)
+        save(system, output, plot, report)
+        files["report"] = ("Report", report)
+        present(as_json, lambda: {"system": system.source, **system.as_json()}, system.lines, **files)
         return
-    result("\n".join(isolation.lines(terminal_width())))
-    if checked:
-        result("\n".join(verification_lines(checked)))
-    for title, written in (("Curves", output), ("Plot", plot), ("Report", report)):
-        if written is not None:
-            result(f"{title}: {written}")
-
-
-def _of_description(
-    path: str,
-    given: dict[str, Any],
-    is_force: bool,
-    directions: Sequence[Any],
-    base_rotation: Sequence[float],
-    at: str | None,
-    candidates: Sequence[str],
-) -> SystemIsolation:
-    """The isolation of a SYSTEM.toml; raises click.UsageError for options that exclude or need each other."""
-    if base_rotation:
-        if other := [name for name in EXCITATIONS if name in given]:
-            raise click.UsageError(
-                f"--base-rotation and --{other[0].replace('_', '-')} exclude each other; give one of them."
-            )
-        given["base_rotation"] = [math.radians(rotation) for rotation in base_rotation]
-    if at is not None and not is_force:
-        raise click.UsageError("--at says where a force acts; give --force, too, or leave it out.")
     with reporting() as progress:
-        return isolate_system(
-            path, candidates=candidates or None, directions=directions or None, at=at, **given, progress=progress
-        )
+        isolation = isolated(models, mass, **levels, **options, progress=progress)
+    checked: tuple[CheckedMotion, ...] = ()
+    if verify:
+        with reporting() as progress:
+            checked = isolation.verify(progress)
+    save(isolation, output, plot)
+    present(
+        as_json,
+        lambda: isolation.as_json(checked),
+        lambda width: [*isolation.lines(width), *verification_lines(checked)],
+        **files,
+    )

@@ -9,8 +9,8 @@ import click
 from ...api.identifying.prediction import predict as predict_records
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import read_records, record_files, record_options
-from ..shared.output import note, result, result_json, result_lines, working
+from ..shared.options import json_option, read_records, record_files, record_options
+from ..shared.output import note, present, working
 from ..shared.paths import refuse_overwriting
 
 
@@ -19,7 +19,7 @@ from ..shared.paths import refuse_overwriting
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
 @click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
 @record_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
     """Predict the force of records with a model and report the errors.
 
@@ -47,9 +47,4 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
                 "spring again with the refined method to have them."
             )
         prediction.save_csv(output)
-    if as_json:
-        result_json({"model": model, **prediction.as_json(), "output": output})
-        return
-    result_lines(prediction)
-    if output is not None:
-        result(f"Prediction: {output}")
+    present(as_json, lambda: {"model": model, **prediction.as_json()}, prediction.lines, output=("Prediction", output))

@@ -12,10 +12,11 @@ from ...api.common.text import counted
 from ...api.showing import show as write_page
 from ...ground.files import user_cache
 from ...loops.cycles import Cycle
-from ...loops.overview import overview
+from ...loops.overview import RecordOverview, overview
+from ...records.record import Record
 from ..shared.cautions import note_assumptions
-from ..shared.options import read_records, record_files, record_options
-from ..shared.output import result, result_json, working
+from ..shared.options import json_option, read_records, record_files, record_options
+from ..shared.output import present, working
 from ..shared.paths import refuse_overwriting
 
 
@@ -23,7 +24,7 @@ from ..shared.paths import refuse_overwriting
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
 @click.option("-o", "--output", metavar="FILE.html", help="Write the page to this file, and open nothing.")
 @record_options
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def show(records: tuple[str, ...], output: str | None, as_json: bool, **options: Any) -> None:
     """Show loops, strokes and cycles of records before they are identified.
 
@@ -42,34 +43,36 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
     page = user_cache() / "record.html" if output is None else Path(output)
     with working("Drawing the page"):
         write_page(group, page)
-    seen = [overview(record) for record in group]
-    if as_json:
-        result_json(
-            {
-                "page": str(page),
-                "records": [
-                    {
-                        "path": record.path,
-                        "samples": len(record),
-                        "strokes": seen_record.strokes.count,
-                        "cycles": [_cycle(*numbered) for numbered in enumerate(seen_record.cycles, 1)],
-                        "left_out": {reason: int(samples.size) for reason, samples in seen_record.left_out.items()},
-                        "notes": list(record.notes),
-                    }
-                    for record, seen_record in zip(group, seen, strict=True)
-                ],
-            }
-        )
-    else:
-        for record, seen_record in zip(group, seen, strict=True):
-            left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen_record.left_out.items())
-            result(
-                f"{record.path}: {len(record)} samples, {counted(seen_record.strokes.count, 'stroke')}, "
-                f"{counted(len(seen_record.cycles), 'whole cycle')}{left_out}"
-            )
-        result(f"Page: {page}")
+    seen = [(record, overview(record)) for record in group]
+    present(
+        as_json,
+        lambda: {"records": [_record(*both) for both in seen]},
+        lambda _: [_sentence(*both) for both in seen],
+        page=("Page", page),
+    )
     if output is None:
         webbrowser.open(page.resolve().as_uri())
+
+
+def _sentence(record: Record, seen: RecordOverview) -> str:
+    """What was detected in a record."""
+    left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
+    return (
+        f"{record.path}: {len(record)} samples, {counted(seen.strokes.count, 'stroke')}, "
+        f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
+    )
+
+
+def _record(record: Record, seen: RecordOverview) -> dict[str, Any]:
+    """The same for JSON."""
+    return {
+        "path": record.path,
+        "samples": len(record),
+        "strokes": seen.strokes.count,
+        "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
+        "left_out": {reason: int(samples.size) for reason, samples in seen.left_out.items()},
+        "notes": list(record.notes),
+    }
 
 
 def _cycle(number: int, cycle: Cycle) -> dict[str, Any]:

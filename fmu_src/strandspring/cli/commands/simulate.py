@@ -13,8 +13,8 @@ from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ...vibration.description.system_tables import MOST_DRAWS
 from ...vibration.verdicts.draws import LEAST_DRAWS
-from ..shared.options import FiniteRange
-from ..shared.output import reporting, result, result_json, terminal_width, working
+from ..shared.options import json_option, positive
+from ..shared.output import present, reporting, result, save
 from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 
 
@@ -32,7 +32,7 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 )
 @click.option(
     "--step",
-    type=FiniteRange(min=0.0, min_open=True, unit="s"),
+    type=positive("s"),
     metavar="S",
     help="Time step of the coarser of two runs [s].  [default: the file's, or found for errors of 0.1 %]",
 )
@@ -62,7 +62,7 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
 @click.option(
     "--details", is_flag=True, help="Print static poses, modes, errors, root mean squares and energy balances, too."
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def simulate(
     system: str,
     cases: tuple[str, ...],
@@ -95,9 +95,8 @@ def simulate(
       strandspring simulate box.toml --draws 200 -o figures.csv
       strandspring simulate box.toml --report box.html --plot sheet.png
     """
-    outputs = {"--output": output, "--report": report, "--plot": plot}
     file = load_system_file(system)
-    refuse_overwriting([system, *file.files], outputs, ".csv")
+    refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot}, ".csv")
     if report is not None:
         check_report_path(report)
     if histories is not None:
@@ -107,21 +106,15 @@ def simulate(
         simulation = simulated(
             file, cases or None, candidates or None, **options, courses=with_courses, progress=progress
         )
-    if output is not None:
-        simulation.save_csv(output)
-    if report is not None:
-        with working("Drawing the report"):
-            simulation.report(report)
-    if plot is not None:
-        simulation.save_plot(plot)
+    save(simulation, output, plot, report)
     courses = () if histories is None else simulation.save_histories(histories)
-    if as_json:
-        written = {option[2:]: path for option, path in outputs.items()}
-        result_json({"file": system, **simulation.as_json(), **written, "histories": [str(path) for path in courses]})
-        return
-    result("\n".join(simulation.lines(terminal_width(), details)))
-    for title, path in (("Figures", output), ("Report", report), ("Plot", plot)):
-        if path is not None:
-            result(f"{title}: {path}")
-    if histories is not None:
+    present(
+        as_json,
+        lambda: {"file": system, **simulation.as_json(), "histories": [str(path) for path in courses]},
+        lambda width: simulation.lines(width, details),
+        output=("Figures", output),
+        report=("Report", report),
+        plot=("Plot", plot),
+    )
+    if histories is not None and not as_json:
         result(f"Histories: {len(courses)} files in {histories}")

@@ -16,8 +16,8 @@ from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import FiniteRange, cluster_option, together, worker_options
-from ..shared.output import note, reporting_kept, result, result_json, terminal_width
+from ..shared.options import FiniteRange, cluster_option, json_option, together, worker_options
+from ..shared.output import note, present, reporting_kept, save
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 from ..shared.zero import zero_option
 
@@ -101,7 +101,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     metavar="RESULTS.csv",
     help="Write one line for each run to this file.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 @click.pass_context
 def study(
     context: click.Context,
@@ -147,6 +147,7 @@ def study(
     refuse_overwriting([model], outputs, ".csv")
     of_system = {name: options.pop(name) for name in ("vary", "cases", "candidates", "step")}
     of_both: dict[str, Any] = {name: options.pop(name) for name in ("draws", "seed")}
+    written: dict[str, tuple[str, str | None]] = {"output": ("Results", output)}
     study_result: StudyResult | SystemStudyResult
     with reporting_kept("runs", journal_path(Path(output))) as progress:
         where: dict[str, Any] = {
@@ -156,27 +157,20 @@ def study(
             vary = _varied_paths(of_system.pop("vary"))
             chosen: dict[str, Any] = {name: value or None for name, value in of_system.items()}
             study_result = study_system(model, vary, **chosen, **of_both, **where)
+            written["plot"] = ("Plot", plot)
         else:
             given = {name: value for name, value in of_both.items() if value is not None}
             study_result = _of_model(model, options, **given, **where)
-    if isinstance(study_result, SystemStudyResult) and plot is not None:
-        study_result.save_plot(plot)
-    if as_json:
-        written = {"output": output, "plot": plot} if is_system(model) else {"output": output}
-        result_json({"system" if is_system(model) else "model": model, **study_result.as_json(), **written})
-        return
-    result("\n".join(study_result.lines(terminal_width())))
-    result(f"Results: {output}")
-    if plot is not None:
-        result(f"Plot: {plot}")
+    save(study_result, None, plot)
+    kind = "system" if is_system(model) else "model"
+    present(as_json, lambda: {kind: model, **study_result.as_json()}, study_result.lines, **written)
 
 
 def _of_model(model: str, options: dict[str, Any], **others: Any) -> StudyResult:
     """The study of one mass, with the command's options."""
-    chosen = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
-    given: dict[str, Any] = {} if chosen is None else {chosen[0].value.replace(" ", "_"): chosen[1]}
+    levels = chosen_levels({kind: _flat(options.pop(kind)) for kind in EXCITATIONS})
     masses, stiffness = _flat(options.pop("mass")), _flat(options.pop("stiffness")) or 1.0
-    return studied(model, masses, **given, stiffness=stiffness, **options, **others)
+    return studied(model, masses, **levels, stiffness=stiffness, **options, **others)
 
 
 def _flat(given: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:

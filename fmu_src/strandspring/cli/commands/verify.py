@@ -10,12 +10,13 @@ import click
 from ...api.common.text import counted
 from ...api.fmus.verifying import verify as verified
 from ...ground.files import readable
-from ..shared.output import note, result_json, result_lines, working
+from ..shared.options import json_option
+from ..shared.output import note, present, working
 
 
 @click.command()
 @click.argument("fmus", nargs=-1, required=True, metavar="X.fmu...")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     """Verify FMUs on this computer.
 
@@ -33,18 +34,11 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     for fmu in fmus:
         with working(f"Verifying {fmu}"):
             verifications.append(verified(fmu))
-    if as_json:
-        result_json(
-            {
-                "fmus": [
-                    {"path": verification.path, "findings": list(map(asdict, verification.findings))}
-                    for verification in verifications
-                ]
-            }
-        )
-    else:
-        for verification in verifications:
-            result_lines(verification)
+    present(
+        as_json,
+        lambda: {"fmus": list(map(asdict, verifications))},
+        lambda width: [line for verification in verifications for line in verification.lines(width)],
+    )
     problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
     if problems:
         fmu, first = problems[0]

@@ -12,7 +12,7 @@ from ...vibration.one_mass.system import MOST_SPRINGS, Excitation
 from .options import Command, FiniteRange, checked_by, together
 from .options import positive as positive
 
-EXCITATIONS = {excitation.value.replace(" ", "_"): excitation for excitation in Excitation}
+EXCITATIONS = tuple(excitation.value.replace(" ", "_") for excitation in Excitation)
 
 # Options of the mount and its load, named as in `IsolatedMass`.
 mount_options = together(
@@ -59,12 +59,10 @@ def curve_options(points: int) -> Callable[[Command], Command]:
     )  # fmt: skip
 
 
-def chosen_levels(given: Mapping[str, Sequence[float]]) -> tuple[Excitation, list[float]] | None:
-    """The excitation for which levels are given, and these; None if there are none."""
-    options = [option for option, levels in given.items() if levels]
-    if len(options) > 1:
-        names = " and ".join("--" + option.replace("_", "-") for option in options)
+def chosen_levels(given: Mapping[str, Sequence[float]]) -> dict[str, Any]:
+    """The levels of the one excitation that has some, by its name; raises click.UsageError if several have."""
+    chosen: dict[str, Any] = {option: levels for option, levels in given.items() if levels}
+    if len(chosen) > 1:
+        names = " and ".join("--" + option.replace("_", "-") for option in chosen)
         raise click.UsageError(f"{names} exclude each other; give one of them.")
-    if not options:
-        return None
-    return EXCITATIONS[options[0]], list(given[options[0]])
+    return chosen

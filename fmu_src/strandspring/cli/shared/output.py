@@ -11,19 +11,15 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ...api.common.text_table import table_lines
-
 if TYPE_CHECKING:
     from rich.progress import Progress
-
-    from ...api.common.result import Result
 
 Item = TypeVar("Item")
 # Advice in messages names options as Python has them.
@@ -158,20 +154,44 @@ def result(text: str) -> None:
     click.echo(with_flags(text))
 
 
-def result_lines(content: Result) -> None:
-    """A result in words on standard output; its tables are folded to the width of a terminal."""
-    result("\n".join(content.lines(terminal_width())))
+def present(
+    as_json: bool,
+    content: Callable[[], dict[str, Any]],
+    lines: Callable[[int | None], Iterable[str]],
+    **files: tuple[str, str | Path | None],
+) -> None:
+    """A result on standard output, as one JSON object or in words, with the files that were written.
 
-
-def result_table(headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = ()) -> None:
-    """A table on standard output, see `table_lines`; it is folded to the width of a terminal."""
-    for line in table_lines(headings, rows, left, terminal_width()):
+    Parameters
+    ----------
+    as_json : bool
+    content : callable   Gives the JSON object.
+    lines : callable     Gives the words, whose tables are folded to a width, that of a terminal.
+    **files              By their key in the JSON object the title in words, and the path; None if it was not written.
+    """
+    if as_json:
+        paths = {key: None if path is None else str(path) for key, (_, path) in files.items()}
+        result_json({**content(), **paths})
+        return
+    written = (f"{title}: {path}" for title, path in files.values() if path is not None)
+    for line in (*lines(terminal_width()), *written):
         result(line)
 
 
 def terminal_width() -> int | None:
     """Columns of the terminal that shows standard output; None if that goes elsewhere."""
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+
+
+def save(content: Any, output: str | None, plot: str | None, report: str | None = None) -> None:
+    """Write a result into the files that are asked for: its table, its plot, its report."""
+    if output is not None:
+        content.save_csv(output)
+    if plot is not None:
+        content.save_plot(plot)
+    if report is not None:
+        with working("Drawing the report"):
+            content.report(report)
 
 
 def result_json(content: dict[str, Any]) -> None:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...api.common.text_table import table_lines
 from ...api.identification import Identification
 from ...peers.rivals.classes import RIVALS
 from ...peers.rivals.ranking import Ranking, RankingEntry
-from .output import advancing, note, result, result_table
+from .output import advancing, note
 
 
 def compared_with_rivals(identification: Identification) -> tuple[Identification, Ranking]:
@@ -19,14 +20,11 @@ def compared_with_rivals(identification: Identification) -> tuple[Identification
     return compared, ranking
 
 
-def print_ranking(ranking: Ranking) -> None:
-    """Print the ranking as a table."""
-    result(ranking.sentence)
-    result_table(
-        ("class", "degrees", "parameters", "held out [N]", "[% of std]", "fitted [N]", "clearly better"),
-        [_row(ranking, entry) for entry in ranking.entries],
-        left=("class",),
-    )
+def ranking_lines(ranking: Ranking, width: int | None = None) -> list[str]:
+    """The ranking in words, with a table of at most a width."""
+    headings = ("class", "degrees", "parameters", "held out [N]", "[% of std]", "fitted [N]", "clearly better")
+    rows = [_row(ranking, entry) for entry in ranking.entries]
+    return [ranking.sentence, *table_lines(headings, rows, ("class",), width)]
 
 
 def _row(ranking: Ranking, entry: RankingEntry) -> tuple[str, ...]:

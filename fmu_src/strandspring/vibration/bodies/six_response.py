@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
+from ...ground.result_columns import ResultColumn
 from ...kernel.arrays import FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
 from ..one_mass.harmonic_balance import (
@@ -45,6 +46,8 @@ _CHECKED_TILT = math.radians(0.5)  # from which motions are compared with time i
 _LARGE_ERROR = 0.02  # of that comparison, from which there is a caution
 _SLIDING = 1.0  # rho times half the stroke of a spring
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
+# Of gains by their unit: heading, unit for people, and factor to it.
+_GAINS = {"1": ("transmissibility", "", 1.0), "m/rad": ("", "mm/rad", 1e3), "m/N": ("", "mm/N", 1e3)}
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,12 @@ class SystemResponse:
         if self.shaking.kind is Excitation.FORCE:
             return "m/N"
         return "1" if self.shaking.about is None else "m/rad"
+
+    @property
+    def gain_column(self) -> ResultColumn:
+        """How the gain is presented."""
+        short, shown, factor = _GAINS[self.gain_unit]
+        return ResultColumn("gain", self.gain_unit, "motion over excitation", short, shown, factor)
 
     @cached_property
     def resonances(self) -> tuple[PointResonance, ...]:
