@@ -1,21 +1,27 @@
 """How far ranges and verdicts of `simulate` hold, on drawn systems:
 
-    python tests/benchmarks/verdicts.py [ranges] [verdicts] [random] [errors] [--seed N]
+    python tests/benchmarks/verdicts.py [ranges] [verdicts] [random] [errors] [--seed N] [--share 0.2]
 
 `ranges`: ten systems, each with 200 draws of omega by axis (uniform, or +-1): the share of draws beyond the printed
 range, of every figure. `verdicts`: 100 limits within +-15 % of the largest value of such draws and of steps four times
 finer: no "pass" may be contradicted. `random`: rms and peak of 100 seeds beside the printed range. `errors`: the
-printed numerical error of 40 systems against steps eight times finer.
+printed numerical error of 40 systems against steps eight times finer. `--share` takes that share of the systems,
+limits and seeds.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from mounted_examples import GRAVITY, FloatArray, hysteretic, unit
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
@@ -75,11 +81,11 @@ def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: i
     return np.array(values)
 
 
-def ranges(seed: int) -> None:
+def ranges(seed: int, share: float) -> None:
     table = Table(title="Draws beyond the printed range (both ends, 200 draws of omega by axis)")
     for heading in ("system", "axes", "figures", "largest share %", "of", "beyond three omegas %"):
         table.add_column(heading)
-    for number in range(10):
+    for number in range(math.ceil(10 * share)):
         generator = np.random.default_rng((seed, number))
         answer = answer_case("drawn", drawn_system(generator), drawn_shock(generator), Limits())
         values = values_of_draws(answer, generator, 200)
@@ -100,10 +106,10 @@ def ranges(seed: int) -> None:
     console.print(table)
 
 
-def verdicts(seed: int) -> None:
+def verdicts(seed: int, share: float) -> None:
     counts: dict[CaseVerdict, int] = {}
     contradicted = 0
-    for number in range(100):
+    for number in range(math.ceil(100 * share)):
         generator = np.random.default_rng((seed, 1000 + number))
         system, case = drawn_system(generator), drawn_shock(generator, 10.0)
         free = answer_case("drawn", system, case, Limits({}, {}))
@@ -127,8 +133,8 @@ def verdicts(seed: int) -> None:
     console.print({verdict.value: count for verdict, count in counts.items()}, f"contradicted passes: {contradicted}")
 
 
-def random_vibration(seed: int) -> None:
-    table = Table(title="30 s of random vibration: printed, and 100 other seeds with steps four times finer")
+def random_vibration(seed: int, share: float) -> None:
+    table = Table(title="30 s of random vibration: printed, and other seeds with steps four times finer")
     for heading in ("figure", "value", "mean of seeds", "standard error %", "low to high", "seeds 5 to 95 %", "beyond"):
         table.add_column(heading)
     generator = np.random.default_rng((seed, 3))
@@ -140,7 +146,7 @@ def random_vibration(seed: int) -> None:
     answer = answer_case("drawn", system, case, Limits())
     known = CaseFigures(system, case)
     values = []
-    for k in range(100):
+    for k in range(math.ceil(100 * share)):
         omega = generator.uniform(-1.0, 1.0, len(system.axes))
         another = replace(case, channels=(replace(channel, signal=replace(signal, seed=10_000 + k)),))
         start = rest(system, 0.0, False, omega)
@@ -163,9 +169,9 @@ def random_vibration(seed: int) -> None:
     console.print(table)
 
 
-def errors(seed: int) -> None:
+def errors(seed: int, share: float) -> None:
     ratios: dict[str, list[float]] = {name: [] for name in CHECKED}
-    for number in range(40):
+    for number in range(math.ceil(40 * share)):
         generator = np.random.default_rng((seed, 2000 + number))
         system, case = drawn_system(generator), drawn_shock(generator)
         run = simulate_case(system, case)
@@ -175,7 +181,7 @@ def errors(seed: int) -> None:
             printed = getattr(run.errors, name)
             worst = int(np.argmax(true))
             ratios[name].append(float(true[worst] / max(printed[worst], 1e-12)))
-    table = Table(title="True error of the worst subject over the printed one, 40 systems")
+    table = Table(title=f"True error of the worst subject over the printed one, {len(ratios['tilt'])} systems")
     for heading in ("figure", "median", "90 %", "largest", "above 1"):
         table.add_column(heading)
     for name, of_systems in ratios.items():
@@ -191,9 +197,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("checks", nargs="*", choices=[*CHECKS, []], default=list(CHECKS))
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--share", type=float, default=1.0, help="of the systems, limits and seeds, 0 to 1")
     given = parser.parse_args()
     for name in given.checks:
-        CHECKS[name](given.seed)
+        CHECKS[name](given.seed, given.share)
 
 
 if __name__ == "__main__":
