@@ -90,5 +90,10 @@ def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Si
     page.on("request", lambda request: requests.append(request.url))
     page.goto(path.as_uri())
     page.wait_for_selector("html[data-drawn]", state="attached", timeout=60_000)
+    if page.evaluate("() => [...document.querySelectorAll('details')].map((fold) => (fold.open = true)).length"):
+        page.wait_for_function(
+            "() => [...document.querySelectorAll('figure .plot')].every((plot) => plot.querySelector('.main-svg'))"
+        )
+        page.wait_for_timeout(500)
     yield Sight(page, messages, [url for url in requests if url != path.as_uri()])
     context.close()

@@ -14,13 +14,13 @@ from springs import TABLE
 from strandspring import Identification, Outcome, StrandspringError, identify
 from strandspring.model.modelfile import ModelFile
 from strandspring.report import details, figure
-from strandspring.report.charts import engineering_charts, evaluation, fit_charts
+from strandspring.report.charts import engineering, fit_charts
 from strandspring.report.charts.engineering import EngineeringFigures
 from strandspring.report.charts.evaluation import SHOWN_CYCLES, SHOWN_RECORDS, Evaluation
-from strandspring.report.content import quantities, thinning
+from strandspring.report.content import chart as charts
+from strandspring.report.content import quantities
 from strandspring.report.content.blocks import Facts, Gallery, Level, Notice, PageContent, PageTable, Text
-from strandspring.report.content.chart import Chart
-from strandspring.report.content.thinning import visible
+from strandspring.report.content.chart import Chart, visible
 from strandspring.report.details import ReportDetails
 from strandspring.report.rendering import drawing, page
 from strandspring.report.rendering.page import check_report_path, script_json
@@ -188,7 +188,7 @@ def test_other_endings_are_refused(name: str) -> None:
         check_report_path(name)
 
 
-@pytest.mark.parametrize("module", [details, evaluation, figure, quantities, drawing, page, thinning])
+@pytest.mark.parametrize("module", [details, figure, quantities, drawing, page, charts])
 def test_examples_of_the_docstrings(module: ModuleType) -> None:
     ran = doctest.testmod(module)
     assert ran.attempted > 0
@@ -214,6 +214,6 @@ def test_loops_whose_force_does_not_rise_have_no_loss_factor() -> None:
     falling = [replace(row, force_high=row.force_low - 1.0) for row in curve]
     for rows, count in (([*falling[:5], *curve[5:]], 3), (falling, 2)):
         figures = SimpleNamespace(curve=rows, curve_reach=None, measured=(), smallest_measured=0.0)
-        charts = engineering_charts.over_amplitude(of, figures)  # type: ignore[arg-type]
+        charts = engineering.over_amplitude(of, figures)  # type: ignore[arg-type]
         assert len(charts) == count
         assert not any("nan" in chart.sentence for chart in charts)

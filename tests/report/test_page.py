@@ -26,7 +26,7 @@ CASES: dict[str, tuple[Callable[[], Identification], ReportDetails]] = {
     "plain": (reports.plain, ReportDetails()),
 }
 # Of the hinge: all that there is; by a method without uncertainty no interval, no band, no correlations.
-FIGURES = {"hinge": 20, "campaign": 20, "hostile": 20, "plain": 17}
+FIGURES = {"hinge": 19, "campaign": 19, "hostile": 19, "plain": 17}
 
 
 @pytest.fixture(scope="module")

@@ -113,12 +113,12 @@ def test_no_texts_overlap_on_paper(make: Callable[[], Identification]) -> None:
 
 
 def test_plots_go_into_given_axes() -> None:
-    for chart in figure._CHARTS:
+    for chart in figure.CHARTS:
         axes = Figure().subplots()
         assert figure.plot_chart(reports.campaign(), chart, axes, record=1) is axes
         assert axes.lines or axes.collections or axes.images, chart
     assert figure.plot_chart.__doc__ is not None
-    assert re.findall(r'"([a-z-]+)"', figure.plot_chart.__doc__) == list(figure._CHARTS)
+    assert re.findall(r'"([a-z-]+)"', figure.plot_chart.__doc__) == list(figure.CHARTS)
 
 
 def test_what_is_not_known_is_not_plotted() -> None:

@@ -68,11 +68,26 @@ def test_the_report_says_verdicts_cautions_and_errors(browser: Browser, folder: 
         assert expected in text, expected
 
 
-def test_marks_of_the_sheet_name_their_cases(browser: Browser, folder: Path) -> None:
+def test_all_answers_stand_beside_their_limits_and_the_drawing_names_their_loads(
+    browser: Browser, folder: Path
+) -> None:
     with opened(browser, folder / "box.html", 1300, "light") as sight:
-        texts = sight.page.locator("main svg text").all_text_contents()
-    for case in ("shock +y", "drop", "transport"):
-        assert texts.count(case) >= 2, case
+        texts, legend = (
+            sight.page.locator(f"#figure-{figure} {part}").all_text_contents()
+            for figure, part in (("limits", "svg text"), ("limits", ".legend button"))
+        )
+        drawn = sight.page.locator("#figure-system-front svg text").all_text_contents()
+    for candidate in ("standard", "softer"):
+        for case in ("shock +y", "drop", "transport"):
+            assert f"{candidate}, {case}" in texts
+    assert legend == ["acceleration", "sway", "tilt", "stroke", "limit"]
+    assert {"drop, transport", "circuit board"} <= set(drawn)
+
+
+def test_marks_of_the_sheet_name_their_cases() -> None:
+    axes = simulate(BOX, ["shock +y", "drop"], draws=16, workers=1).plot()
+    texts = [text.get_text() for text in axes.texts]
+    assert (texts.count("shock +y"), texts.count("drop")) == (2, 2)
 
 
 def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Path) -> None:

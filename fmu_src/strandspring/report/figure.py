@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 from ..errors import StrandspringError
 from ..ground.plotfile import SUFFIXES, save_figure
 from ..identification.identified_model import IdentifiedModel
-from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
+from .charts import engineering, fit_charts, isolation_charts, model_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation
 from .content.chart import Figure
@@ -35,18 +35,13 @@ _RESOLUTION = 600  # of a PNG [dots per inch]
 
 
 def _over_amplitude(key: str, evaluation: Evaluation) -> Figure | None:
-    charts = engineering_charts.over_amplitude(evaluation, EngineeringFigures(evaluation))
+    charts = engineering.over_amplitude(evaluation, EngineeringFigures(evaluation))
     return next((chart for chart in charts if chart.key == key), None)
-
-
-def _band(evaluation: Evaluation) -> Figure | None:
-    charts = model_charts.band(evaluation)
-    return None if charts is None else charts[0]
 
 
 _AMPLITUDES = ("amplitude-secant-stiffness", "amplitude-energy-per-cycle", "amplitude-loss-factor")
 # Each makes a chart, None where it is unknown, or a sentence that says why it cannot be drawn.
-_CHARTS: dict[str, Callable[[Evaluation], Figure | str | None]] = {
+CHARTS: dict[str, Callable[[Evaluation], Figure | str | None]] = {
     "loops": fit_charts.loops,
     "force": fit_charts.force,
     "residuals-displacement": fit_charts.residuals_over_displacement,
@@ -58,7 +53,7 @@ _CHARTS: dict[str, Callable[[Evaluation], Figure | str | None]] = {
     "amplifier": model_charts.amplifier,
     "omega": model_charts.omega,
     "correlations": model_charts.correlations,
-    "band": _band,
+    "band": model_charts.band,
     **{key: partial(_over_amplitude, key) for key in _AMPLITUDES},
     "transmissibility": partial(isolation_charts.transmissibility, mass=None),
 }
@@ -86,9 +81,9 @@ def plot_chart(
     """
     from .rendering.drawing import draw
 
-    if chart not in _CHARTS:
-        raise StrandspringError(f"`chart` must be one of {', '.join(_CHARTS)}, got {chart!r}.")
-    drawn = _CHARTS[chart](Evaluation(identification))
+    if chart not in CHARTS:
+        raise StrandspringError(f"`chart` must be one of {', '.join(CHARTS)}, got {chart!r}.")
+    drawn = CHARTS[chart](Evaluation(identification))
     if drawn is None:
         raise StrandspringError(f"This identification has no chart {chart!r}: it holds nothing of what that shows.")
     if isinstance(drawn, str):

@@ -10,22 +10,32 @@ from .._version import __version__
 from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
+from ..loops.campaign import campaign_verdicts
 from ..model.joint import HYSTERETIC_UNITS
 from ..model.modelfile import ModelFile
 from ..model.outcomes import Outcome
-from ..model.stated_figures import differ, energy_ratio
+from ..model.stated_figures import Figures, differ, energy_ratio
 from . import report_tables as tables
-from .charts import engineering_charts, fit_charts, isolation_charts, model_charts
+from .charts import engineering, isolation_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation
 from .content.blocks import Block, Facts, Gallery, Level, Notice, PageContent, Section, Signatures, Text, Tile, Tiles
 from .content.chart import Figure
-from .content.quantities import NUMBER, number, percent, prose, unit_of
+from .content.quantities import NUMBER, number, percent, prose, span, unit_of
 from .details import ReportDetails
+from .figure import CHARTS
 from .rendering.page import check_report_path, write
-from .verdict import HARMLESS, verdict
 
 _SIGNATURES = ("Prepared", "Checked", "Approved")
+_RESIDUALS = ("residuals-time", "residuals-displacement", "residuals-velocity", "histogram", "autocorrelation")
+# Findings that say that the model does not follow its own records.
+_POOR = frozenset({Outcome.POOR_FIT, Outcome.LACK_OF_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
+# Findings that say that the spring alone does not give what was recorded.
+_ALONE = frozenset({Outcome.SPRING_ALONE, Outcome.LOOP_ENERGY, Outcome.JITTER})
+# Findings that leave the model as good as it would be without them.
+_HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
+# Findings on loops that were not recorded.
+_EXTRAPOLATED = frozenset({Outcome.ONE_AMPLITUDE, Outcome.SMALL_LOOPS})
 # Outcomes whose details end with advice.
 _ADVISING = frozenset({Outcome.SMALL_LOOPS, Outcome.LACK_OF_FIT})
 _LISTED = 200  # records whose assumptions are listed
@@ -89,62 +99,118 @@ def report_content(
     say = progress or (lambda _: None)
     evaluation = Evaluation(identification)
     figures = EngineeringFigures(evaluation)
+    sections: list[Section] = []
+
+    def add(key: str, title: str, *blocks: Block, folded: bool = False) -> None:
+        sections.append(Section(key, title, blocks, folded))
+
     say("engineering figures")
-    head = [
-        Section("verdict", "Verdict", tuple(_verdict(evaluation, figures, comparison))),
-        Section("figures", "Engineering figures", tuple(_engineering(evaluation, figures))),
-    ]
+    add("verdict", "Verdict", *_verdict(evaluation, figures, comparison))
+    add("figures", "Engineering figures", *_engineering(evaluation, figures))
     say("fit and residuals")
-    middle = [
-        Section(
-            "fit",
-            "Fit",
-            (Gallery((fit_charts.loops(evaluation), fit_charts.force(evaluation))), tables.records(evaluation)),
-        ),
-        Section("residuals", "Residuals", (Gallery(_residuals(evaluation)),)),
-        Section("model", "Model", tuple(_model(evaluation))),
-    ]
-    if trends := engineering_charts.trends(evaluation):
-        middle.append(Section("cycles", "From cycle to cycle", (Gallery(trends),)))
+    add("fit", "Fit", _gallery(evaluation, "force"), tables.records(evaluation))
     say("transmissibility")
     chart = isolation_charts.transmissibility(evaluation, details.mass)
-    block = Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,))
-    middle.append(Section("isolation", "Vibration isolation", (block,)))
-    tail = [
-        Section("assumptions", "What was assumed", tuple(_assumptions(evaluation))),
-        Section("provenance", "Provenance", tuple(_provenance(evaluation, model))),
-        Section("release", "Release", (Signatures(_SIGNATURES),)),
-    ]
-    first = Section("details", "Test", (Facts(details.pairs),))
+    add("isolation", "Vibration isolation", Text(prose(chart)) if isinstance(chart, str) else Gallery((chart,)))
+    add("residuals", "Residuals", _gallery(evaluation, *_RESIDUALS), folded=True)
+    add("model", "Model", *_model(evaluation), folded=True)
+    if trends := engineering.trends(evaluation):
+        add("cycles", "From cycle to cycle", Gallery(trends), folded=True)
+    add("assumptions", "What was assumed", *_assumptions(evaluation), folded=True)
+    add("provenance", "Provenance", *_provenance(evaluation, model), folded=True)
+    add("release", "Test and release", Facts(details.pairs), Signatures(_SIGNATURES))
     return PageContent(
         title=f"Spring identification: {model.name}",
         subtitle=evaluation.without_folders(model.description),
-        sections=(first, *head, *middle, *tail),
+        sections=tuple(sections),
         records={view.place: view.name for view in evaluation.shown},
         footer=f"strandspring {__version__}",
     )
 
 
+def _gallery(evaluation: Evaluation, *keys: str) -> Gallery:
+    """Charts by their names, without those that are unknown."""
+    charts = (CHARTS[key](evaluation) for key in keys)
+    return Gallery(tuple(chart for chart in charts if isinstance(chart, Figure)))
+
+
 def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
-    notice, sentences = verdict(evaluation, figures)
-    yield notice
+    yield _headline(evaluation)
     yield Tiles(tuple(_tiles(evaluation, figures)))
-    for sentence in sentences:
-        yield Text(evaluation.prose(sentence))
-    if comparison:
-        yield Text(evaluation.prose(comparison))
+    yield _gallery(evaluation, "loops")
+    for sentence in (_fit(evaluation), _range(evaluation, figures), _rate(evaluation), comparison):
+        if sentence:
+            yield Text(evaluation.prose(sentence))
     for outcome, detail in evaluation.identification.findings.items():
-        grade = Level.INFORMATION if outcome in HARMLESS else Level.CARE
+        grade = Level.INFORMATION if outcome in _HARMLESS else Level.CARE
         yield Notice(grade, *_caution(outcome, evaluation.prose(detail)))
     for sentence in evaluation.identification.uncertainty.get("indistinct", ()):
         yield Notice(Level.CARE, prose(f"{sentence}."))
+
+
+def _headline(evaluation: Evaluation) -> Notice:
+    """How far the model can be relied on."""
+    findings = set(evaluation.identification.findings)
+    cautions = findings - _HARMLESS
+    if findings & _POOR:
+        return Notice(Level.POOR, "Do not rely on this model yet: it does not follow its own records.")
+    if not cautions:
+        return Notice(Level.GOOD, "Good to use within the recorded range.")
+    if findings & _ALONE:
+        text = "The saved spring alone differs from what was recorded: use it with the cautions below."
+    elif cautions <= _EXTRAPOLATED:
+        text = "Good to use at the recorded amplitudes; smaller loops are extrapolated."
+    else:
+        text = f"Good to use with care: {len(cautions)} caution{'s' if len(cautions) > 1 else ''} below."
+    return Notice(Level.CARE, text)
+
+
+def _fit(evaluation: Evaluation) -> str:
+    whole, unit = evaluation.identification, evaluation.residual
+    text = (
+        "The saved spring alone, driven by the displacement as recorded, follows the measured force with an rms error "
+        f"of {unit.text(whole.rmse, 3)}, {percent(1.0 - whole.rnl)} of the rms force "
+        f"({_figures(whole.figures)}; RNL 1 is perfect)"
+    )
+    if differ(whole.figures, whole.fitted_figures):
+        text += f"; as fitted, {evaluation.beside}, it is {_figures(whole.fitted_figures)}"
+    return f"{text}."
+
+
+def _figures(figures: Figures) -> str:
+    """RNL and the energy of the loops."""
+    ratio = energy_ratio(figures)
+    energy = "" if ratio is None else f", loop energy {number(ratio, 3, zeros=True)} of the measured"
+    return f"RNL {number(figures['rnl'], 4, zeros=True)}{energy}"
+
+
+def _range(evaluation: Evaluation, figures: EngineeringFigures) -> str:
+    p, unit = evaluation.identification.parameters, evaluation.length
+    half = 0.5 * (p.displacement_max - p.displacement_min)
+    where = (
+        f"It holds from {span(p.displacement_min, p.displacement_max, unit)} (amplitudes up to "
+        f"{unit.text(half, 3)}); outside it is continued linearly"
+    )
+    amplitudes = [row.figures.amplitude * unit.factor for row in figures.measured]
+    if not amplitudes:
+        return f"{where}. No full cycle was recorded."
+    if amplitudes[-1] - amplitudes[0] < 0.1 * amplitudes[-1]:
+        return f"{where}. Recorded amplitude: {number(amplitudes[-1], 3)} {unit.name}."
+    return f"{where}. Recorded amplitudes: {number(amplitudes[0], 3)} to {number(amplitudes[-1], 3)} {unit.name}."
+
+
+def _rate(evaluation: Evaluation) -> str:
+    """Whether the spring is as rate independent as the model."""
+    rate, overlap = campaign_verdicts(evaluation.identification.records)
+    unknown = "The model is rate independent; these records do not show whether the spring is."
+    return " ".join((unknown if rate is None else rate.sentence, *([] if overlap is None else [overlap.sentence])))
 
 
 def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
     """What was found, and the advice apart from it."""
     sentence = outcome.value.removesuffix(".")
     # The last clause advises; harmless findings need no advice.
-    end = -1 if outcome in HARMLESS else max(sentence.rfind(": "), sentence.rfind("; "))
+    end = -1 if outcome in _HARMLESS else max(sentence.rfind(": "), sentence.rfind("; "))
     head, advice = (sentence, "") if end < 0 else (sentence[:end], sentence[end + 2 :])
     if outcome in _ADVISING:
         detail, _, further = detail.rpartition(": ")
@@ -156,28 +222,20 @@ def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
 def _tiles(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
     row = figures.largest
     shown = row.model if row.measured is None else row.measured.figures
-    at = f"at ±{number(0.5 * (row.high - row.low) * evaluation.length.factor, 3)} {evaluation.length.name}"
-    for name, text, kind in engineering_charts.FIGURES:
+    at = f"at ±{evaluation.length.text(0.5 * (row.high - row.low), 3)}"
+    for name, text, kind in engineering.FIGURES:
         value = getattr(shown, name)
         unit = unit_of(kind, value) if kind else NUMBER
         model = number(getattr(row.model, name) * unit.factor, 3, zeros=True)
         note = f"model, {at}" if row.measured is None else f"measured {at}; model {model}"
         yield Tile(text.capitalize(), number(value * unit.factor, 3, zeros=True), unit.name, note)
     whole = evaluation.identification
-    error = f"rms error {number(whole.rmse * evaluation.residual.factor, 3)} {evaluation.residual.name}"
-    alone, fitted = whole.figures, whole.fitted_figures
-    is_apart = differ(alone, fitted)
-    beside = f"; as fitted {number(fitted['rnl'], 4, zeros=True)}" if is_apart else ""
-    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", f"saved spring alone, 1 is perfect; {error}{beside}")
-    ratio, of_fit = energy_ratio(alone), energy_ratio(fitted)
-    if ratio is not None:
-        beside = f"; as fitted {number(of_fit, 3, zeros=True)}" if is_apart and of_fit is not None else ""
-        yield Tile("Loop energy", number(ratio, 3, zeros=True), "× measured", f"saved spring alone{beside}")
-    if whole.lack_of_fit is not None:
-        height = percent(whole.lack_of_fit.of_height)
-        yield Tile(
-            "Misfit of the fit", number(whole.lack_of_fit.over_noise, 2), "× noise", f"{height} of the loops' height"
-        )
+    yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", "saved spring alone; 1 is perfect")
+    if (ratio := energy_ratio(whole.figures)) is not None:
+        yield Tile("Loop energy", number(ratio, 3, zeros=True), "× measured", "saved spring alone")
+    if (lack := whole.lack_of_fit) is not None:
+        note = f"{percent(lack.of_height)} of the loops' height" if lack.is_structured else "what noise alone leaves"
+        yield Tile("Misfit of the fit", number(lack.over_noise, 2), "× noise", note)
 
 
 def _engineering(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
@@ -196,32 +254,11 @@ def _engineering(evaluation: Evaluation, figures: EngineeringFigures) -> Iterato
     if evaluation.identification.effects:
         text += " Measured figures contain the effects of the rig, the model's do not."
     yield Text(text)
-    yield Gallery(engineering_charts.over_amplitude(evaluation, figures))
-
-
-def _residuals(evaluation: Evaluation) -> tuple[Figure, ...]:
-    charts = (
-        fit_charts.residuals_over_time(evaluation),
-        fit_charts.residuals_over_displacement(evaluation),
-        fit_charts.residuals_over_velocity(evaluation),
-        fit_charts.histogram(evaluation),
-        fit_charts.autocorrelation(evaluation),
-    )
-    return tuple(chart for chart in charts if chart is not None)
+    yield Gallery(engineering.over_amplitude(evaluation, figures))
 
 
 def _model(evaluation: Evaluation) -> Iterator[Block]:
-    charts: list[Figure] = [
-        model_charts.branches(evaluation),
-        model_charts.amplifier(evaluation),
-        model_charts.omega(evaluation),
-    ]
-    band, correlations = model_charts.band(evaluation), model_charts.correlations(evaluation)
-    if correlations is not None:
-        charts.append(correlations)
-    if band is not None:
-        charts += band
-    yield Gallery(tuple(charts))
+    yield _gallery(evaluation, "branches", "amplifier", "omega", "band", "correlations")
     yield tables.parameters(evaluation)
     yield Facts(tables.ranges(evaluation))
     interval = ForceInterval.from_uncertainty(evaluation.identification.uncertainty)

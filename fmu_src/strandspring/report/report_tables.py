@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..core.parameters import SpringParameters
+from ..ground.result_columns import ResultColumn
 from ..identification.certainty.figures import RecordFit
 from ..identification.certainty.intervals import NORMAL_95
 from ..loops.loop import PANELS, LoopFigures
@@ -71,62 +72,51 @@ def _source(measured: MeasuredFigures) -> str:
 
 def parameters(evaluation: Evaluation) -> PageTable:
     """All parameters with unit, standard error and 95 % interval; without the last two if they are unknown."""
-    p, known = evaluation.identification.parameters, evaluation.identification.uncertainty
-    rows = [*_main_rows(p, known)]
-    strong = [0, len(rows)]
+    p, known, unit = evaluation.identification.parameters, evaluation.identification.uncertainty, evaluation.length
+    main = [_main_row(column, p, known) for column in HYSTERETIC_PARAMETERS]
     if p.FE_knots:
-        errors = known.get("FE_forces") or [None] * len(p.FE_forces)
-        for k, (x, value, error) in enumerate(zip(p.FE_knots, p.FE_forces, errors, strict=True)):
-            meaning = f"elastic force at {number(x * evaluation.length.factor)} {evaluation.length.name}"
-            rows.append(_row(f"FE_forces[{k}]", meaning, "N", value, error))
+        places = (f"elastic force at {unit.text(x)}" for x in p.FE_knots)
+        elastic = [("FE_forces", meaning, "N") for meaning in places]
     else:
-        errors = known.get("kE") or [None] * len(p.kE)
-        for k, (value, error) in enumerate(zip(p.kE, errors, strict=True)):
-            rows.append(_row(f"kE[{k}]", f"elastic force, power {k}", _power("N", k), value, error))
-    strong.append(len(rows))
-    errors = known.get("kA") or [None] * len(p.kA)
-    for k, (value, error) in enumerate(zip(p.kA, errors, strict=True)):
-        meaning = f"amplifier, power {k}" + (", 1 by definition" if k == 0 else "")
-        rows.append(_row(f"kA[{k}]", meaning, _power("1", k) if k else "–", value, error if k else None))
+        elastic = [("kE", f"elastic force, power {k}", _power("N", k)) for k in range(len(p.kE))]
+    amplifier = [("kA", f"amplifier, power {k}", _power("1", k)) for k in range(len(p.kA))]
+    amplifier[0] = ("kA", "amplifier, power 0, 1 by definition", "–")
+    rows = [*main, *_rows(elastic, p, known), *_rows(amplifier, p, known)]
     header: tuple[str, ...] = ("parameter", "meaning", "value", "unit", "standard error", "95 % interval")
     if not known:
         header, rows = header[:4], [row[:4] for row in rows]
-    return PageTable("Parameters", header, tuple(rows), tuple(strong))
+    return PageTable("Parameters", header, tuple(rows), (0, len(main), len(rows) - len(amplifier)))
 
 
-def _main_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:
-    for column in HYSTERETIC_PARAMETERS:
-        value, error = getattr(p, column.key), known.get(column.key)
-        low, high = known.get("interval_95", {}).get(column.key, (None, None))
-        if low is None and high is None:
-            interval = "not bounded"
-        elif low is None:
-            interval = f"below {number(high, 3)}"
-        elif high is None:
-            interval = f"above {number(low, 3)}"
+def _main_row(column: ResultColumn, p: SpringParameters, known: dict[str, Any]) -> tuple[str, ...]:
+    value, error = getattr(p, column.key), known.get(column.key)
+    low, high = known.get("interval_95", {}).get(column.key, (None, None))
+    if low is not None and high is not None:
+        interval = f"{by_error(low, error)} to {by_error(high, error)}"
+    elif high is not None:
+        interval = f"below {number(high, 3)}"
+    else:
+        interval = "not bounded" if low is None else f"above {number(low, 3)}"
+    deviation = "at its bound" if error is None else number(error, 2, zeros=True)
+    return column.key, column.words, by_error(value, error), column.shown or "–", deviation, interval
+
+
+def _rows(
+    coefficients: list[tuple[str, str, str]], p: SpringParameters, known: dict[str, Any]
+) -> Iterator[tuple[str, ...]]:
+    """Rows of the coefficients of FE or FA, each with its name, meaning and unit."""
+    for k, (name, meaning, unit) in enumerate(coefficients):
+        value, error = getattr(p, name)[k], (known.get(name) or [None] * len(coefficients))[k]
+        if error:
+            ends = (by_error(value + side * NORMAL_95 * error, error) for side in (-1.0, 1.0))
+            reach = number(error, 2, zeros=True), " to ".join(ends)
         else:
-            interval = f"{by_error(low, error)} to {by_error(high, error)}"
-        yield (
-            column.key,
-            column.words,
-            by_error(value, error),
-            column.shown or "–",
-            "at its bound" if error is None else number(error, 2, zeros=True),
-            interval,
-        )
-
-
-def _row(name: str, meaning: str, unit: str, value: float, error: float | None) -> tuple[str, ...]:
-    if not error:
-        return name, meaning, number(value, 6), unit, "–", "–"
-    ends = (by_error(value + side * NORMAL_95 * error, error) for side in (-1.0, 1.0))
-    return name, meaning, by_error(value, error), unit, number(error, 2, zeros=True), " to ".join(ends)
+            reach = "–", "–"
+        yield f"{name}[{k}]", meaning, by_error(value, error), unit, *reach
 
 
 def _power(unit: str, power: int) -> str:
-    if power == 0:
-        return unit
-    return f"{unit}/m{superscript(power) if power > 1 else ''}"
+    return f"{unit}/m{superscript(power) if power > 1 else ''}" if power else unit
 
 
 def records(evaluation: Evaluation) -> PageTable:
@@ -174,6 +164,6 @@ def ranges(evaluation: Evaluation) -> tuple[tuple[str, str], ...]:
         form = f"FE is a polynomial of degree {len(p.kE) - 1}, FA one of degree {len(p.kA) - 1}"
     return (
         ("Identified range", span(p.displacement_min, p.displacement_max, unit)),
-        (about, f"{number(p.displacement_offset * unit.factor, 6)} {unit.name}"),
+        (about, f"{unit.text(p.displacement_offset, 6)}"),
         ("Form", form),
     )

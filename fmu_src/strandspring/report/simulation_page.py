@@ -3,22 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .._version import __version__
-from ..vibration.bodies.loads import LoadCase
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts, verdict_charts
 from .charts.system_drawing import system_drawing
-from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text, Tile, Tiles
-from .content.chart import Figure as Drawing
+from .content.blocks import (
+    MOST_ROWS,
+    Block,
+    Gallery,
+    Level,
+    Notice,
+    PageContent,
+    PageTable,
+    Section,
+    Text,
+    Tile,
+    Tiles,
+    first_rows,
+)
 from .content.quantities import number, percent, prose
 from .rendering.page import check_report_path, write
-from .simulation_tables import MOST_ROWS, at_rest, inputs, natural_modes, tiny
+from .simulation_tables import at_rest, inputs, natural_modes, tiny
 
 _SHOWN = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 _MOST_TILES, _MOST_PANELS = 8, 64
@@ -26,67 +36,48 @@ _LEVELS = {CaseVerdict.PASSES: Level.GOOD, CaseVerdict.UNDECIDED: Level.CARE}  #
 _NOTHING = 1e-9  # of rounding, in display units
 
 
-@dataclass(frozen=True, eq=False)
-class SimulationContent:
-    """What a report is made of.
-
-    Parameters
-    ----------
-    name, description, source : str    Of the system, and the name of its file.
-    candidates : sequence of CandidateAnswer
-    answers : sequence of CaseAnswer
-    """
-
-    name: str
-    description: str
-    source: str
-    candidates: Sequence[CandidateAnswer]
-    answers: Sequence[CaseAnswer]
-
-
-def write_simulation(path: str | Path, simulation: SimulationContent) -> None:
+def write_simulation(
+    path: str | Path, name: str, description: str, source: str, candidates: Sequence[CandidateAnswer],
+    answers: Sequence[CaseAnswer],
+) -> None:  # fmt: skip
     """Write the report of a simulation.
 
     Parameters
     ----------
-    path : str or Path            Ending in .html or .pdf.
-    simulation : SimulationContent
+    path : str or Path                 Ending in .html or .pdf.
+    name, description, source : str    Of the system, and the name of its file.
+    candidates : sequence of CandidateAnswer
+    answers : sequence of CaseAnswer
 
     Raises
     ------
-    StrandspringError             If the ending does not suit, the package `typst` is missing for a PDF, or the file
-                                  cannot be written.
+    StrandspringError                  If the ending does not suit, the package `typst` is missing for a PDF, or the
+                                       file cannot be written.
     """
     check_report_path(path)
-    write(path, simulation_content(simulation))
-
-
-def simulation_content(simulation: SimulationContent) -> PageContent:
-    """Everything the report says."""
-    drawn = {place: answer for place, answer in enumerate(simulation.answers) if answer.courses is not None}
-    several = len(simulation.candidates) > 1
+    drawn = {place: answer for place, answer in enumerate(answers) if answer.courses is not None}
     names = {
-        place: f"{f'{answer.candidate}, ' if several else ''}{answer.case.name}: {answer.verdict.value}"
+        place: f"{answer.case.name if len(candidates) == 1 else _where(answer)}: {answer.verdict.value}"
         for place, answer in drawn.items()
     }
-    cases = list({answer.case.name: answer.case for answer in simulation.answers}.values())
+    cases = list({answer.case.name: answer.case for answer in answers}.values())
+    drawing = system_drawing(candidates[0].system, cases)
     sections = [
-        Section("verdict", "Verdict", tuple(_verdict(simulation))),
-        Section("cautions", "Cautions", tuple(_cautions(simulation))),
-        Section("system", "System", tuple(_system(simulation, cases))),
-        Section("rest", "At rest", tuple(at_rest(simulation.candidates))),
+        Section("verdict", "Verdict", tuple(_verdict(answers))),
+        Section("cautions", "Cautions", tuple(_cautions(candidates, answers))),
+        Section("system", "System", (*drawing, *inputs(candidates, answers, cases, source))),
+        Section("rest", "At rest", tuple(at_rest(candidates))),
     ]
     if drawn:
-        sections.append(Section("histories", "Histories", tuple(_histories(simulation, drawn))))
-        charts = (motion_charts.shock_spectra(drawn), motion_charts.power_spectra(drawn))
-        spectra = tuple(chart for chart in charts if chart is not None)
+        sections.append(Section("histories", "Histories", tuple(_histories(candidates, answers, drawn))))
+        spectra = tuple(filter(None, (motion_charts.shock_spectra(drawn), motion_charts.power_spectra(drawn))))
         if spectra:
-            sections.append(Section("spectra", "Spectra in and out", (Gallery(spectra), *_settled(simulation))))
-    sections.append(Section("modes", "Natural modes", tuple(natural_modes(simulation.candidates))))
-    sections.append(Section("errors", "Unknowns, errors and energy", tuple(_errors(simulation))))
-    return PageContent(
-        title=f"Simulation: {simulation.name}",
-        subtitle=simulation.description,
+            sections.append(Section("spectra", "Spectra in and out", (Gallery(spectra), *_settled(answers))))
+    sections.append(Section("modes", "Natural modes", tuple(natural_modes(candidates))))
+    sections.append(Section("errors", "Errors and energy", tuple(_errors(answers))))
+    content = PageContent(
+        title=f"Simulation: {name}",
+        subtitle=description,
         sections=tuple(sections),
         records=names,
         footer=f"strandspring {__version__}",
@@ -94,6 +85,11 @@ def simulation_content(simulation: SimulationContent) -> PageContent:
         first=max(drawn, key=lambda place: _severity(drawn[place]), default=None),
         panels=_MOST_PANELS,
     )
+    write(path, content)
+
+
+def _where(answer: CaseAnswer) -> str:
+    return f"{answer.candidate}, {answer.case.name}"
 
 
 def _severity(answer: CaseAnswer) -> float:
@@ -102,46 +98,35 @@ def _severity(answer: CaseAnswer) -> float:
     return 0.0 if nearest is None else nearest.share
 
 
-def _system(simulation: SimulationContent, cases: Sequence[LoadCase]) -> Iterator[Block]:
-    candidate = simulation.candidates[0]
-    yield Gallery((system_drawing(candidate.system, cases),))
-    yield from inputs(simulation.candidates, simulation.answers, cases, simulation.source)
-
-
-def _verdict(simulation: SimulationContent) -> Iterator[Block]:
+def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     by_candidate: dict[str, list[CaseAnswer]] = {}
-    for answer in simulation.answers:
+    for answer in answers:
         by_candidate.setdefault(answer.candidate, []).append(answer)
-    good = [
-        name
-        for name, of_candidate in by_candidate.items()
-        if all(case_answer.verdict is CaseVerdict.PASSES for case_answer in of_candidate)
-    ]
+    open_verdicts = {CaseVerdict.PASSES, CaseVerdict.UNDECIDED}
+    verdicts = {name: {answer.verdict for answer in of_one} for name, of_one in by_candidate.items()}
+    good = [name for name, of_one in verdicts.items() if of_one == {CaseVerdict.PASSES}]
+    undecided = [name for name, of_one in verdicts.items() if of_one <= open_verdicts]
     if good:
         yield Notice(Level.GOOD, f"Within all limits in all load cases: {', '.join(good)}.")
-    elif open_ones := [
-        name
-        for name, of_candidate in by_candidate.items()
-        if all(answer.verdict in (CaseVerdict.PASSES, CaseVerdict.UNDECIDED) for answer in of_candidate)
-    ]:
+    elif undecided:
         yield Notice(
             Level.CARE,
-            f"Not decided: {', '.join(open_ones)}. No limit is known to be exceeded, but in some load cases a range "
+            f"Not decided: {', '.join(undecided)}. No limit is known to be exceeded, but in some load cases a range "
             "reaches beyond one.",
         )
-    elif simulation.answers:
+    elif answers:
         yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
     yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
-    yield _verdict_table(simulation)
-    if len(simulation.answers) > MOST_ROWS:
-        yield Text(f"{len(simulation.answers) - MOST_ROWS} more rows are left out here; a CSV file has them all.")
+    if chart := verdict_charts.shares_of_limits(answers):
+        yield Gallery((chart,))
+    yield _verdict_table(answers)
+    if len(answers) > MOST_ROWS:
+        yield Text(f"{len(answers) - MOST_ROWS} more rows are left out here; a CSV file has them all.")
     yield Text(
         "Acceleration is the largest absolute one of the worst point, sway the largest displacement from rest "
         "relative to the base, stroke the largest share of a spring's way from rest to the end of its identified "
         "range. Each is given with the range that is unknown, and in percent of its limit where it has one."
     )
-    if any(answer.figures for answer in simulation.answers):
-        yield Gallery((verdict_charts.acceleration_against_stroke(simulation.answers),))
 
 
 def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
@@ -154,26 +139,21 @@ def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
     return Tile(name, f"{passed} of {len(answers)}", "cases pass", note)
 
 
-def _verdict_table(simulation: SimulationContent) -> PageTable:
-    limited = {
-        figure.quantity for answer in simulation.answers for figure in answer.figures if figure.limit is not None
-    }
+def _verdict_table(answers: Sequence[CaseAnswer]) -> PageTable:
+    limited = {figure.quantity for answer in answers for figure in answer.figures if figure.limit is not None}
+    answers = answers[:MOST_ROWS]
     shown = (*_SHOWN, *(quantity for quantity in FigureKind if quantity in limited and quantity not in _SHOWN))
     header = ["candidate and case", "verdict"]
     header += [f"{quantity.value} [{quantity.column.shown.replace('deg', '°')}]" for quantity in shown]
     header.append("draws beyond a limit")
     rows = []
-    for answer in simulation.answers[:MOST_ROWS]:
-        row = [f"{answer.candidate}, {answer.case.name}", answer.verdict.value]
+    for answer in answers:
+        row = [_where(answer), answer.verdict.value]
         row += [_cell(answer.worst(quantity)) for quantity in shown]
         row.append(percent(answer.beyond, 3) if answer.draws else "–")
         rows.append(tuple(row))
-    begins = tuple(
-        k
-        for k, answer in enumerate(simulation.answers[:MOST_ROWS])
-        if not k or answer.candidate != simulation.answers[k - 1].candidate
-    )
-    levels = tuple(_LEVELS.get(answer.verdict, Level.POOR) for answer in simulation.answers[:MOST_ROWS])
+    begins = tuple(k for k, answer in enumerate(answers) if not k or answer.candidate != answers[k - 1].candidate)
+    levels = tuple(_LEVELS.get(answer.verdict, Level.POOR) for answer in answers)
     title = "Verdict on each candidate in each load case"
     return PageTable(title, tuple(header), tuple(rows), strong=begins, levels=levels)
 
@@ -195,26 +175,20 @@ def _number(quantity: FigureKind, value: float) -> str:
     return "0" if abs(shown) < _NOTHING else number(shown, 3)
 
 
-def _cautions(simulation: SimulationContent) -> Iterator[Block]:
+def _cautions(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[Block]:
+    """Those of candidates, refusals, and the largest of each kind of case with where others of its kind are."""
     of_candidates: dict[str, list[str]] = {}
-    for candidate in simulation.candidates:
+    for candidate in candidates:
         for sentence in candidate.cautions:
             of_candidates.setdefault(sentence, []).append(candidate.name)
     for sentence, names in of_candidates.items():
         yield Notice(Level.CARE, f"{', '.join(names)}: {prose(sentence)}")
-    for answer in simulation.answers:
-        if answer.verdict is CaseVerdict.REFUSED:
-            yield Notice(Level.POOR, f"{answer.candidate}, {answer.case.name}: refused. {prose(answer.refusal)}")
-    yield from _grouped(simulation.answers)
-
-
-def _grouped(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
-    """The largest caution of each kind, with where others of its kind are."""
     by_kind: dict[CautionKind, list[tuple[float, str, str]]] = {}
     for answer in answers:
+        if answer.verdict is CaseVerdict.REFUSED:
+            yield Notice(Level.POOR, f"{_where(answer)}: refused. {prose(answer.refusal)}")
         for caution in answer.cautions:
-            where = f"{answer.candidate}, {answer.case.name}"
-            by_kind.setdefault(caution.kind, []).append((caution.measure, where, caution.text))
+            by_kind.setdefault(caution.kind, []).append((caution.measure, _where(answer), caution.text))
     for cautions in (by_kind[kind] for kind in CautionKind if kind in by_kind):
         _, where, text = max(cautions, key=lambda entry: entry[0])
         others = [other for _, other, _ in cautions if other != where]
@@ -222,27 +196,25 @@ def _grouped(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
         yield Notice(Level.CARE, f"{where}: {prose(text)}{more}")
 
 
-def _histories(simulation: SimulationContent, drawn: Mapping[int, CaseAnswer]) -> Iterator[Block]:
-    places = dict(drawn)
-    left = sum(1 for answer in simulation.answers if answer.figures and answer.courses is None)
+def _histories(
+    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], drawn: dict[int, CaseAnswer]
+) -> Iterator[Block]:
+    left = sum(1 for answer in answers if answer.figures and answer.courses is None)
     if left:
-        yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(simulation.answers)} answers.",
+        yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip
-    histories = list(motion_charts.histories(places))
-    judged: list[Drawing] = [chart for chart in histories if chart.key.startswith("history")]
-    yield Gallery((*judged, verdict_charts.strokes(places)))
-    components: list[Drawing] = [chart for chart in histories if chart not in judged]
-    yield Gallery((*components, motion_charts.loops(places)))
-    paths = tuple(motion_charts.sway_paths(places))
-    if paths:
+    judged, components = motion_charts.histories(drawn)
+    yield Gallery((*judged, verdict_charts.strokes(drawn)))
+    yield Gallery((*components, motion_charts.loops(drawn)))
+    if paths := tuple(motion_charts.sway_paths(drawn)):
         yield Gallery(paths)
-    yield from _envelopes(simulation)
+    yield from _envelopes(candidates, answers)
 
 
-def _settled(simulation: SimulationContent) -> Iterator[Block]:
+def _settled(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     """Root mean squares of vibration."""
     rows = []
-    for answer in simulation.answers:
+    for answer in answers:
         values = [
             [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_ACCELERATION)],
             [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_SWAY)],
@@ -253,38 +225,33 @@ def _settled(simulation: SimulationContent) -> Iterator[Block]:
         for k, point in enumerate(answer.system.points):
             cells = [tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
             error = max((spectrum.root_mean_square_error for spectrum in power[k]), default=0.0) if power else math.nan
-            where = f"{answer.candidate}, {answer.case.name}, {point.name}"
-            rows.append((where, *cells, percent(error) if math.isfinite(error) else "–"))
-    if rows:
-        header = (
-            "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
-        )  # fmt: skip
-        yield PageTable(
-            "Root mean squares of acceleration, and of sway about its mean", header, tuple(rows[:MOST_ROWS])
-        )
+            rows.append((f"{_where(answer)}, {point.name}", *cells, percent(error) if math.isfinite(error) else "–"))
+    header = (
+        "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
+    )  # fmt: skip
+    yield from first_rows("Root mean squares of acceleration, and of sway about its mean", header, rows)
 
 
-def _envelopes(simulation: SimulationContent) -> Iterator[Block]:
+def _envelopes(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     """The room that each point needs."""
     rows = []
-    for candidate in simulation.candidates:
-        answered = [answer for answer in simulation.answers if answer.candidate == candidate.name and answer.runs]
+    for candidate in candidates:
+        answered = [answer for answer in answers if answer.candidate == candidate.name and answer.runs]
         for k, point in enumerate(candidate.system.points):
             sways = [run.figures.sway_components[k] for answer in answered for run in answer.runs]
             if sways:
                 largest = [max(float(sway[axis]) for sway in sways) for axis in range(3)]
                 rows.append((f"{candidate.name}, {point.name}", *(tiny(1e3 * component) for component in largest)))
-    if rows:
-        header = ("candidate and point", "± x [mm]", "± y [mm]", "± z [mm]")
-        yield PageTable("Sway envelope from rest over all load cases", header, tuple(rows[:MOST_ROWS]))
+    header = ("candidate and point", "± x [mm]", "± y [mm]", "± z [mm]")
+    yield from first_rows("Sway envelope from rest over all load cases", header, rows)
 
 
-def _errors(simulation: SimulationContent) -> Iterator[Block]:
+def _errors(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     rows = []
-    for answer in simulation.answers:
+    for answer in answers:
         if not answer.runs:
             continue
-        row = [f"{answer.candidate}, {answer.case.name}"]
+        row = [_where(answer)]
         for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure = answer.worst(quantity)
             row.append("–" if figure is None or not figure.value else percent(figure.error / figure.value))
@@ -296,7 +263,7 @@ def _errors(simulation: SimulationContent) -> Iterator[Block]:
         "candidate and case", "acceleration", "sway", "stroke", "step [µs]", "energy exchanged [J]", "residual",
     )  # fmt: skip
     if rows:
-        yield PageTable("Numerical errors and energy balance", header, tuple(rows[:MOST_ROWS]))
+        yield from first_rows("Numerical errors and energy balance", header, rows)
         yield Text(
             "The error is a bound: the change from the run with twice the step. The residual of the energy balance is "
             "over the energy exchanged."

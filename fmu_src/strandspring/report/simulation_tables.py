@@ -14,10 +14,9 @@ from ..vibration.bodies.parts import BASE, MotionKind, MountAxis, RigidBody, Vec
 from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ..vibration.verdicts.static_answer import SECANT_SHARE
 from ..vibration.verdicts.verdicts import FigureKind
-from .content.blocks import Block, Facts, Level, Notice, PageTable, Text
+from .content.blocks import Block, Facts, Level, Notice, Text, first_rows
 from .content.quantities import number, percent, prose
 
-MOST_ROWS = 400
 _MOST_MODES = 12
 _NOTHING = 1e-9  # of rounding, in display units
 
@@ -33,13 +32,13 @@ def inputs(
         (body.name, number(body.mass), _place(body.center), *_inertia(body), _motion(body)) for body in system.bodies
     ]
     header = ("body", "mass [kg]", "centre of gravity [mm]", "Ixx, Iyy, Izz [kg m²]", "Ixy, Ixz, Iyz [kg m²]", "motion")
-    yield PageTable("Bodies", header, tuple(bodies))
+    yield from first_rows("Bodies", header, bodies)
     points = [(point.name, system.bodies[point.body].name, _place(point.place)) for point in system.points]
-    yield PageTable("Points", ("point", "body", "place [mm]"), tuple(points))
+    yield from first_rows("Points", ("point", "body", "place [mm]"), points)
     yield from _mounts(candidates)
     yield from _limits(answers)
     rows = [(case.name, case.text or case.kind, f"{number(case.duration)} s") for case in cases]
-    yield PageTable("Load cases", ("case", "load", "simulated"), tuple(rows))
+    yield from first_rows("Load cases", ("case", "load", "simulated"), rows)
 
 
 def _place(place: Vector) -> str:
@@ -70,9 +69,9 @@ def _mounts(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
     if len(candidates) > 1:
         types = [
             (candidate.name, ", ".join(dict.fromkeys(mount.type_name for mount in candidate.system.mounts)))
-            for candidate in candidates[:MOST_ROWS]
+            for candidate in candidates
         ]
-        yield PageTable("Candidates", ("candidate", "mount types"), tuple(types))
+        yield from first_rows("Candidates", ("candidate", "mount types"), types)
     for candidate in candidates:
         system = candidate.system
         for mount in system.mounts:
@@ -83,16 +82,12 @@ def _mounts(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
                 axes[(f"{mount.type_name}, {label}", *_axis(axis))] = None
     header = ("mount", "carries", "stands on", "place [mm]", "type")
     rows = [(*mount, " or ".join(types_of_mount)) for mount, types_of_mount in mounts.items()]
-    yield PageTable("Mounts", header, tuple(rows[:MOST_ROWS]))
-    if len(rows) > MOST_ROWS:
-        yield Text(f"{len(rows) - MOST_ROWS} more mounts are left out here.")
+    yield from first_rows("Mounts", header, rows)
     of_axes = (
         "type and axis", "direction", "model file", "parallel × series", "preload of a spring [N]",
         "nominal displacement [mm]", "identified range [mm]", "stops [mm]", "damping [N s/m]",
     )  # fmt: skip
-    yield PageTable("Axes of the mount types", of_axes, tuple(axes)[:MOST_ROWS])
-    if len(axes) > MOST_ROWS:
-        yield Text(f"{len(axes) - MOST_ROWS} more axes are left out here.")
+    yield from first_rows("Axes of the mount types", of_axes, list(axes))
 
 
 def _axis(axis: MountAxis) -> tuple[str, ...]:
@@ -127,8 +122,7 @@ def _limits(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
         shown = quantity.column.shown.replace("deg", "°")
         rows.append((quantity.value, f"{number(quantity.column.factor * limit)} {shown}",
                      "all" if of_all else ", ".join(subjects)))  # fmt: skip
-    if rows:
-        yield PageTable("Limits", ("quantity", "at most", "of"), tuple(rows))
+    yield from first_rows("Limits", ("quantity", "at most", "of"), rows)
     without = [quantity.value for quantity in counts if not any(of == quantity for of, _ in limits)]
     if without:
         yield Text(f"Without a limit, and only reported: {', '.join(without)}.")
@@ -160,14 +154,12 @@ def at_rest(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
     if not poses:
         return
     header = ("candidate and body", "x [mm]", "y [mm]", "z [mm]", "tilt [°]")
-    yield PageTable("Static pose from the nominal one", header, tuple(poses[:MOST_ROWS]))
+    yield from first_rows("Static pose from the nominal one", header, poses)
     header = (
         "candidate and axis", "static load [N]", "deflection [mm]", "place in the range [%]",
         "free stroke down and up [mm]",
     )  # fmt: skip
-    yield PageTable("Static load and stroke of each mount", header, tuple(loads[:MOST_ROWS]))
-    if len(loads) > MOST_ROWS:
-        yield Text(f"{len(loads) - MOST_ROWS} more axes are left out here.")
+    yield from first_rows("Static load and stroke of each mount", header, loads)
     yield Text(
         "Friction leaves a range of static equilibria. The static load is the force of the axis; deflection is that of "
         "the mount along the axis from its nominal place, positive as its direction. 0 % is the lower end of a "
@@ -187,7 +179,7 @@ def natural_modes(candidates: Sequence[CandidateAnswer]) -> Iterator[Block]:
             secant = candidate.static.secant[k] if candidate.static.secant else None
             of_loops = ("–", "–") if secant is None else (number(secant.frequency), number(100.0 * secant.damping, 2))
             rows.append((str(k + 1), number(mode.frequency), mode.words, *of_loops))
-        yield PageTable(f"Natural modes of {candidate.name}", header, tuple(rows))
+        yield from first_rows(f"Natural modes of {candidate.name}", header, rows)
     yield Text(
         "Tangent: of vanishing motion about the static pose. Secant: with the stiffness and the losses "
         f"of steady loops in which each spring moves by {share} of its way to the nearer end of its identified range."

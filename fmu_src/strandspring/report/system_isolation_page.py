@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -14,45 +13,29 @@ from ..vibration.bodies.modes import Mode
 from ..vibration.bodies.mounted import MountedSystem
 from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .charts.system_drawing import system_drawing
-from .content.blocks import Block, Gallery, Level, Notice, PageContent, PageTable, Section, Text
+from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
 from .content.chart import Axis, Chart, ChartForm, Role, Trace
-from .content.quantities import DisplayUnit, number, percent, prose
+from .content.quantities import HZ, MM, DisplayUnit, number, percent, prose
 from .rendering.page import check_report_path, write
 
-_HZ, _MM = DisplayUnit("Hz"), DisplayUnit("mm", 1e3)
+Curve = tuple[str, SystemResponse]
 _STYLES = [
     (role, form) for form in (ChartForm.LINE, ChartForm.DASHED) for role in (Role.FIRST, Role.SECOND, Role.THIRD)
 ]
 
 
-class Isolated(Protocol):
-    """A candidate with its steady motions."""
-
-    @property
-    def label(self) -> str:
-        """Its name."""
-
-    @property
-    def system(self) -> MountedSystem:
-        """The bodies and mounts."""
-
-    @property
-    def modes(self) -> tuple[Mode, ...]:
-        """Of small motion."""
-
-    @property
-    def responses(self) -> tuple[SystemResponse, ...]:
-        """One for each excitation and level."""
-
-
-def write_system_isolation(path: str | Path, name: str, candidates: Sequence[Isolated]) -> None:
+def write_system_isolation(
+    path: str | Path, name: str, system: MountedSystem, modes: Mapping[str, Sequence[Mode]], curves: Sequence[Curve]
+) -> None:
     """Write the report of the steady vibration of a system.
 
     Parameters
     ----------
     path : str or Path            Ending in .html or .pdf.
     name : str                    Of the system.
-    candidates : sequence of Isolated
+    system : MountedSystem        The first candidate.
+    modes : mapping               Of small motion of each candidate.
+    curves : sequence of (candidate, SystemResponse)
 
     Raises
     ------
@@ -60,12 +43,11 @@ def write_system_isolation(path: str | Path, name: str, candidates: Sequence[Iso
                                   cannot be written.
     """
     check_report_path(path)
-    curves = [(candidate, response) for candidate in candidates for response in candidate.responses]
     sections = (
         Section("resonances", "Resonances", tuple(_resonances(curves))),
         Section("curves", "Curves", (Gallery(tuple(_charts(curves))),)),
-        Section("system", "System", (Gallery((system_drawing(candidates[0].system, ()),)),)),
-        Section("modes", "Natural modes", tuple(_modes(candidates))),
+        Section("system", "System", tuple(system_drawing(system, ()))),
+        Section("modes", "Natural modes", tuple(_modes(modes))),
     )
     names = {k: _curve_name(*curve) for k, curve in enumerate(curves)}
     content = PageContent(
@@ -80,11 +62,11 @@ def _unit(response: SystemResponse) -> DisplayUnit:
     return DisplayUnit(response.gain_column.shown, response.gain_column.factor)
 
 
-def _curve_name(candidate: Isolated, response: SystemResponse) -> str:
-    return f"{candidate.label}, {response.shaking.name}, {response.level_text}"
+def _curve_name(candidate: str, response: SystemResponse) -> str:
+    return f"{candidate}, {response.shaking.name}, {response.level_text}"
 
 
-def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Block]:
+def _resonances(curves: Sequence[Curve]) -> Iterator[Block]:
     rows = []
     for candidate, response in curves:
         unit = _unit(response)
@@ -93,13 +75,13 @@ def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[B
             isolates = number(peak.isolation_frequency) if math.isfinite(peak.isolation_frequency) else "–"
             error = "–" if worst is None else percent(worst)
             rows.append((_curve_name(candidate, response), f"{peak.point} {peak.direction}", number(peak.frequency),
-                         f"{number(unit.factor * peak.gain)} {unit.name}".rstrip(), number(1e3 * peak.sway), isolates,
+                         f"{unit.text(peak.gain)}".rstrip(), number(1e3 * peak.sway), isolates,
                          error))  # fmt: skip
     header = (
         "candidate, excitation and level", "motion of", "resonance [Hz]", "gain", "sway [mm]", "isolates from [Hz]",
         "error",
     )  # fmt: skip
-    yield PageTable("Largest gain of each point in each direction", header, tuple(rows))
+    yield from first_rows("Largest gain of each point in each direction", header, rows)
     yield Text(
         "Gain is the first harmonic of a point's absolute motion over that of the base, or its motion over a force. "
         "The error is the largest difference of acceleration, sway and tilt from time integration of the exact "
@@ -111,7 +93,7 @@ def _resonances(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[B
             yield Notice(Level.CARE, f"{_curve_name(candidate, response)}: {prose(sentence)}")
 
 
-def _charts(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Chart]:
+def _charts(curves: Sequence[Curve]) -> Iterator[Chart]:
     gains, sways = [], []
     unit = _unit(curves[0][1])
     for place, (_, response) in enumerate(curves):
@@ -122,18 +104,19 @@ def _charts(curves: Sequence[tuple[Isolated, SystemResponse]]) -> Iterator[Chart
             values = unit.factor * motion[:, p, way]
             gains.append(Trace(f"{point.name} {DIRECTIONS[way]}", response.frequency, values, *style, record=place))
             sways.append(Trace(point.name, response.frequency, 1e3 * response.sway[:, p], *style, record=place))
-    frequency = Axis("frequency", _HZ, log=True)
+    frequency = Axis("frequency", HZ, log=True)
     note = "Of each point the direction in which it moves most."
     wide = {"wide": True, "single": True}
     yield Chart("gain", "Motion over excitation", frequency, Axis("gain", unit, log=True), tuple(gains), note, **wide)
     note = "Largest distance of a point from its place at rest, relative to the base."
-    yield Chart("sway", "Sway", frequency, Axis("sway", _MM), tuple(sways), note, **wide)
+    yield Chart("sway", "Sway", frequency, Axis("sway", MM), tuple(sways), note, **wide)
 
 
-def _modes(candidates: Sequence[Isolated]) -> Iterator[Block]:
-    for candidate in candidates:
-        rows = tuple(
+def _modes(modes: Mapping[str, Sequence[Mode]]) -> Iterator[Block]:
+    for candidate, of_candidate in modes.items():
+        rows = [
             (str(k), number(mode.frequency), number(100.0 * mode.damping, 3), mode.words)
-            for k, mode in enumerate(candidate.modes, start=1)
-        )
-        yield PageTable(f"Natural modes of {candidate.label}", ("mode", "Hz", "viscous damping [%]", "motion"), rows)
+            for k, mode in enumerate(of_candidate, start=1)
+        ]
+        header = ("mode", "Hz", "viscous damping [%]", "motion")
+        yield from first_rows(f"Natural modes of {candidate}", header, rows)

@@ -88,13 +88,11 @@ class Simulation(PlottedResult):
         ------
         StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
         """
-        from ...report.simulation_page import SimulationContent, write_simulation
+        from ...report.simulation_page import write_simulation
 
         file = self.file
-        content = SimulationContent(
-            file.name, file.description, PurePath(file.path).name, self.candidates, self.answers
-        )
-        write_simulation(os.fspath(path), content)
+        source = PurePath(file.path).name
+        write_simulation(os.fspath(path), file.name, file.description, source, self.candidates, self.answers)
 
     def save_histories(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write the histories of each answer into a CSV file of its own, with units in the header.

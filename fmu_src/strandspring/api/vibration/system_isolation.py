@@ -193,7 +193,9 @@ class SystemIsolation(AnyIsolation):
         """
         from ...report.system_isolation_page import write_system_isolation
 
-        write_system_isolation(os.fspath(path), self.name, self.candidates)
+        modes = {candidate.label: candidate.modes for candidate in self.candidates}
+        curves = [(candidate.label, response) for candidate, response in self.every]
+        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, modes, curves)
 
     @property
     def _size(self) -> tuple[float, float]:

@@ -43,6 +43,7 @@ _TOO_LITTLE = 0.9  # share of held-out cycles below which the interval is called
 _LEAST_INDEPENDENT = 6.0  # samples; with fewer the interval was found to hold nearly all
 _SEED = 0  # of the noise that stands for what averaging over cells has removed
 _RANK = 1e-8  # singular value below which half of the cycles leaves a combination of coefficients as it is
+_CLOSED = 0.05  # difference of two strokes in a closed loop, share of one
 _LEAST_TRIED = 1 / 3  # share of the samples of a half that must count, or nothing is said of held-out cycles
 # Of the differences for the standard error of a prediction, in standard errors of the coefficients; the smaller ones
 # are for a spring whose FA is nearly zero somewhere.
@@ -127,7 +128,7 @@ class ForceInterval:
 
 @dataclass(frozen=True, eq=False)
 class PredictionBand:
-    """The last loop of the fit with the 95 % confidence band of its mean force and the 95 % prediction interval.
+    """The last closed loop of the fit with the 95 % confidence band of its mean force and the 95 % prediction interval.
 
     Attributes
     ----------
@@ -143,9 +144,13 @@ class PredictionBand:
 
     @classmethod
     def from_interval(cls, linear: Linearised, interval: ForceInterval) -> PredictionBand:
-        """The band on the last two strokes."""
+        """The band on the last two strokes that make a closed loop; on the last two if there is none."""
         loops, fit = linear.loops, linear.refinement
-        last = loops.stroke >= loops.stroke[-1] - 1
+        alike = np.abs(loops.length[1:] - loops.length[:-1]) < _CLOSED * loops.length[1:]
+        with_points = np.isin(np.arange(loops.length.size), loops.stroke)
+        closed = np.flatnonzero(alike & (loops.record[1:] == loops.record[:-1]) & with_points[1:] & with_points[:-1])
+        first = closed[-1] if closed.size else loops.stroke[-1] - 1
+        last = (loops.stroke == first) | (loops.stroke == first + 1)
         force, error = fit.backbone.force(fit.omega)[last], linear.force_error[last]
         reach = NORMAL_95 * error
         return cls(loops.displacement[last], force - reach, force, force + reach, interval.reach(force, error))

@@ -85,14 +85,6 @@
         shown.x = trace.x.subarray(0, trace.meta.whole);
         shown.y = trace.y.subarray(0, trace.meta.whole);
       }
-      if (trace.meta.labels) {
-        const places = trace.meta.labels[figure.plot.clientWidth < 900 ? "narrow" : "wide"];
-        shown.text = trace.hovertext.map((text, k) => (places[k] ? text : ""));
-        shown.textposition = places.map((place) => place || "middle right");
-        shown.mode = trace.mode.includes("text") ? trace.mode : `${trace.mode}+text`;
-        shown.textfont = { ...shown.textfont, size: 11 };
-        shown.cliponaxis = false;
-      }
       return shown;
     });
   }
@@ -104,18 +96,17 @@
     };
     const title = (own) => ({ ...own.title, standoff: 10 });
     const { xaxis, yaxis } = figure.layout;
-    const isDrawing = xaxis.visible === false;
     const narrow = figure.plot.clientWidth < 420;
     return coloured({
       ...figure.layout,
-      xaxis: { ...axis, ...xaxis, ...(xaxis.title ? { title: title(xaxis) } : {}) },
-      yaxis: { ...axis, ...yaxis, ...(yaxis.title ? { title: title(yaxis) } : {}) },
+      xaxis: { ...axis, ...xaxis, title: title(xaxis) },
+      yaxis: { ...axis, ...yaxis, title: title(yaxis) },
       font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", size: narrow ? 11 : 12,
               color: "--text" },
       paper_bgcolor: "--paper", plot_bgcolor: "--paper",
       hoverlabel: { bgcolor: "--page", bordercolor: "--line", font: { color: "--text" } },
       modebar: { bgcolor: "rgba(0,0,0,0)", color: "--muted", activecolor: "--text" },
-      margin: isDrawing ? { l: 4, r: 4, t: 26, b: 4 } : { l: 56, r: 14, t: 26, b: 44 },
+      margin: { l: 56, r: 14, t: 26, b: 44 },
       barmode: "overlay",
       showlegend: false, hovermode: "closest", dragmode: touch ? false : "zoom", uirevision: "kept",
     }, style);
@@ -129,6 +120,7 @@
   });
 
   function draw(figure) {
+    if (!figure.plot.clientWidth) return null;  // in a section that is folded
     const style = getComputedStyle(document.documentElement);
     return Plotly.react(figure.plot, tracesOf(figure, style), layoutOf(figure, style), config(figure));
   }
@@ -204,6 +196,12 @@
       await draw(figure);
       await new Promise((resume) => setTimeout(resume));
     }
+    const folds = [...document.querySelectorAll("details")];
+    for (const fold of folds) fold.addEventListener("toggle", () => redraw((own) => fold.contains(own.element)));
+    addEventListener("beforeprint", () => {
+      for (const fold of folds) fold.open = true;
+      redraw();
+    });
     dark.addEventListener("change", () => redraw());
     document.documentElement.dataset.drawn = figures.length;
   }

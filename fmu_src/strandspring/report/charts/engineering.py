@@ -1,4 +1,5 @@
-"""Engineering figures of a spring by amplitude: measured with their scatter, modelled with their 95 % interval."""
+"""Engineering figures of a spring: by amplitude, measured with their scatter and modelled with their 95 % interval, and
+from cycle to cycle."""
 
 from __future__ import annotations
 
@@ -18,10 +19,17 @@ from ...loops.measured import FigureSpread, spread_of
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import JointCovariance
 from ...model.outcomes import Outcome
-from .evaluation import Evaluation
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly
+from ..content.quantities import NUMBER, number, percent, unit_of
+from .evaluation import Evaluation, RecordView
 
-NAMES = tuple(column.key for column in PANELS)
 KINDS = ("stiffness", "energy", "")  # of their units; empty of pure numbers
+# Attribute of LoopFigures, its name, kind of unit.
+FIGURES = tuple((column.key, column.words, kind) for column, kind in zip(PANELS, KINDS, strict=True))
+NAMES = tuple(name for name, _, _ in FIGURES)
+_TRENDS = (FIGURES[0], FIGURES[1], ("mean_force", "mean force", "force"))
+_TREND_CYCLES = 400  # of a record, in the trend
+_TREND_RANGE = 0.1  # least height of a trend, share of the mean
 _NEARLY = 0.9  # share of an amplitude that counts as that amplitude
 _STEP = 0.01  # of the differences for the model's intervals, in standard deviations
 _SHARES = np.linspace(0.05, 1.0, 20)  # amplitudes of the model's curve, of half the identified range
@@ -86,9 +94,9 @@ class EngineeringFigures:
     def table(self) -> tuple[AmplitudeComparison, ...]:
         """The measured amplitudes, evenly chosen of many, and quarters of the identified range where none is near."""
         p = self._evaluation.identification.parameters
-        chosen = np.unique(np.linspace(0, len(self.measured) - 1, min(len(self.measured), _MOST)).round().astype(int))
+        chosen = [self.measured[k] for k in evenly(len(self.measured), _MOST)]
         rows: list[tuple[float, float, MeasuredFigures | None]] = [
-            (self.measured[k].figures.low, self.measured[k].figures.high, self.measured[k]) for k in chosen
+            (row.figures.low, row.figures.high, row) for row in chosen
         ]
         half = 0.5 * (p.displacement_max - p.displacement_min)
         middle = 0.5 * (p.displacement_max + p.displacement_min)
@@ -164,3 +172,94 @@ def _together(group: list[Cycle]) -> MeasuredFigures:
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
     ends = (min(frequencies), max(frequencies)) if frequencies else ()
     return MeasuredFigures(mean_figures(group), spread_of(group), len(group), ends)
+
+
+def over_amplitude(evaluation: Evaluation, figures: EngineeringFigures) -> tuple[Chart, ...]:
+    """Stiffness, energy and loss factor over the amplitude, measured and modelled, without those that have no value.
+
+    A loop whose force does not rise on the whole has no loss factor.
+    """
+    charts = []
+    for place, (name, text, kind) in enumerate(FIGURES):
+        of_model = np.array([getattr(row, name) for row in figures.curve])
+        defined = np.isfinite(of_model)
+        if not defined.any():
+            continue
+        values = of_model[defined]
+        measured = [row for row in figures.measured if np.isfinite(getattr(row.figures, name))]
+        largest = np.max(np.abs([*values, *(getattr(row.figures, name) for row in measured)]))
+        unit = unit_of(kind, float(largest)) if kind else NUMBER
+        x = np.array([row.amplitude for row in figures.curve])[defined] * evaluation.length.factor
+        traces = []
+        if figures.curve_reach is not None:
+            reach = figures.curve_reach[defined, place]
+            known = np.isfinite(reach)
+            ends = [(values + side * reach)[known] * unit.factor for side in (1.0, -1.0)]
+            if known.any():
+                traces.append(Trace("model, 95 % interval", x[known], ends[0], Role.MODEL, ChartForm.BAND, low=ends[1]))
+        begin = min(int(np.searchsorted(x, figures.smallest_measured * evaluation.length.factor)), x.size - 1)
+        shown = values * unit.factor
+        traces.append(Trace("model about mid-range", x[begin:], shown[begin:], Role.MODEL))
+        if begin:
+            smaller = slice(0, begin + 1)
+            traces.append(Trace("model, extrapolated", x[smaller], shown[smaller], Role.MODEL, ChartForm.DASHED))
+        if measured:
+            spread = np.array([0.0 if row.spread is None else getattr(row.spread, name) for row in measured])
+            at = np.array([row.figures.amplitude for row in measured]) * evaluation.length.factor
+            marks = np.array([getattr(row.figures, name) for row in measured])
+            errors = spread * unit.factor if np.any(spread > 0.0) else None
+            traces.append(Trace("measured", at, marks * unit.factor, Role.MEASURED, ChartForm.MARKS, error=errors))
+        ends_words = (
+            f"{number(float(shown[k]), 3)} {unit.name} at {number(float(x[k]), 3)} {evaluation.length.name}"
+            for k in (0, -1)
+        )
+        count = {0: "no full cycle was measured", 1: "measured at one amplitude"}
+        sentence = (
+            f"Model's {text} from {' to '.join(ends_words)}; "
+            f"{count.get(len(measured), f'measured at {len(measured)} amplitudes')}."
+        ).replace("  ", " ")
+        charts.append(
+            Chart(f"amplitude-{name.replace('_', '-')}", f"{text.capitalize()} over amplitude",
+                  Axis("amplitude", evaluation.length, limits=(0.0, None)), Axis(text, unit), tuple(traces), sentence)
+        )  # fmt: skip
+    return tuple(charts)
+
+
+def trends(evaluation: Evaluation) -> tuple[Chart, ...]:
+    """Stiffness, energy and mean force of each cycle, measured and predicted; empty without two cycles of a record."""
+    views = [view for view in evaluation.shown if len(view.measured_cycles) > 1]
+    return tuple(_trend(evaluation, views, *figure) for figure in _TRENDS) if views else ()
+
+
+def _trend(evaluation: Evaluation, views: list[RecordView], name: str, text: str, kind: str) -> Chart:
+    rows, changes = [], []
+    for view in views:
+        measured, predicted = (
+            np.array([getattr(cycle.figures, name) for cycle in cycles])
+            for cycles in (view.measured_cycles, view.predicted_cycles)
+        )
+        rows.append((view.place, evenly(measured.size, _TREND_CYCLES), measured, predicted))
+        for group in group_by_amplitude(view.measured_cycles):
+            alike = measured[sorted(map(view.measured_cycles.index, group))]
+            if alike.size > 1 and alike.any():
+                changes.append(float((alike[-1] - alike[0]) / np.mean(np.abs(alike))))
+    everything = np.concatenate([values for _, _, *both in rows for values in both])
+    unit = evaluation.force if kind == "force" else unit_of(kind, float(np.abs(everything).max()))
+    traces = [
+        Trace(label, np.array(at) + 1.0, values[at] * unit.factor, role, ChartForm.MARKED_LINE, record=place)
+        for place, at, *both in rows
+        for label, role, values in zip(("measured", "model"), (Role.MEASURED, Role.MODEL), both, strict=True)
+    ]
+    low, high = unit.factor * float(everything.min()), unit.factor * float(everything.max())
+    middle, least = 0.5 * (low + high), 0.5 * _TREND_RANGE * abs(low + high)
+    # What hardly changes is not drawn at full height.
+    limits = (middle - 0.5 * least, middle + 0.5 * least) if high - low < least else (None, None)
+    sentence = f"{text.capitalize()} of each cycle, measured and predicted"
+    if changes:
+        most = " at most" if len(changes) > 1 else ""
+        change = percent(max(changes, key=abs), sign=True)
+        sentence += f"; from the first to the last cycle of one amplitude the measured one changes by {change}{most}"
+    return Chart(
+        f"trend-{name.replace('_', '-')}", f"{text.capitalize()} of each cycle", Axis("cycle", NUMBER, whole=True),
+        Axis(text, unit, limits=limits), tuple(traces), f"{sentence}.", single=True,
+    )  # fmt: skip

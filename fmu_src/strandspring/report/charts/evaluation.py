@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -18,8 +17,8 @@ from ...loops.cycles import Cycle, find_cycles
 from ...loops.strokes import IndexArray, Strokes, find_strokes
 from ...model.stated_figures import differ
 from ...records.record import Record
+from ..content.chart import evenly, visible
 from ..content.quantities import DisplayUnit, prose, unit_of
-from ..content.thinning import visible
 
 SHOWN_RECORDS = 40  # in the charts
 SHOWN_CYCLES = 12  # of a record, in the charts in which cycles lie over each other
@@ -109,11 +108,7 @@ class RecordView:
         if not whole:
             return [(1, slice(self.first, len(self.record)))]
         whole[-1] = (whole[-1][0], len(self.record) - 1)
-        if len(whole) > SHOWN_CYCLES:
-            chosen = np.linspace(0, len(whole) - 1, SHOWN_CYCLES).round().astype(int).tolist()
-        else:
-            chosen = list(range(len(whole)))
-        return [(k + 1, slice(whole[k][0], whole[k][1] + 1)) for k in chosen]
+        return [(k + 1, slice(whole[k][0], whole[k][1] + 1)) for k in evenly(len(whole), SHOWN_CYCLES)]
 
     @property
     def differs(self) -> bool:
@@ -168,7 +163,9 @@ class Evaluation:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """File names of the records without folders; equal ones are numbered."""
-        return distinct([PurePath(record.path).name or record.path for record in self.identification.records])
+        names = [PurePath(record.path).name or record.path for record in self.identification.records]
+        counts = (names[: k + 1].count(name) for k, name in enumerate(names))
+        return tuple(name if count == 1 else f"{name} ({count})" for name, count in zip(names, counts, strict=True))
 
     @cached_property
     def views(self) -> tuple[RecordView, ...]:
@@ -189,10 +186,7 @@ class Evaluation:
     @cached_property
     def shown(self) -> tuple[RecordView, ...]:
         """The records in the charts: all, or evenly chosen ones of very many."""
-        if len(self.views) <= SHOWN_RECORDS:
-            return self.views
-        chosen = np.linspace(0, len(self.views) - 1, SHOWN_RECORDS).round().astype(int)
-        return tuple(self.views[k] for k in chosen)
+        return tuple(self.views[k] for k in evenly(len(self.views), SHOWN_RECORDS))
 
     @cached_property
     def length(self) -> DisplayUnit:
@@ -226,19 +220,3 @@ class Evaluation:
     def prose(self, sentence: str) -> str:
         """A sentence of the identification without folders, in the notation of print."""
         return prose(self.without_folders(sentence))
-
-
-def distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """Names of which equal ones are numbered.
-
-    Examples
-    --------
-    >>> distinct(["a.csv", "b.csv", "a.csv"])
-    ('a.csv', 'b.csv', 'a.csv (2)')
-    """
-    seen: dict[str, int] = {}
-    result = []
-    for name in names:
-        seen[name] = seen.get(name, 0) + 1
-        result.append(name if seen[name] == 1 else f"{name} ({seen[name]})")
-    return tuple(result)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
 from ...identification.points.autocorrelation import autocorrelation_time
 from ...kernel.arrays import FloatArray
-from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
-from ..content.quantities import NUMBER, DisplayUnit, number, percent, span, unit_of
-from ..content.thinning import visible
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined, visible
+from ..content.quantities import NUMBER, DisplayUnit, S, number, percent, unit_of
 from .evaluation import SHOWN_RECORDS, Evaluation, RecordView
 
 _BINS = (15, 60)  # of the histogram
@@ -34,18 +34,20 @@ def over_cycles(
     return Trace(name, xs, ys, role, form, record=view.place, cycles=cycles if len(cycles) > 1 else ())
 
 
+def _not_compared(view: RecordView, x: FloatArray, force: FloatArray) -> Iterator[Trace]:
+    """What is drawn faintly, in display units."""
+    if view.not_compared is not None:
+        at = view.line(force, view.not_compared)
+        yield Trace("not compared", x[at], force[at], Role.LEFT_OUT, record=view.place)
+
+
 def loops(evaluation: Evaluation) -> Chart:
     """Measured and predicted loops over each other."""
     unit = (evaluation.length, evaluation.force)
-    traces = []
+    traces: list[Trace] = []
     for view in evaluation.shown:
         x, force = view.record.displacement, view.record.force
-        if view.not_compared is not None:
-            at = view.line(force, view.not_compared)
-            traces.append(
-                Trace("not compared", x[at] * unit[0].factor, force[at] * unit[1].factor, Role.LEFT_OUT,
-                      record=view.place)
-            )  # fmt: skip
+        traces += _not_compared(view, x * unit[0].factor, force * unit[1].factor)
         traces.append(over_cycles(view, x, view.only_compared(force), unit, "measured", Role.MEASURED, ChartForm.LINE))
     for view in evaluation.shown:
         x, force = view.record.displacement, view.only_compared(view.fit.predicted)
@@ -53,16 +55,11 @@ def loops(evaluation: Evaluation) -> Chart:
             fitted = view.only_compared(view.fitted.predicted)
             traces.append(over_cycles(view, x, fitted, unit, "as fitted", Role.LEFT_OUT, ChartForm.DASHED))
         traces.append(over_cycles(view, x, force, unit, "model", Role.MODEL, ChartForm.LINE))
-    low = min(float(view.record.displacement.min()) for view in evaluation.views)
-    high = max(float(view.record.displacement.max()) for view in evaluation.views)
-    least = min(float(view.record.force.min()) for view in evaluation.views)
-    greatest = max(float(view.record.force.max()) for view in evaluation.views)
     whole = evaluation.identification
     fitted_words = f" As fitted: {evaluation.beside}." if any(view.differs for view in evaluation.shown) else ""
     sentence = (
-        "Measured force, and that of the saved spring alone along the displacement as recorded, over "
-        f"{span(low, high, unit[0])} and {span(least, greatest, unit[1])}; rms error "
-        f"{number(whole.rmse * unit[1].factor, 3)} {unit[1].name}, RNL {number(whole.rnl, 4)}."
+        "Measured force, and that of the saved spring alone along the displacement as recorded; rms error "
+        f"{unit[1].text(whole.rmse, 3)}, RNL {number(whole.rnl, 4)}."
         f"{fitted_words}{_shown(evaluation)}"
     )
     return Chart(
@@ -84,7 +81,7 @@ def _shown(evaluation: Evaluation) -> str:
 def _along(evaluation: Evaluation) -> Axis:
     """The axis along the records: time, or the sample number if one of them has no rising times."""
     timed = all(view.record.rising_time is not None for view in evaluation.views)
-    return Axis("time", DisplayUnit("s")) if timed else Axis("sample number", NUMBER)
+    return Axis("time", S) if timed else Axis("sample number", NUMBER)
 
 
 def _position(view: RecordView, axis: Axis) -> FloatArray:
@@ -102,21 +99,14 @@ def _line_along(view: RecordView, axis: Axis, values: FloatArray, unit: DisplayU
 
 def force(evaluation: Evaluation) -> Chart:
     """Measured and predicted force along the record."""
-    axis, factor = _along(evaluation), evaluation.force.factor
-    traces = []
+    axis = _along(evaluation)
+    traces: list[Trace] = []
     for view in evaluation.shown:
-        x = _position(view, axis)
-        if view.not_compared is not None:
-            at = view.line(view.record.force, view.not_compared)
-            traces.append(
-                Trace("not compared", x[at], view.record.force[at] * factor, Role.LEFT_OUT, record=view.place)
-            )
-        traces.append(
-            _line_along(view, axis, view.only_compared(view.record.force), evaluation.force, "measured", Role.MEASURED)
-        )
-        traces.append(
-            _line_along(view, axis, view.only_compared(view.fit.predicted), evaluation.force, "model", Role.MODEL)
-        )
+        traces += _not_compared(view, _position(view, axis), view.record.force * evaluation.force.factor)
+        for name, role, values in (
+            ("measured", Role.MEASURED, view.record.force), ("model", Role.MODEL, view.fit.predicted),
+        ):  # fmt: skip
+            traces.append(_line_along(view, axis, view.only_compared(values), evaluation.force, name, role))
     samples = sum(view.fit.samples for view in evaluation.views)
     sentence = (
         f"Measured and predicted force over {axis.text}; {samples} of {sum(len(v.record) for v in evaluation.views)} "
@@ -134,7 +124,7 @@ def residuals_over_displacement(evaluation: Evaluation) -> Chart:
     traces = []
     for view in evaluation.shown:
         loading = view.strokes.direction[view.strokes.of_sample] > 0
-        for name, role, stroke in (("loading", Role.FIRST, loading), ("unloading", Role.MODEL, ~loading)):
+        for name, role, stroke in (("loading", Role.FIRST, loading), ("unloading", Role.SECOND, ~loading)):
             branch = np.where(stroke, view.residuals, np.nan)
             pieces, labels = [], []
             most = max(min(view.points, _DOTS) // (2 * len(view.cycles)), 30)
@@ -158,10 +148,7 @@ def residuals_over_displacement(evaluation: Evaluation) -> Chart:
 def _misfit(evaluation: Evaluation) -> str:
     largest = max(float(np.abs(view.compared).max()) for view in evaluation.views)
     unit = evaluation.residual
-    return (
-        f"The rms residual is {number(evaluation.identification.rmse * unit.factor, 3)} {unit.name}, the largest "
-        f"{number(largest * unit.factor, 3)} {unit.name}."
-    )
+    return f"The rms residual is {unit.text(evaluation.identification.rmse, 3)}, the largest {unit.text(largest, 3)}."
 
 
 def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
@@ -177,20 +164,18 @@ def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
         at = visible(residual, min(view.points, _DOTS))
         traces.append(
             Trace("residual", velocity[at] * unit.factor, residual[at] * evaluation.residual.factor, Role.FIRST,
-                  ChartForm.DOTS,
-                  record=view.place)
+                  ChartForm.DOTS, record=view.place)
         )  # fmt: skip
         spread = float(np.std(velocity) * np.std(residual))
         slopes.append(float(np.mean((velocity - velocity.mean()) * residual)) / spread if spread else 0.0)
     strongest = max(slopes, key=abs)
     sentence = (
-        f"Residual force over velocity, up to {number(fastest * unit.factor, 3)} {unit.name}; their correlation is "
+        f"Residual force over velocity, up to {unit.text(fastest, 3)}; their correlation is "
         f"{number(strongest, 2)}{' at most' if len(slopes) > 1 else ''} (0 if no viscous force was left out)."
     )
     return Chart(
         "residuals-velocity", "Residuals over velocity", Axis("velocity", unit),
-        Axis("measured − model", evaluation.residual),
-        tuple(traces), sentence, single=True,
+        Axis("measured − model", evaluation.residual), tuple(traces), sentence, single=True,
     )  # fmt: skip
 
 

@@ -28,8 +28,8 @@ def branches(evaluation: Evaluation) -> Chart:
     along, factor = x * evaluation.length.factor, evaluation.force.factor
     traces = (
         Trace("loading, saturated", along, (elastic + hysteretic) * factor, Role.FIRST),
-        Trace("elastic force FE", along, elastic * factor, Role.MEASURED, ChartForm.DASHED),
-        Trace("unloading, saturated", along, (elastic - hysteretic) * factor, Role.MODEL),
+        Trace("elastic force FE", along, elastic * factor, Role.MODEL),
+        Trace("unloading, saturated", along, (elastic - hysteretic) * factor, Role.SECOND),
     )
     sentence = (
         f"Elastic force FE from {span(float(elastic.min()), float(elastic.max()), evaluation.force)}, between the "
@@ -111,50 +111,27 @@ def correlations(evaluation: Evaluation) -> HeatMap | None:
     return HeatMap("correlations", "Correlations of the parameters", tuple(labels), values, sentence)
 
 
-def band(evaluation: Evaluation) -> tuple[Chart, Chart] | None:
-    """The last loop with the uncertainty of its prediction, and the half-width of that; None if it is unknown."""
+def band(evaluation: Evaluation) -> Chart | None:
+    """The last closed loop with the uncertainty of its prediction; None if it is unknown."""
     prediction = evaluation.identification.band
     if prediction is None:
         return None
-    x = prediction.displacement * evaluation.length.factor
-    factor, small = evaluation.force.factor, evaluation.residual
-    half = 0.5 * (prediction.high - prediction.low)
-    centre = prediction.force * factor
+    x, force = prediction.displacement * evaluation.length.factor, prediction.force
+    factor, half = evaluation.force.factor, 0.5 * (prediction.high - prediction.low)
     up = np.gradient(prediction.displacement) >= 0.0
-    loop = []
-    for stroke in (up, ~up):
-        along, middle, interval, mean = (
-            x[stroke],
-            centre[stroke],
-            prediction.reach[stroke] * factor,
-            half[stroke] * factor,
+    traces = [
+        Trace(name, x[stroke], (force + reach)[stroke] * factor, role, ChartForm.BAND,
+              low=(force - reach)[stroke] * factor)
+        for stroke in (up, ~up)
+        for name, role, reach in (
+            ("95 % prediction interval of a measured force", Role.PREDICTION, prediction.reach),
+            ("95 % confidence band of the mean", Role.MODEL, half),
         )
-        loop += [
-            Trace("95 % prediction interval of a measured force", along, middle + interval, Role.FIRST, ChartForm.BAND,
-                  low=middle - interval),
-            Trace("95 % confidence band of the mean", along, middle + mean, Role.MODEL, ChartForm.BAND,
-                  low=middle - mean),
-        ]  # fmt: skip
-    loop.append(Trace("model", x, centre, Role.MODEL))
-    widths = []
-    for name, role, values in (
-        ("prediction interval", Role.FIRST, prediction.reach), ("confidence band", Role.MODEL, half),
-    ):  # fmt: skip
-        for branch, form, stroke in (("loading", ChartForm.LINE, up), ("unloading", ChartForm.DASHED, ~up)):
-            widths.append(Trace(f"{name}, {branch}", x, np.where(stroke, values * small.factor, np.nan), role, form))
-    reach, width = (
-        f"{number(float(np.median(values)) * small.factor, 2)} {small.name}" for values in (prediction.reach, half)
-    )
-    of_loop = (
-        f"The model's last loop with the 95 % prediction interval (±{reach} in the median) and the 95 % confidence "
-        f"band (±{width})."
-    )
-    of_width = (
-        f"Half-widths along that loop: {reach} (prediction interval) and {width} (confidence band) in the median."
-    )
-    return (
-        Chart("band", "Last loop with the uncertainty of its prediction", Axis("displacement", evaluation.length),
-              Axis("force", evaluation.force), tuple(loop), of_loop),
-        Chart("band-width", "Half-width of interval and band", Axis("displacement", evaluation.length),
-              Axis("half-width", small, limits=(0.0, None)), tuple(widths), of_width),
+    ]  # fmt: skip
+    reach, width = (f"{evaluation.residual.text(float(np.median(values)), 2)}" for values in (prediction.reach, half))
+    return Chart(
+        "band", "Last loop with the uncertainty of its prediction", Axis("displacement", evaluation.length),
+        Axis("force", evaluation.force), (*traces, Trace("model", x, force * factor, Role.MODEL)),
+        f"The model's last closed loop with the 95 % prediction interval (±{reach} in the median) and the 95 % "
+        f"confidence band (±{width}).",
     )  # fmt: skip

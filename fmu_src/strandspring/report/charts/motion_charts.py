@@ -17,20 +17,16 @@ from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.verdicts import FigureKind
-from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined
-from ..content.quantities import DisplayUnit, number, percent
-from ..content.thinning import visible
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined, visible
+from ..content.quantities import HZ, MM, DisplayUnit, G, N, S, number, percent
 
-G, MM, N, HZ, S = (
-    DisplayUnit("g", 1.0 / STANDARD_GRAVITY), DisplayUnit("mm", 1e3), DisplayUnit("N"),
-    DisplayUnit("Hz"), DisplayUnit("s")
-)  # fmt: skip
 _DENSITY = DisplayUnit("g²/Hz", STANDARD_GRAVITY**-2)
 _STYLES = tuple(
     (role, form)
     for form in (ChartForm.LINE, ChartForm.DASHED)
-    for role in (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD)
+    for role in (Role.FIRST, Role.SECOND, Role.THIRD, Role.LOAD)
 )
+_BASE = (Role.REFERENCE, ChartForm.LINE)
 _NO_MOTION = 1e-9  # of the largest in any direction
 _POINTS, _LEAST_POINTS, _ALL_POINTS = 2400, 100, 250_000  # of a line, and of all lines of a page
 _MOST_LINES = 5  # points or axes of an answer, those that move most
@@ -39,51 +35,40 @@ _LETTERS = "xyz"
 Places = dict[int, CaseAnswer]
 
 
-def histories(answers: Places) -> Iterator[Chart]:
-    """Magnitude of acceleration and sway of the points over time with their limits, then their components."""
-    magnitudes: dict[FigureKind, list[Trace]] = {FigureKind.ACCELERATION: [], FigureKind.SWAY: []}
-    components: dict[FigureKind, list[Trace]] = {FigureKind.ACCELERATION: [], FigureKind.SWAY: []}
+def histories(answers: Places) -> tuple[list[Chart], list[Chart]]:
+    """Magnitude of acceleration and sway of the points over time with their limits, and their components."""
     most = _points_of_line(answers)
-    for place, answer in answers.items():
-        courses = _courses(answer)
-        time, base = courses.histories.time, G.factor * courses.base
-        if base.any():
-            style = (Role.REFERENCE, ChartForm.LINE)
-            magnitudes[FigureKind.ACCELERATION].append(_line("base", time, _length(base), style, place, most))
-            name = f"base {_letter(base)}"
-            components[FigureKind.ACCELERATION].append(_line(name, time, _largest(base), style, place, most))
-        sway = MM.factor * (courses.histories.sway - courses.histories.sway[0])
-        for quantity, of_points in (
-            (FigureKind.ACCELERATION, G.factor * courses.histories.acceleration),
-            (FigureKind.SWAY, sway),
-        ):
-            for k, name, style in _points(answer):
-                moved = of_points[:, k]
-                magnitudes[quantity].append(_line(name, time, _length(moved), style, place, most))
-                line = _line(f"{name} {_letter(moved)}", time, _largest(moved), style, place, most)
-                components[quantity].append(line)
-                magnitudes[quantity] += _limit_and_range(answer, quantity, name, time, _length(moved), style[0], place)
-    for quantity, title, unit in (
-        (FigureKind.ACCELERATION, "Acceleration beside its limit", G),
-        (FigureKind.SWAY, "Sway from rest beside its limit", MM),
-    ):
-        if magnitudes[quantity]:
-            yield Chart(
-                f"history-{quantity.value}", title, Axis("time", S), Axis(quantity.value, unit, limits=(0.0, None)),
-                tuple(magnitudes[quantity]),
-                "Magnitude of the vector, of which the verdict is. The lines are of one run; the bar at each peak is "
-                "the range that the verdict takes from all runs.", wide=True, single=True,
-            )  # fmt: skip
-    for quantity, title, unit in (
-        (FigureKind.ACCELERATION, "Components of acceleration", G),
-        (FigureKind.SWAY, "Components of sway", MM),
-    ):
-        if components[quantity]:
-            yield Chart(
-                f"components-{quantity.value}", title, Axis("time", S), Axis(quantity.value, unit),
-                tuple(components[quantity]),
-                "Of each point the component along x, y or z that moves most, in the same run.", wide=True, single=True,
-            )  # fmt: skip
+    magnitudes, components = [], []
+    for quantity, unit in ((FigureKind.ACCELERATION, G), (FigureKind.SWAY, MM)):
+        judged: list[Trace] = []
+        signed: list[Trace] = []
+        for place, answer in answers.items():
+            courses, lines = _courses(answer), []
+            time, of_points = courses.histories.time, courses.histories.acceleration
+            if quantity is FigureKind.SWAY:
+                of_points = courses.histories.sway - courses.histories.sway[0]
+            elif courses.base.any():
+                lines.append(("base", courses.base, _BASE))
+            lines += [(name, of_points[:, k], style) for k, name, style in _points(answer)]
+            for name, vectors, style in lines:
+                length = unit.factor * np.linalg.norm(vectors, axis=1)
+                axis = int(np.argmax(np.abs(vectors).max(axis=0)))
+                judged.append(_line(name, time, length, style, place, most))
+                judged += _limit_and_range(answer, quantity, name, time, length, style[0], place)
+                component = f"{name} {_LETTERS[axis]}"
+                signed.append(_line(component, time, unit.factor * vectors[:, axis], style, place, most))
+        word, time_axis = quantity.value, Axis("time", S)
+        magnitudes.append(Chart(
+            f"history-{word}", f"{word.capitalize()} beside its limit", time_axis,
+            Axis(word, unit, limits=(0.0, None)), tuple(judged),
+            "Magnitude of the vector, of which the verdict is. The lines are of one run; the bar at each peak is the "
+            "range that the verdict takes from all runs.", wide=True, single=True,
+        ))  # fmt: skip
+        components.append(Chart(
+            f"components-{word}", f"Components of {word}", time_axis, Axis(word, unit), tuple(signed),
+            "Of each point the component along x, y or z that moves most, in the same run.", wide=True, single=True,
+        ))  # fmt: skip
+    return magnitudes, components
 
 
 def _limit_and_range(
@@ -228,20 +213,6 @@ def _points(answer: CaseAnswer) -> Iterator[tuple[int, str, tuple[Role, ChartFor
     largest = np.max([run.figures.acceleration for run in answer.runs], axis=0)
     for k, point in enumerate(sorted(np.argsort(-largest, kind="stable")[:_MOST_LINES].tolist())):
         yield point, answer.system.points[point].name, _STYLES[k % len(_STYLES)]
-
-
-def _letter(components: FloatArray) -> str:
-    return _LETTERS[int(np.argmax(np.abs(components).max(axis=0)))]
-
-
-def _largest(components: FloatArray) -> FloatArray:
-    """The component with the largest magnitude, shape (K,)."""
-    return np.asarray(components[:, int(np.argmax(np.abs(components).max(axis=0)))])
-
-
-def _length(components: FloatArray) -> FloatArray:
-    """Of each vector, shape (K,)."""
-    return np.asarray(np.linalg.norm(components, axis=1))
 
 
 def _line(

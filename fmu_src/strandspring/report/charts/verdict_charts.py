@@ -1,4 +1,4 @@
-"""Charts of verdicts: acceleration against stroke of all answers, and the way of the springs of one in their ranges."""
+"""Charts of verdicts: figures beside their limits, and the way of the springs in their ranges."""
 
 from __future__ import annotations
 
@@ -7,61 +7,77 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.verdicts.answers import CaseAnswer
+from ...vibration.verdicts.nearest_limit import nearest_limit, of_limit
 from ...vibration.verdicts.verdicts import FigureKind
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
-from ..content.quantities import NUMBER, DisplayUnit, number, span
+from ..content.quantities import MM, NUMBER, PERCENT, DisplayUnit, G, number, span
 
-_G, _MM, _PERCENT = DisplayUnit("g", 1.0 / STANDARD_GRAVITY), DisplayUnit("mm", 1e3), DisplayUnit("%", 100.0)
-_COLOURS = (Role.FIRST, Role.MODEL, Role.SECOND, Role.THIRD, Role.MEASURED)
+_COLOURS = (Role.FIRST, Role.SECOND, Role.THIRD, Role.LOAD, Role.REFERENCE)
+_MOST_ANSWERS = 40  # beside their limits
 _MOST_BARS = 18  # axes of an answer, those that use most of their ranges
+
+
+def shares_of_limits(answers: Sequence[CaseAnswer]) -> Chart | None:
+    """The ranges of all kinds of figures as shares of their limits; None without a limit."""
+    shares = {k: of_limit(figure) for k, answer in enumerate(answers) if (figure := nearest_limit(answer)) is not None}
+    nearest = sorted(sorted(shares, key=lambda k: -shares[k])[:_MOST_ANSWERS])
+    shown = [answers[k] for k in nearest]
+    figures = [
+        [(place, figure) for place, answer in enumerate(shown, 1) if (figure := answer.worst(kind)) is not None
+         and figure.limit and math.isfinite(figure.high)] for kind in FigureKind
+    ]  # fmt: skip
+    kinds = [of_kind for of_kind in figures if of_kind]
+    if not kinds:
+        return None
+    traces = []
+    for k, of_kind in enumerate(kinds):
+        x = np.array([place for place, _ in of_kind]) + 0.6 * ((k + 0.5) / len(kinds) - 0.5)
+        low, high = 100.0 * np.array([[one.low / one.limit, one.high / one.limit] for _, one in of_kind if one.limit]).T
+        role = _COLOURS[k % len(_COLOURS)]
+        traces.append(Trace(of_kind[0][1].quantity.value, x, high, role, ChartForm.RANGES, low=low))
+    ends = np.array([0.5, len(shown) + 0.5])
+    traces.append(Trace("limit", ends, np.full(2, 100.0), Role.LIMIT, ChartForm.DASHED))
+    more = len(shares) - len(shown)
+    left = f" {more} answers farther from their limits are left out." if more else ""
+    names = tuple(f"{answer.candidate}, {answer.case.name}" for answer in shown)
+    return Chart(
+        "limits", "Figures beside their limits", Axis("", NUMBER, names=names),
+        Axis("share of the limit", PERCENT, limits=(0.0, None)), tuple(traces),
+        "Of each kind of figure the one nearest to its limit, with the range that the verdict takes: below the line it "
+        f"passes, above it fails, across it nothing is decided.{left}", wide=True,
+    )  # fmt: skip
 
 
 def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     """One mark for each case with its name, one colour for each candidate."""
     traces = []
-    marks: list[tuple[float, float, CaseAnswer]] = []
     for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
-        of_candidate = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
-        if of_candidate:
-            texts = tuple(answer.case.name for _, _, answer in of_candidate)
-            x, y = np.array([mark[:2] for mark in of_candidate]).T
-            colour = _COLOURS[k % len(_COLOURS)]
-            traces.append(Trace(candidate, x, y, colour, ChartForm.MARKS, texts=texts, labelled=True))
-        marks += of_candidate
-    limits = {
-        quantity: sorted({figure.limit for answer in answers for figure in answer.figures_of(quantity) if figure.limit})
-        for quantity in (FigureKind.STROKE, FigureKind.ACCELERATION)
-    }
-    right = top = 1.0
-    if marks:
+        marks = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
+        if marks:
+            x, y = np.array([mark[:2] for mark in marks]).T
+            texts = tuple(answer.case.name for _, _, answer in marks)
+            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], ChartForm.MARKS, texts=texts))
+    right, top = 0.0, 0.0
+    if traces:
         strokes, accelerations = (
-            [_PERCENT.factor * limit for limit in limits[FigureKind.STROKE]],
-            [_G.factor * limit for limit in limits[FigureKind.ACCELERATION]],
-        )
-        right = 1.05 * max(*(mark[0] for mark in marks), *strokes)
-        top = 1.05 * max([*(mark[1] for mark in marks), *accelerations])
+            sorted({figure.limit * unit.factor for answer in answers for figure in answer.figures_of(kind)
+                    if figure.limit})
+            for kind, unit in ((FigureKind.STROKE, PERCENT), (FigureKind.ACCELERATION, G))
+        )  # fmt: skip
+        right = max(*(float(trace.x.max()) for trace in traces), *strokes, 0.0)
+        top = max(*(float(trace.y.max()) for trace in traces), *accelerations, 0.0)
         for limit in strokes:
-            x, y = np.full(2, limit), np.array([0.0, top])
+            x, y = np.full(2, limit), np.array([0.0, 1.05 * top])
             traces.append(Trace(f"limit of stroke, {number(limit)} %", x, y, Role.LIMIT, ChartForm.DASHED))
         for limit in accelerations:
-            x, y = np.array([0.0, right]), np.full(2, limit)
+            x, y = np.array([0.0, 1.05 * right]), np.full(2, limit)
             traces.append(Trace(f"limit of a point, {number(limit)} g", x, y, Role.LIMIT, ChartForm.DOTTED))
-    sentence = (
-        "Each mark is a load case: largest acceleration of the worst point, and largest share of a spring's way "
-        "from rest to the end of its identified range."
-    )
-    if marks:
-        stroke, acceleration, answer = max(marks, key=lambda mark: mark[0])
-        sentence += (
-            f" The largest stroke, {number(stroke, 3)} %, is that of {answer.candidate} in {answer.case.name}, with "
-            f"{number(acceleration, 3)} g."
-        )
     return Chart(
-        "sheet", "Acceleration against stroke",
-        Axis("stroke", _PERCENT, limits=(0.0, right)), Axis("acceleration", _G, limits=(0.0, top)),
-        tuple(traces), sentence, wide=True,
+        "sheet", "Acceleration against stroke", Axis("stroke", PERCENT, limits=(0.0, 1.05 * right or 1.0)),
+        Axis("acceleration", G, limits=(0.0, 1.05 * top or 1.0)), tuple(traces),
+        "Each mark is a load case: largest acceleration of the worst point, and largest share of a spring's way "
+        "from rest to the end of its identified range.", wide=True,
     )  # fmt: skip
 
 
@@ -69,7 +85,7 @@ def _marks(answer: CaseAnswer) -> Iterator[tuple[float, float, CaseAnswer]]:
     """Stroke [%] and acceleration [g] of an answer, if it has both."""
     stroke, acceleration = answer.worst(FigureKind.STROKE), answer.worst(FigureKind.ACCELERATION)
     if stroke is not None and acceleration is not None and math.isfinite(stroke.high):
-        yield _PERCENT.factor * stroke.high, _G.factor * acceleration.high, answer
+        yield PERCENT.factor * stroke.high, G.factor * acceleration.high, answer
 
 
 def strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
@@ -86,7 +102,7 @@ def strokes(answers: Mapping[int, CaseAnswer]) -> Chart:
     )
     return Chart(
         "strokes", "Stroke beside its limit", Axis("", NUMBER, names=tuple(places)),
-        Axis("displacement", DisplayUnit("mm")),
+        Axis("displacement", MM),
         tuple(trace for place, answer in answers.items() for trace in _strokes(answer, place, places)),
         f"From the least to the largest displacement of a spring in any run, as its model counts.{left}", wide=True,
         single=True,
@@ -99,9 +115,9 @@ def _strokes(answer: CaseAnswer, place: int, places: Mapping[str, float]) -> Ite
     chosen = [k for k, name in enumerate(names) if name in places]
     x = np.array([places[names[k]] for k in chosen])
     first = answer.uses[0]
-    low, high, rest = (_MM.factor * values[chosen] for values in (first.low, first.high, first.rest))
-    lowest = _MM.factor * np.min([use.lowest for use in answer.uses], axis=0)[chosen]
-    highest = _MM.factor * np.max([use.highest for use in answer.uses], axis=0)[chosen]
+    low, high, rest = (MM.factor * values[chosen] for values in (first.low, first.high, first.rest))
+    lowest = MM.factor * np.min([use.lowest for use in answer.uses], axis=0)[chosen]
+    highest = MM.factor * np.max([use.highest for use in answer.uses], axis=0)[chosen]
     for name, ends, role, width in (
         ("identified range", (low, high), Role.LEFT_OUT, 0.8), ("reached", (lowest, highest), Role.FIRST, 0.5),
     ):  # fmt: skip
@@ -113,7 +129,7 @@ def _strokes(answer: CaseAnswer, place: int, places: Mapping[str, float]) -> Ite
     for end in (low, high):
         along = rest + limit * (end - rest)
         yield Trace(
-            f"limit, {number(_PERCENT.factor * limit)} % of the way from rest",
+            f"limit, {number(PERCENT.factor * limit)} % of the way from rest",
             np.column_stack([x - 0.4, x + 0.4, gap]).ravel(), np.column_stack([along, along, gap]).ravel(),
             Role.LIMIT, ChartForm.LINE, record=place,
         )  # fmt: skip

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
 from .chart import Figure
+
+MOST_ROWS = 400  # of a table
 
 
 class Level(Enum):
@@ -72,6 +75,14 @@ class PageTable:
     levels: tuple[Level, ...] = ()
 
 
+def first_rows(title: str, header: Sequence[str], rows: Sequence[tuple[str, ...]]) -> Iterator[PageTable | Text]:
+    """A table of the first rows, and how many there are besides; nothing without rows."""
+    if rows:
+        yield PageTable(title, tuple(header), tuple(rows[:MOST_ROWS]))
+    if len(rows) > MOST_ROWS:
+        yield Text(f"{len(rows) - MOST_ROWS} more rows are left out here.")
+
+
 @dataclass(frozen=True)
 class Facts:
     """Labels with texts; an empty text leaves a line to write on."""
@@ -103,11 +114,12 @@ Block = Text | Notice | Tiles | PageTable | Facts | Signatures | Gallery
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A heading with what belongs to it."""
+    """A heading with what belongs to it; on a page folded sections are opened by their heading."""
 
     key: str
     title: str
     blocks: tuple[Block, ...]
+    folded: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,20 +9,26 @@ from enum import Enum
 import numpy as np
 
 from ...kernel.arrays import FloatArray
+from ...loops.strokes import IndexArray
 from .quantities import DisplayUnit
 
 
 class Role(Enum):
-    """What a trace stands for; the value is the name of its colour, see `palette`."""
+    """What a trace stands for, the same in all charts; the value is the name of its colour, see `palette`.
+
+    What the model extrapolates is dashed.
+    """
 
     MEASURED = "measured"
     MODEL = "model"
+    PREDICTION = "prediction"
     LEFT_OUT = "faint"
     FIRST = "blue"
     SECOND = "green"
     THIRD = "purple"
     REFERENCE = "muted"
     LIMIT = "poor"
+    LOAD = "care"
 
 
 class ChartForm(Enum):
@@ -36,7 +42,6 @@ class ChartForm(Enum):
     RANGES = "ranges"  # from `low` to `y` at each place
     MARKED_LINE = "marked line"
     BARS = "bars"  # from `low` or 0 to `y`
-    LABELS = "labels"  # texts alone
     BAND = "band"  # between `low` and `y`
 
 
@@ -81,9 +86,8 @@ class Trace:
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
-    texts : tuple of str                  What each point is, where it has a name.
-    labelled : bool                       Whether the texts stand beside the points where there is room, see `labels`;
-                                          else they are for the page only, under the pointer.
+    texts : tuple of str                  What each point is, where it has a name: beside the points where there is
+                                          room, see `labels`; of bars on the page only, under the pointer.
     width : float or None                 Of bars; None if they touch each other.
     whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
                                           None if all points draw the line.
@@ -100,8 +104,12 @@ class Trace:
     cycles: tuple[tuple[str, int, int], ...] = ()
     whole: int | None = None
     texts: tuple[str, ...] = ()
-    labelled: bool = False
     width: float | None = None
+
+    @property
+    def labelled(self) -> bool:
+        """Whether its texts stand beside its points."""
+        return bool(self.texts) and self.form is not ChartForm.BARS
 
     @property
     def bar_width(self) -> float:
@@ -127,7 +135,7 @@ class Chart:
     sentence : str        What it shows, in words and numbers; the alternative text too.
     wide : bool           Whether it takes the whole width of the page.
     single : bool         Whether it shows one record at a time.
-    is_drawing : bool     Whether it is a drawing to scale: without ticks, and with one scale along both axes.
+    is_drawing : bool     Whether it is a drawing, with the same scale along both axes.
     """
 
     key: str
@@ -171,3 +179,37 @@ def joined(pieces: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray,
     y = np.concatenate([part for _, values in pieces for part in (values, gap)])[:-1]
     ends = np.cumsum([values.size + 1 for values, _ in pieces]).tolist()
     return x, y, [(end - 1 - values.size, end - 1) for end, (values, _) in zip(ends, pieces, strict=True)]
+
+
+def evenly(count: int, most: int) -> list[int]:
+    """Places of at most so many of `count` things, evenly chosen, with both ends."""
+    return sorted({round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()})
+
+
+def visible(values: FloatArray, most: int) -> IndexArray:
+    """Places of at most about `most` samples that draw the same line: the least and greatest of each short piece.
+
+    Parameters
+    ----------
+    values : ndarray, shape (K,)
+    most : int                     At least 4.
+
+    Returns
+    -------
+    ndarray of int, ascending, with both ends.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> visible(np.array([0.0, 0, 0, 9, 0, 0, 0, 0, 0, -5, 0, 0]), 6).tolist()
+    [0, 3, 6, 9, 11]
+    """
+    size = values.size
+    if size <= most:
+        return np.arange(size)
+    pieces = max(1, (most - 2) // 2)
+    length = -(-size // pieces)
+    padded = np.concatenate([values, np.full(-size % length, values[-1])]).reshape(-1, length)
+    begin = np.arange(padded.shape[0]) * length
+    chosen = np.concatenate([begin + padded.argmin(axis=1), begin + padded.argmax(axis=1), [0, size - 1]])
+    return np.unique(np.minimum(chosen, size - 1))

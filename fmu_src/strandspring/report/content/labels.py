@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from .chart import Chart, ChartForm, Trace
 # Name of a place as plotly.js has it, and where the middle of a text is from its point: sideways in halves of its
 # length, upwards in lines.
 PLACES = {
-    "middle center": (0, 0),
     "middle right": (1, 0),
     "middle left": (-1, 0),
     "top center": (0, 1),
@@ -53,18 +51,16 @@ def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[s
     taken: list[_Box] = [
         (x - width, x + width, y - height, y + height)
         for number, places in marks.items()
-        if (form := chart.traces[number].form) is not ChartForm.LABELS
-        for width, height in (_DOT if form in _DRAWN else _MARK,)
+        for width, height in (_DOT if chart.traces[number].form in _DRAWN else _MARK,)
         for x, y in places
     ]
     found: dict[int, list[str]] = {}
     for number, trace in labelled.items():
         found[number] = []
         for (x, y), text in zip(marks[number], trace.texts, strict=True):
-            is_alone = trace.form is ChartForm.LABELS
             free = (
                 (name, box)
-                for name, box in _boxes(x, y, len(text), is_alone)
+                for name, box in (_box_of(x, y, len(text), place) for place in PLACES)
                 if box[0] >= 0.0 and box[1] <= columns and box[2] >= 0.0 and box[3] <= lines
                 and not any(_overlap(box, other) for other in taken)
             )  # fmt: skip
@@ -73,13 +69,6 @@ def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[s
             if box is not None:
                 taken.append(box)
     return found
-
-
-def _boxes(x: float, y: float, length: int, is_alone: bool) -> Iterator[tuple[str, _Box]]:
-    """Places that a text can take, the best first: beside a mark, or above a point without one."""
-    for name, (across, up) in PLACES.items():
-        if is_alone or across or up:
-            yield _box_of(x, y, length, name)
 
 
 def _box_of(x: float, y: float, length: int, name: str) -> tuple[str, _Box]:
@@ -104,7 +93,7 @@ def _overlap(one: _Box, other: _Box) -> bool:
 
 def _scaled(chart: Chart, trace: Trace, columns: float, lines: float) -> list[tuple[float, float]]:
     """The points of a trace in columns and lines from the lower left corner of the chart."""
-    (left, right), (bottom, top) = (_ends(chart, way) for way in "xy")
+    (left, right), (bottom, top) = (ends(chart, way) for way in "xy")
     across, up = columns / (right - left), lines / (top - bottom)
     if chart.is_drawing:
         # A column is about half as wide as a line is high; what is left of the room is at both sides.
@@ -115,7 +104,8 @@ def _scaled(chart: Chart, trace: Trace, columns: float, lines: float) -> list[tu
     return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def _ends(chart: Chart, way: str) -> tuple[float, float]:
+def ends(chart: Chart, way: str) -> tuple[float, float]:
+    """Of an axis of a chart, with a margin; `way` is x or y."""
     axis = chart.x if way == "x" else chart.y
     values: FloatArray = np.concatenate([getattr(trace, way) for trace in chart.traces])
     low, high = axis.limits

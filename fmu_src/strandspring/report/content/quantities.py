@@ -6,6 +6,8 @@ import math
 import re
 from dataclasses import dataclass
 
+from ...ground.gravity import STANDARD_GRAVITY
+
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
 _BEFORE_UNIT = re.compile(r"(?<=\d) (?=(?:[µmk]?[NJm]|k?N/m{1,2}|mm/s|m/s|k?g|t|s|Hz|%)(?![\w/]))")
@@ -25,6 +27,10 @@ class DisplayUnit:
     name: str
     factor: float = 1.0
 
+    def text(self, value: float, digits: int = 4) -> str:
+        """A value [SI] with this unit."""
+        return f"{number(value * self.factor, digits)} {self.name}".rstrip()
+
 
 # From small to large, each with the value [SI] from which the next one is taken: rigs speak of mm and N.
 _UNITS = {
@@ -42,7 +48,9 @@ _UNITS = {
 }
 # Beyond these a power of ten goes to the unit, so that ticks stay short.
 _ORDINARY = (1e-3, 1e6)
-NUMBER = DisplayUnit("")
+NUMBER, PERCENT = DisplayUnit(""), DisplayUnit("%", 100.0)
+MM, N, S, HZ = DisplayUnit("mm", 1e3), DisplayUnit("N"), DisplayUnit("s"), DisplayUnit("Hz")
+G = DisplayUnit("g", 1.0 / STANDARD_GRAVITY)
 
 
 def unit_of(kind: str, largest: float) -> DisplayUnit:
@@ -155,4 +163,4 @@ def span(low: float, high: float, unit: DisplayUnit) -> str:
     >>> span(-0.278, -0.2464, DisplayUnit("mm", 1e3))
     '−278 to −246.4 mm'
     """
-    return f"{number(low * unit.factor)} to {number(high * unit.factor)} {unit.name}"
+    return f"{number(low * unit.factor)} to {unit.text(high)}"

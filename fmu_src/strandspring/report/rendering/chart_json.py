@@ -11,7 +11,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..content.chart import Axis, Chart, ChartForm, Figure, HeatMap, Role, Trace
-from ..content.labels import label_places
+from ..content.labels import ends, label_places
 
 Json = dict[str, Any]
 
@@ -26,9 +26,7 @@ _LINES: dict[ChartForm, tuple[str, Json]] = {
     ChartForm.MARKED_LINE: ("lines+markers", {"width": 1.2}),
 }
 _FADED = "/0.18"  # opacity of a band
-# Letters and lines of text that fit into a chart of the whole width of a page, and of a phone.
-_ROOM = {"wide": (160.0, 22.0), "narrow": (46.0, 15.0)}
-_ROOM_OF_DRAWING = {"wide": (160.0, 46.0), "narrow": (46.0, 22.0)}
+_ROOM = (46.0, 22.0)  # letters and lines of text that fit into a drawing, also on a phone
 
 
 def figure_json(figure: Figure) -> Json:
@@ -39,11 +37,15 @@ def figure_json(figure: Figure) -> Json:
 def _chart(chart: Chart) -> Json:
     layout = {"xaxis": _axis(chart.x, chart), "yaxis": _axis(chart.y, chart)}
     if chart.is_drawing:
-        layout = {"xaxis": {"visible": False}, "yaxis": {"visible": False, "scaleanchor": "x"}}
+        layout["yaxis"]["scaleanchor"] = "x"
+        for way in "xy":
+            layout[f"{way}axis"]["range"] = list(ends(chart, way))
     traces = [_trace(trace, chart) for trace in chart.traces]
-    for name, room in (_ROOM_OF_DRAWING if chart.is_drawing else _ROOM).items():
-        for number, places in label_places(chart, *room).items():
-            traces[number]["meta"].setdefault("labels", {})[name] = places
+    for place, sides in label_places(chart, *_ROOM).items():
+        trace = traces[place]
+        trace["text"] = [text if side else "" for text, side in zip(trace["hovertext"], sides, strict=True)]
+        trace |= {"textposition": [side or "middle right" for side in sides], "mode": "markers+text",
+                  "textfont": {"color": trace["marker"]["color"], "size": 11}, "cliponaxis": False}  # fmt: skip
     return {"key": chart.key, "single": chart.single, "traces": traces, "layout": layout}
 
 
@@ -51,22 +53,20 @@ def _axis(axis: Axis, chart: Chart) -> Json:
     low, high = axis.limits
     form: Json = {"title": {"text": axis.label}}
     if axis.log:
-        # A format makes plotly.js write 2 and 0.5, not small digits between powers.
-        form |= {"type": "log", "tickformat": "~g", "dtick": "D2", "minor": {"dtick": "D1", "showgrid": True}}
-        if _decades(chart, axis) > _MOST_DECADES:
-            form["dtick"] = 1
+        form |= {"type": "log", "dtick": 1, "minor": {"dtick": "D1", "showgrid": True}}
+        if _decades(chart, axis) <= _MOST_DECADES:
+            # A format makes plotly.js write 2 and 0.5, not small digits between powers.
+            form |= {"tickformat": "~g", "dtick": "D2"}
     if axis.names:
         numbers = list(range(1, len(axis.names) + 1))
         form |= {"tickvals": numbers, "ticktext": [escape(name, quote=False) for name in axis.names], "tickangle": -90}
     elif axis.whole:
         last = max(float(trace.x.max()) for trace in chart.traces)
         form |= {"tick0": 1, "dtick": max(1, math.ceil(last / 8.0))}
-    if low is not None or high is not None:
-        form["autorangeoptions"] = {
-            name: value for name, value in (("minallowed", low), ("maxallowed", high)) if value is not None
-        }
-        if low == 0.0:
-            form["rangemode"] = "tozero"
+    if low is not None and high is not None:
+        form["range"] = [low, high]
+    elif low is not None:
+        form |= {"autorangeoptions": {"minallowed": low}, "rangemode": "tozero"}
     return form
 
 
@@ -96,7 +96,7 @@ def _trace(trace: Trace, chart: Chart) -> Json:
     if trace.texts:
         texts = [escape(text, quote=False) for text in trace.texts]
         form |= {"hovertext": texts, "hovertemplate": f"%{{hovertext}}<br>{hover}"}
-    if trace.form is ChartForm.LABELS or chart.is_drawing:
+    if chart.is_drawing:
         form["hovertemplate"] = "%{hovertext}<extra></extra>" if trace.texts else f"{escape(trace.name)}<extra></extra>"
     if trace.form is ChartForm.BARS:
         ends = {"y": _values(trace.y)}
@@ -120,12 +120,6 @@ def _trace(trace: Trace, chart: Chart) -> Json:
             "marker": {"color": colour, "size": 1}, "hovertemplate": None, "hoverinfo": "name",
             "error_y": {"array": _values(half), "color": colour, "thickness": 2, "width": 6},
         }  # fmt: skip
-    if trace.form is ChartForm.LABELS:
-        # A mark that is not seen keeps the text at a distance.
-        return form | {
-            "x": _values(trace.x), "y": _values(trace.y), "mode": "markers+text", "marker": {"size": 9, "opacity": 0},
-            "textfont": {"color": colour},
-        }  # fmt: skip
     mode, line = _LINES[trace.form]
     if trace.form is ChartForm.LINE and trace.role is Role.MEASURED:
         line = {"width": 2.6}  # seen on both sides of the model's line
@@ -141,7 +135,8 @@ def _trace(trace: Trace, chart: Chart) -> Json:
 
 def _heat_map(figure: HeatMap) -> Json:
     labels = list(figure.labels)
-    axis: Json = {"type": "category", "showgrid": False, "tickangle": "auto"}
+    font = {"size": 8 if len(labels) > 16 else 11}
+    axis: Json = {"type": "category", "showgrid": False, "dtick": 1, "tickfont": font}
     return {
         "key": figure.key,
         "single": False,

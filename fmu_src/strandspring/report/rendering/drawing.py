@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import font_manager
+from matplotlib import font_manager, rcParams
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Paper
 from matplotlib.lines import Line2D
@@ -30,6 +30,7 @@ STYLE: Any = {
     "axes.edgecolor": LIGHT["muted"],
     "axes.labelcolor": LIGHT["text"],
     "axes.formatter.use_mathtext": False,
+    "axes.formatter.useoffset": False,
     "axes.unicode_minus": True,
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
@@ -71,7 +72,7 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
         if record is None or trace.record in (None, record):
             # matplotlib leaves labels with an underscore out of the legend.
             _trace(trace, axes, "_" if trace.name in named else trace.name, scale, 2.0 + 0.001 * order)
-            if trace.name and trace.form is not ChartForm.LABELS:
+            if trace.name:
                 named[trace.name] = None
     for axis, way in ((figure.x, "x"), (figure.y, "y")):
         text = axes.set_xlabel(axis.label) if way == "x" else axes.set_ylabel(axis.label)
@@ -88,8 +89,7 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
     axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     if figure.is_drawing:
-        axes.set_aspect("equal")
-        axes.set_axis_off()
+        axes.set_aspect("equal", adjustable="datalim")
     _label(figure, axes)
     if len(named) > 1:
         _legend(axes, list(named))
@@ -98,6 +98,8 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
 
 def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Paper:
     """A figure for print; a chart of one record at a time gets a panel for each of the records, at most eight.
+
+    Panels have the name of their record, and a legend where it is not that of the first.
 
     Parameters
     ----------
@@ -108,28 +110,30 @@ def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Pape
     records: list[int | None] = [None]
     if isinstance(figure, Chart) and figure.single:
         records = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place in names]
-    if len(records) > FEW:
-        return _many_panels(figure, width, records, names)
-    height = width * (1.0 if isinstance(figure, HeatMap) else 0.42 if width > 120.0 else 0.78 if width > 70.0 else 0.95)
-    if len(records) > 1:
-        height *= 0.8
-    paper = Paper(figsize=(width * MM, height * len(records) * MM), layout="constrained")
-    for axes, record in zip(paper.subplots(len(records), 1, squeeze=False)[:, 0], records, strict=True):
+    columns = _COLUMNS if len(records) > FEW else 1
+    rows, panel = math.ceil(len(records) / columns), width / columns
+    if isinstance(figure, HeatMap) or figure.is_drawing:
+        height = width
+    else:
+        height = panel * (0.66 if columns > 1 else 0.34 if panel > 120.0 else 0.62 if panel > 70.0 else 0.85)
+    paper = Paper(figsize=(width * MM, height * rows * MM), layout="constrained")
+    panels = paper.subplots(rows, columns, squeeze=False).ravel()
+    known: list[str] = []
+    for axes, record in zip(panels, records, strict=False):
         draw(figure, axes, record)
-        if len(records) > 1 and record is not None:
-            axes.set_title(
-                printable(names[record], int((width - _AXIS) / _LETTER)),
-                loc="left",
-                fontsize=6.5,
-                parse_math=False,
-                pad=3.0,
-            )
-            legend = axes.get_legend()
-            if legend is not None and record != records[0]:
+        if record is None or len(records) == 1:
+            continue
+        name = printable(names[record], int((panel - _AXIS) / _LETTER))
+        axes.set_title(name, loc="left", fontsize=6.5, parse_math=False, pad=3.0)
+        if (legend := axes.get_legend()) is not None:
+            labels = [text.get_text() for text in legend.get_texts()]
+            if labels == known:
                 legend.remove()
-            elif legend is not None:
-                above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
-                legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
+            known = known or labels
+            above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
+            legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
+    for axes in panels[len(records) :]:
+        axes.set_axis_off()
     return paper
 
 
@@ -140,32 +144,6 @@ def groups_of_records(figure: Figure, most: int) -> list[list[int]]:
     places = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place is not None][:most]
     size = len(places) if len(places) <= FEW else _COLUMNS * _ROWS
     return [places[k : k + size] for k in range(0, len(places), max(1, size))] or [[]]
-
-
-def _many_panels(figure: Figure, width: float, records: Sequence[int | None], names: Mapping[int, str]) -> Paper:
-    """Records side by side, each with its name, and with a legend where it is not that of the first."""
-    rows = math.ceil(len(records) / _COLUMNS)
-    panel = width / _COLUMNS
-    paper = Paper(figsize=(width * MM, 0.66 * panel * rows * MM), layout="constrained")
-    panels = paper.subplots(rows, _COLUMNS, squeeze=False).ravel()
-    known: list[str] = []
-    for axes, record in zip(panels, records, strict=False):
-        draw(figure, axes, record)
-        name = printable(names[record or 0], int((panel - _AXIS) / _LETTER))
-        axes.set_title(name, loc="left", fontsize=6.5, parse_math=False, pad=3.0)
-        legend = axes.get_legend()
-        if legend is None:
-            continue
-        labels = [text.get_text() for text in legend.get_texts()]
-        if labels == known:
-            legend.remove()
-            continue
-        known = known or labels
-        above = ScaledTranslation(0.0, _TITLE / 72.0, paper.dpi_scale_trans)
-        legend.set_bbox_to_anchor((-0.02, 1.0), transform=axes.transAxes + above)
-    for axes in panels[len(records) :]:
-        axes.set_axis_off()
-    return paper
 
 
 def printable(name: str, longest: int) -> str:
@@ -202,8 +180,6 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             axes.errorbar(
                 trace.x, low + half, yerr=half, ls="none", capsize=2.5 * scale, elinewidth=1.2 * scale, **style
             )
-        case ChartForm.LABELS:
-            pass  # see _label
         case ChartForm.DOTS:
             # Thousands of dots are no picture for vectors.
             axes.plot(
@@ -253,12 +229,13 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
     """The legend above the axes, never over the data, in as many columns as fit."""
     paper = axes.get_figure()
     inches = axes.get_position().width * (paper.get_figwidth() if isinstance(paper, Paper) else 6.0)
-    # A letter of 6.5 points is about 0.05 inches wide, the handle and the gap as wide as eight letters.
+    # A letter is about 0.55 times as wide as high, the handle and the gap are as wide as eight letters.
+    letter = 0.55 / 72.0 * font_manager.FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
     lengths = [len(name) + 8 for name in names]
 
     def width(columns: int) -> float:
         rows = math.ceil(len(lengths) / columns)
-        return 0.05 * sum(max(lengths[k : k + rows]) for k in range(0, len(lengths), rows))
+        return letter * sum(max(lengths[k : k + rows]) for k in range(0, len(lengths), rows))
 
     columns = next((k for k in range(len(names), 1, -1) if width(k) <= inches), 1)
     legend = axes.legend(

@@ -3,6 +3,7 @@
 LIGHT = {
     "measured": "#3b424c",
     "model": "#d55e00",
+    "prediction": "#3f9fd8",
     "blue": "#0072b2",
     "green": "#00805d",
     "purple": "#9b4f96",
@@ -21,6 +22,7 @@ LIGHT = {
 DARK = {
     "measured": "#d3d8e0",
     "model": "#ff8a3d",
+    "prediction": "#8ccbf5",
     "blue": "#5ab4ee",
     "green": "#3fc79a",
     "purple": "#d79bd2",
