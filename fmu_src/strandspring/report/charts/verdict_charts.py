@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from ...vibration.verdicts.answers import CaseAnswer
-from ...vibration.verdicts.nearest_limit import nearest_limit, of_limit
 from ...vibration.verdicts.verdicts import FigureKind
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
 from ..content.quantities import MM, NUMBER, PERCENT, DisplayUnit, G, number, span
@@ -20,7 +19,7 @@ _MOST_BARS = 18  # axes of an answer, those that use most of their ranges
 
 def shares_of_limits(answers: Sequence[CaseAnswer]) -> Chart | None:
     """The ranges of all kinds of figures as shares of their limits; None without a limit."""
-    shares = {k: of_limit(figure) for k, answer in enumerate(answers) if (figure := nearest_limit(answer)) is not None}
+    shares = {k: figure.share for k, answer in enumerate(answers) if (figure := answer.nearest_limit) is not None}
     nearest = sorted(sorted(shares, key=lambda k: -shares[k])[:_MOST_ANSWERS])
     shown = [answers[k] for k in nearest]
     figures = [
