@@ -99,7 +99,8 @@
     const narrow = figure.plot.clientWidth < 420;
     return coloured({
       ...figure.layout,
-      xaxis: { ...axis, ...xaxis, title: title(xaxis) },
+      // A narrow matrix has its names once, beside its rows.
+      xaxis: { ...axis, ...xaxis, title: title(xaxis), showticklabels: !(narrow && xaxis.type === "category") },
       yaxis: { ...axis, ...yaxis, title: title(yaxis) },
       font: { family: "system-ui, -apple-system, 'Segoe UI', Roboto, Arial, sans-serif", size: narrow ? 11 : 12,
               color: "--text" },

@@ -36,7 +36,7 @@ def transmissibility(evaluation: Evaluation, mass: float | None) -> Chart | str:
         if system is None:
             return (
                 "Transmissibility: no mass rests on this spring by its own weight within the identified range; give a "
-                "mass and a load to `strandspring isolate`."
+                "mass and a load to strandspring isolate."
             )
         equilibrium = static_equilibrium(system)
         travel = free_travel(system, equilibrium)
