@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .noise_levels import median, noise_level
+from .noise_levels import noise_level
 from .strokes import Strokes
 
 BoolArray = NDArray[np.bool_]
@@ -104,7 +104,7 @@ def dwells(record: Record, strokes: Strokes) -> Dwells:
 
 def _rose_before(path: FloatArray, begin: int, end: int, rest: float) -> bool | None:
     """Whether the displacement rose before a rest; None if it did not move before it, or does not after it."""
-    level = median(path[begin : end + 1])
+    level = np.median(path[begin : end + 1])
     before, after = (np.flatnonzero(np.abs(piece - level) > rest) for piece in (path[:begin], path[end + 1 :]))
     return bool(path[before[-1]] < level) if before.size and after.size else None
 
@@ -116,7 +116,7 @@ def _change_at_rest(record: Record, begin: int, end: int) -> tuple[float, float]
     """
     x, force = record.displacement[begin : end + 1], record.force[begin : end + 1]
     middle = _middle(x)
-    level = median(middle)
+    level = np.median(middle)
     still = np.flatnonzero(np.abs(x - level) <= np.max(np.abs(middle - level)))
     force = force[still[0] : still[-1] + 1]
     ends = max(1, force.size // _ENDS)

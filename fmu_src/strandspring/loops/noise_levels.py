@@ -25,18 +25,6 @@ _FEW = 0.1  # share of differences that hardly moves their median
 _ENOUGH = 9  # differences from which noise is estimated
 
 
-def median(values: FloatArray) -> float:
-    """As `numpy.median`, which takes some times as long for up to a few thousand values."""
-    return float(medians(values))
-
-
-def medians(rows: FloatArray) -> FloatArray:
-    """The same along the last axis."""
-    low, high = (rows.shape[-1] - 1) // 2, rows.shape[-1] // 2
-    ordered = np.partition(rows, (low, high))
-    return np.asarray(0.5 * (ordered[..., low] + ordered[..., high]))
-
-
 def noise_level(values: FloatArray, turns: Samples = ()) -> float:
     """Standard deviation of white noise on a signal, from the median of its fourth differences.
 
@@ -71,7 +59,7 @@ def across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
 
 def _level_of(differences: FloatArray, order: int) -> float:
     """Standard deviation of white noise from the median of its differences of an order."""
-    return median(np.abs(differences)) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
+    return float(np.median(np.abs(differences))) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
 
 
 def is_white_noise(displacement: FloatArray, level: float) -> bool:

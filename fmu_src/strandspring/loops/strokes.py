@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
-from .noise_levels import is_white_noise, least_reversal, median, path_noise_level
+from .noise_levels import is_white_noise, least_reversal, path_noise_level
 from .smooth_path import smooth_path
 from .turning import turning_points
 
@@ -73,7 +73,7 @@ class Strokes:
     @cached_property
     def lost_at_reversals(self) -> float:
         """How far the displacement goes beyond the samples at reversals, as a share of a stroke; medians."""
-        return median(self.beyond_samples()) / median(self.length) if self.count > 1 else 0.0
+        return float(np.median(self.beyond_samples()) / np.median(self.length)) if self.count > 1 else 0.0
 
     def beyond_samples(self, corners: bool = False) -> FloatArray:
         """How far the path goes on beyond the sample at each reversal, shape (S - 1,) [m].

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...loops.noise_levels import median
 from ..points.steady_part import SteadyRecord
 
 _CELLS = 50  # of a stroke
@@ -63,10 +62,10 @@ def backlash(parts: Sequence[SteadyRecord]) -> Backlash | None:
     both = gaps[1] + gaps[-1]
     if not gaps[1] or not gaps[-1] or 2 * len(both) <= judged:
         return None
-    levels = [median(np.array([force for _, force in gaps[side]])) for side in (1, -1)]
+    levels = [float(np.median([force for _, force in gaps[side]])) for side in (1, -1)]
     if abs(levels[0] - levels[1]) > _LEVEL * span:
         return None
-    return Backlash(median(np.array([width for width, _ in both])), float(np.mean(levels)))
+    return Backlash(float(np.median([width for width, _ in both])), float(np.mean(levels)))
 
 
 def _gap(travel: FloatArray, force: FloatArray) -> tuple[float, float] | None:

@@ -16,7 +16,6 @@ from itertools import pairwise
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...loops.noise_levels import median
 from ...loops.strokes import Strokes
 from ...records.record import Record
 from ..points.steady_part import SteadyRecord
@@ -77,7 +76,7 @@ def band_limit(parts: Sequence[SteadyRecord]) -> BandLimit | None:
     cutoffs = [cutoff for part in judged if (cutoff := _cutoff(part.record.force, part.strokes)) is not None]
     if 2 * len(cutoffs) <= len(judged):
         return None
-    harmonic = median(np.array(cutoffs))
+    harmonic = float(np.median(cutoffs))
     blurred = max(_blurred(part, harmonic) for part in judged)
     if blurred < _WORTH:
         return None
@@ -86,7 +85,7 @@ def band_limit(parts: Sequence[SteadyRecord]) -> BandLimit | None:
         for part in judged
         if part.record.time is not None
     ]
-    frequency = harmonic / median(np.array(periods)) if periods else None
+    frequency = harmonic / float(np.median(periods)) if periods else None
     return BandLimit(harmonic, frequency, blurred, not all(_has_white_displacement(part, harmonic) for part in judged))
 
 
@@ -143,4 +142,4 @@ def _blurred(part: SteadyRecord, harmonic: float) -> float:
         begin, end = int(strokes.turning[k]), int(strokes.turning[k + 1])
         place = begin + (end - begin) / harmonic
         shares.append(float(np.interp(place, np.arange(len(part.record)), strokes.travel)) / float(strokes.length[k]))
-    return median(np.array(shares)) if shares else 0.0
+    return float(np.median(shares)) if shares else 0.0

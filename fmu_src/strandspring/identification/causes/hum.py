@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...loops.noise_levels import median
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected
 from ..rig.effect_columns import Rig, transferred
@@ -82,7 +81,7 @@ def hum(parts: Sequence[SteadyRecord], residuals: Sequence[FloatArray] | None = 
     alike = [line for line in lines if abs(_rate(line) - _rate(middle)) <= _SAME * _rate(middle)]
     if 2 * len(alike) < len(parts):
         return None
-    return Hum(middle.frequency, middle.harmonic, median(np.array([line.amplitude for line in alike])))
+    return Hum(middle.frequency, middle.harmonic, float(np.median([line.amplitude for line in alike])))
 
 
 def hum_beside(rig: Rig, fit: Candidate) -> Hum | None:
@@ -129,7 +128,7 @@ def _low_harmonic(rig: Rig, fit: Candidate) -> Hum | None:
     if time is not None:
         interval = float(time[-1] - time[0]) / (len(rig.parts[0].record) - 1)
         frequency = best / (rig.parts[0].strokes.period * interval)
-    amplitude = median(np.hypot(sizes[::2], sizes[1::2]))
+    amplitude = float(np.median(np.hypot(sizes[::2], sizes[1::2])))
     if min(np.hypot.reduce(sizes[::2]), np.hypot.reduce(sizes[1::2])) < _BOTH * np.hypot.reduce(sizes):
         return None
     if amplitude < _WORTH * rig.loops.force_deviation:

@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 
 from ...core.parameters import SIGMA_RANGE
 from ...kernel.arrays import FloatArray
-from ...loops.noise_levels import median
 from ..points.polynomials import Columns
 from ..points.sample_points import SamplePoints
 from ..points.smoothing import automatic_half_width, moving_average
@@ -108,7 +107,7 @@ def extract_omega(
     ----------
     half_width : int or None    Of the moving average; from the noise if None.
     """
-    middle = median(backbone.G)
+    middle = float(np.median(backbone.G))
     if middle <= 0.0:
         return None
     G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)

@@ -6,7 +6,6 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 
-_FEW = 12  # lags up to which single products take less time than a Fourier transform
 _WINDOW = 5.0  # autocorrelation times summed over, beyond which the estimate is noise (Sokal's window)
 
 
@@ -23,11 +22,6 @@ def autocorrelation_time(series: FloatArray) -> float:
     power = float(series @ series)
     if power == 0.0:
         return 1.0
-    total = -1.0
-    for lag in range(min(_FEW, series.size)):
-        total += 2.0 * float(series[lag:] @ series[: series.size - lag]) / power
-        if lag >= _WINDOW * total:
-            return max(1.0, total)
     size = 1 << (2 * series.size - 1).bit_length()
     spectrum = np.abs(np.fft.rfft(series, size)) ** 2
     correlation = np.fft.irfft(spectrum, size)[: series.size] / power

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...loops.noise_levels import Samples, across, medians, noise_level
+from ...loops.noise_levels import Samples, across, noise_level
 
 # Groups of like |force|, each with its own variance; many, because a median over unlike scales is too small.
 _GROUPS = 24
@@ -51,16 +51,10 @@ def force_noise(force: FloatArray, turns: Samples = ()) -> ForceNoise:
     if fourth.size < _LEAST_DIFFERENCES:
         return ForceNoise(noise_level(force, turns), 0.0)
     count = min(_GROUPS, level.size // _GROUP_SAMPLES)
-    size, larger = divmod(level.size, count)  # so many groups have one sample more
-    sizes = np.full(count, size)
-    sizes[:larger] += 1
-    ends = np.cumsum(sizes)
     # Stable: forces of few digits have many equals, which processors would order each in its way.
-    order = np.argsort(level, kind="stable")
-    first, others = np.split(fourth[order], [larger * (size + 1)])
-    middles = np.append(medians(first.reshape(larger, size + 1)), medians(others.reshape(-1, size)))
-    variance = (middles / 0.6745) ** 2 / 70.0
-    squares = np.add.reduceat(level[order] ** 2, ends - sizes) / sizes
+    groups = np.array_split(np.argsort(level, kind="stable"), count)
+    variance = np.array([(np.median(fourth[group]) / 0.6745) ** 2 / 70.0 for group in groups])
+    squares = np.array([np.mean(level[group] ** 2) for group in groups])
     floor = max(1e-6 * float(variance.max()), 1e-30 * float(squares.max()), 1e-300)
     # A group's estimate scatters in proportion to what it estimates, so each row is divided by that. Dividing by
     # the estimate itself would favour the groups that came out low: the fit takes its place, in a few rounds.

@@ -10,7 +10,6 @@ from numpy.polynomial.polynomial import polyval
 from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from ...loops.left_out import BoolArray
-from ...loops.noise_levels import median
 from ...loops.strokes import Strokes
 from ...model.outcomes import Outcome
 from .steady_part import SteadyRecord
@@ -31,7 +30,7 @@ def samples_per_cycle(strokes: Strokes, used: BoolArray) -> float:
     # The ends of a record cut its first and its last stroke.
     if full[1:-1].any():
         full[[0, -1]] = False
-    return 2.0 * median(counts[full].astype(np.float64))
+    return 2.0 * float(np.median(counts[full]))
 
 
 def turns_between_samples(

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...loops.left_out import BoolArray, Dwells, clipped_samples, dwells
-from ...loops.noise_levels import median
 from ...loops.strokes import Strokes, find_strokes
 from ...model.outcomes import Outcome
 from ...records.record import Record
@@ -42,7 +41,7 @@ def usable_samples(record: Record, strokes: Strokes) -> tuple[BoolArray, dict[Ou
         details[Outcome.DWELLS] = f"by {rests.relaxed:.3g} N"
     if record.time is not None:
         steps = np.diff(record.time)
-        usual = median(steps[steps > 0.0]) if (steps > 0.0).any() else 0.0
+        usual = float(np.median(steps[steps > 0.0])) if (steps > 0.0).any() else 0.0
         at = np.flatnonzero(steps > _GAP * usual) if usual > 0.0 else np.empty(0, np.intp)
         # A file of several parts, or one that was sampled at will, has no usual step.
         if 0 < at.size <= 0.02 * steps.size:
