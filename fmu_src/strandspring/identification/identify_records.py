@@ -21,7 +21,7 @@ from ..records.spikes import spikes_of
 from .certainty.figures import (
     RecordFit,
     alone,
-    along_strokes,
+    along_smoothed,
     estimate_omega_start,
     overall,
     periodic_start,
@@ -150,7 +150,9 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     starts = result.omega_start or (0.0,) * len(group)
     measured = [_as_recorded(part, record) for part, record in zip(parts, group, strict=True)]
     fits = tuple(_alone(solver, *inputs) for inputs in zip(parts, group, starts, strict=True))
-    smoothed = tuple(along_strokes(solver, *inputs) for inputs in zip(measured, fits, strict=True))
+    smoothed = tuple(
+        along_smoothed(solver, part.record, part.strokes, fit) for part, fit in zip(measured, fits, strict=True)
+    )
     fitted = smoothed
     if result.predicted:
         what = "with what was removed" if result.effects else "with reversals between the samples"

@@ -14,7 +14,6 @@ from ...kernel.path import PathSolver
 from ...loops.strokes import Strokes, find_strokes
 from ...model.stated_figures import NAMES
 from ...records.record import Record
-from ..points.steady_part import SteadyRecord
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
 _START_SAMPLES = 4000
@@ -149,13 +148,8 @@ def alone(solver: PathSolver, record: Record, first_sample: int, omega_start: fl
     return record_fit(solver, record, path, solver.force(path, omega_start), first_sample, omega_start, compared)
 
 
-def along_strokes(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> RecordFit:
-    """The same along the path without reversals below the noise; the same fit where nothing was smoothed."""
-    return along_smoothed(solver, part.record, part.strokes, fit)
-
-
 def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: RecordFit) -> RecordFit:
-    """The same of a record whose strokes are known."""
+    """The same along the path without reversals below the noise; the same fit where nothing was smoothed."""
     path = strokes.displacement
     if np.array_equal(path, record.displacement):
         return fit

@@ -60,7 +60,7 @@ class LackOfFit:
             autocorrelation_time=autocorrelation_time(np.sqrt(loops.weight) * residuals),
             of_height=misfit / max(2.0 * height, 1e-300),
             beyond_noise=float(np.sqrt(max(misfit**2 - noise**2, 0.0))) / max(height, 1e-300),
-            energy=_work(loops, residuals) / max(_work(loops, hysteretic), 1e-300),
+            energy=loops.work(residuals) / max(loops.work(hysteretic), 1e-300),
             elastic=elastic / square,
             loop=loop / square,
             changes=max(1.0 - (elastic + loop) / square, 0.0),
@@ -106,12 +106,6 @@ class LackOfFit:
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `fit.lack_of_fit`."""
         return asdict(self)
-
-
-def _work(loops: SamplePoints, force: FloatArray) -> float:
-    """Work of a force along the strokes [J], by the trapezoidal rule between points of one stroke."""
-    within = np.diff(loops.stroke) == 0
-    return float(np.sum((0.5 * (force[1:] + force[:-1]) * np.diff(loops.displacement))[within]))
 
 
 def _repeated(loops: SamplePoints, residuals: FloatArray) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -59,8 +59,8 @@ class ForceInterval:
     factor, additive, relative : float   q [-], a [N], b [-].
     error : float                        m, the largest standard error of the prediction along the records [N].
     half_width : float                   Root mean square over the records [N].
-    coverage : float or None             Share of the samples of left-out cycles inside; None if not tried.
-    cycles : int                         Number of cycles.
+    held_out_coverage : float or None    Share of the samples of left-out cycles inside; None if not tried.
+    held_out_cycles : int                Number of cycles.
     """
 
     factor: float
@@ -68,17 +68,18 @@ class ForceInterval:
     relative: float
     error: float
     half_width: float
-    coverage: float | None
-    cycles: int
+    held_out_coverage: float | None
+    held_out_cycles: int
 
     @property
     def sentence(self) -> str:
         """The interval with what it held, in words."""
-        if self.coverage is None:
-            reason = "half of the cycles does not show what the others need" if self.cycles > 1 else "there is one only"
+        share, cycles = self.held_out_coverage, self.held_out_cycles
+        if share is None:
+            reason = "half of the cycles does not show what the others need" if cycles > 1 else "there is one only"
             held = f"not tried on held-out cycles, because {reason}"
         else:
-            held = f"holds {100.0 * self.coverage:.0f} % of held-out cycles (each half of the {self.cycles} in turn)"
+            held = f"holds {100.0 * share:.0f} % of held-out cycles (each half of the {cycles:g} in turn)"
             if self.is_too_narrow:
                 held += ": it is too narrow"
         return f"95 % prediction interval +- {self.half_width:.2g} N, {held}"
@@ -86,7 +87,7 @@ class ForceInterval:
     @property
     def is_too_narrow(self) -> bool:
         """Whether it held clearly less than it says of cycles left out of the fit."""
-        return self.coverage is not None and self.coverage < _TOO_LITTLE
+        return self.held_out_coverage is not None and self.held_out_coverage < _TOO_LITTLE
 
     def reach(self, force: FloatArray, error: FloatArray) -> FloatArray:
         """Half-width [N] at predicted forces [N] of these standard errors [N]."""
@@ -105,16 +106,7 @@ class ForceInterval:
 
     def as_json(self) -> dict[str, Any]:
         """Content of the model file's field `uncertainty.prediction_interval`."""
-        return {
-            "level": LEVEL,
-            "factor": self.factor,
-            "additive": self.additive,
-            "relative": self.relative,
-            "error": self.error,
-            "half_width": self.half_width,
-            "held_out_coverage": self.coverage,
-            "held_out_cycles": self.cycles,
-        }
+        return {"level": LEVEL, **asdict(self)}
 
     @classmethod
     def from_uncertainty(cls, uncertainty: Mapping[str, Any]) -> ForceInterval | None:
@@ -122,8 +114,7 @@ class ForceInterval:
         given = uncertainty.get("prediction_interval")
         if given is None:
             return None
-        numbers = {name: float(given[name]) for name in ("factor", "additive", "relative", "error", "half_width")}
-        return cls(**numbers, coverage=given.get("held_out_coverage"), cycles=int(given["held_out_cycles"]))
+        return cls(**{field.name: given.get(field.name) for field in fields(cls)})
 
 
 @dataclass(frozen=True, eq=False)

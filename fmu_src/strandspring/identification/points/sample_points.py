@@ -98,6 +98,11 @@ class SamplePoints:
         """Root of the weighted mean square of values at the points."""
         return float(np.sqrt(self.weight @ values**2 / self.weight.sum()))
 
+    def work(self, force: FloatArray) -> float:
+        """Work of a force along the strokes [J], by the trapezoidal rule between points of one stroke."""
+        within = np.diff(self.stroke) == 0
+        return float(np.sum((0.5 * (force[1:] + force[:-1]) * np.diff(self.displacement))[within]))
+
     def omega(self, rho: float, sigma: float, n: float) -> FloatArray:
         """omega at every point to 1e-8 by the closed form, each record starting from omega = 0."""
         return np.asarray(self.points.omega_by_rate(np.array([rho]), sigma, n)[0])

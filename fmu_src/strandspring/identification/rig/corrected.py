@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..points.sample_points import SamplePoints
-from ..search.search import SATURATION, Candidate, force_floor, information
+from ..search.search import SATURATION, Candidate, Criterion
 from .effect_columns import Effect, Sizes
 
 
@@ -56,17 +56,20 @@ class Corrected:
 
     def better_by(self, other: Corrected) -> float:
         """By how much the criterion favours this one over another one."""
-        loops = self.loops
         finer = min(self.fit, other.fit, key=lambda fit: fit.misfit)
-        independent = loops.force.size / finer.autocorrelation_time
-        floor = force_floor(loops)
+        criterion = Criterion.from_points(self.loops, finer.autocorrelation_time)
 
-        def criterion(state: Corrected) -> float:
-            misfit = rms_in(loops, state.fit.misfit, state.loops)
-            value = information(misfit**2, state.price + state.fit.coefficients, independent, floor)
-            return value + (0.0 if state.fit.steady else SATURATION)
+        def value(state: Corrected) -> float:
+            misfit = rms_in(self.loops, state.fit.misfit, state.loops)
+            penalty = 0.0 if state.fit.steady else SATURATION
+            return criterion.value(misfit, state.price + state.fit.coefficients) + penalty
 
-        return criterion(other) - criterion(self)
+        return value(other) - value(self)
+
+    @property
+    def criterion(self) -> Criterion:
+        """The criterion by which effects are judged beside this spring."""
+        return Criterion.from_points(self.loops, self.fit.autocorrelation_time)
 
 
 def best_of(alternatives: Sequence[Corrected]) -> Corrected:

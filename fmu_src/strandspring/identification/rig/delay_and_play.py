@@ -11,15 +11,13 @@ import numpy as np
 
 from ..least_squares.refinement import FAIR_TOLERANCE
 from ..points.polynomials import Basis
-from ..search.search import PILOT, Candidate, force_floor, information, refined, search
+from ..search.search import PILOT, Candidate, refined, search
 from ..search.two_stage import two_stage
 from .corrected import Corrected, best_of, rms_in
-from .effect_columns import Effect, Rig, Sizes
+from .effect_columns import LOCKED, Effect, Rig, Sizes
 from .effects_fitted import POSITIVE, fitted_with
 from .paying_effects import with_effects_chosen
 
-# Effects that follow the reversals, much alike on a single amplitude.
-LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
 CARRIED = 3  # minima from which effects are looked for
 _EVALUATIONS = 12  # of a fit that only shows whether a size is worth more
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
@@ -44,10 +42,8 @@ def with_moving_effect(
     """
     others = {e: size for e, size in state.sizes.items() if e not in LOCKED}
     size, misfit = best_size(rig, others, state.fit, effect, scale, degrees)
-    independent = state.loops.force.size / state.fit.autocorrelation_time
-    floor = force_floor(state.loops)
-    before, after = (information(rms**2, 0, independent, floor) for rms in (state.fit.misfit, misfit))
-    if len(others) == len(state.sizes) and before - after <= np.log(independent):
+    criterion = state.criterion
+    if len(others) == len(state.sizes) and criterion.value(state.fit.misfit, 0) <= criterion.value(misfit, 1):
         return None  # there is none yet, and none is called for
     return searched_beside(rig, {**others, effect: np.array([size])}, state.fit, noise, degrees)
 

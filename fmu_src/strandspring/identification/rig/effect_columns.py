@@ -42,10 +42,12 @@ Sizes = dict[Effect, FloatArray]
 STATES = ("first", "mean", "last")
 _POWERS = np.arange(1, 4)  # of a curved drift
 
+LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)  # follow the reversals, much alike on a single amplitude
+ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)  # differ between records, and are much alike
+DRIFTS = (Effect.DRIFT, Effect.CURVED_DRIFT)
+WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
 _TIMED = (Effect.DELAY, Effect.VISCOSITY)
-_BETWEEN_RECORDS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
 _MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
-_WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
 _MOST_DELAY = 0.1  # share of a cycle
 _MOST_WEAR = 0.9  # share of the force, lost or gained
 _DECAY = 30.0  # time constants over which relaxation is summed at once
@@ -242,7 +244,7 @@ class Rig:
 
     def sizes_here(self, sizes: Sizes) -> Sizes:
         """Sizes of wear, which are shares of the force at first, as shares of that of the spring described."""
-        return {e: size / (1.0 + self.worn * size) if e in _WEAR else size for e, size in sizes.items()}
+        return {e: size / (1.0 + self.worn * size) if e in WEAR else size for e, size in sizes.items()}
 
     def finer(self) -> Rig:
         """With every sample, or cells of half the width where strokes have more samples than that.
@@ -265,7 +267,7 @@ class Rig:
         if self.delay is not None:
             impossible += (Effect.DELAY,)
         if len(self.parts) == 1:
-            impossible += _BETWEEN_RECORDS
+            impossible += ZEROS
         return tuple(effect for effect in Effect if effect not in impossible)
 
     def velocity(self, loops: SamplePoints) -> FloatArray:
@@ -401,7 +403,7 @@ class Rig:
         delay, play = (float(sizes.get(effect, [0.0])[0]) for effect in (Effect.DELAY, Effect.PLAY))
         shift = float(np.max(np.abs(sizes.get(Effect.DISPLACEMENT_ZERO, [0.0]))))
         low, high = self.loops.reach
-        wear = max(abs(float(sizes.get(effect, [0.0])[0])) for effect in _WEAR)
+        wear = max(abs(float(sizes.get(effect, [0.0])[0])) for effect in WEAR)
         moves = abs(delay) < _MOST_DELAY * self.period and play < 0.5 * self.loops.longest and shift <= high - low
         return moves and wear < _MOST_WEAR
 
@@ -427,7 +429,7 @@ class Rig:
 
 def wears(sizes: Sizes) -> bool:
     """Whether an effect that moves no points depends on the spring."""
-    return any(effect in sizes for effect in _WEAR)
+    return any(effect in sizes for effect in WEAR)
 
 
 def _followed(loops: SamplePoints, play: float) -> SamplePoints:

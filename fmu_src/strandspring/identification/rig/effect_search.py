@@ -27,8 +27,8 @@ from ..points.table import TableBasis
 from ..search.scan import scan_minima
 from ..search.search import CLOSE, PILOT, WHITE, Candidate, is_explained, other_splits, refined, search
 from .corrected import Corrected, Gain, best_of, rms_in
-from .delay_and_play import CARRIED, LOCKED, best_size, searched_beside, with_moving_effect, with_other_sizes
-from .effect_columns import Effect, Rig, Sizes, transferred
+from .delay_and_play import CARRIED, best_size, searched_beside, with_moving_effect, with_other_sizes
+from .effect_columns import LOCKED, Effect, Rig, Sizes, transferred
 from .effects_fitted import fitted_with
 from .paying_effects import (
     is_white,

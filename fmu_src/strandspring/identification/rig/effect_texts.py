@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...model.outcomes import Outcome
-from .effect_columns import Effect, Sizes
+from .effect_columns import ZEROS, Effect, Sizes
 
 CAUTIONS = {
     Effect.DELAY: Outcome.DELAY,
@@ -45,7 +45,7 @@ def described(sizes: Sizes) -> dict[str, Any]:
     """
     content: dict[str, Any] = {}
     for effect, size in sizes.items():
-        if effect in (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO):
+        if effect in ZEROS:
             content[effect.value] = [0.0, *size.tolist()]
         elif effect is Effect.CURVED_DRIFT:
             content[Effect.DRIFT.value] = float(size.sum())

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..points.sample_points import IndexArray, SamplePoints
-from ..search.search import MARGIN, force_floor, information
+from ..search.search import MARGIN
 from .corrected import Corrected
 from .effect_columns import Rig
 from .tangent import Tangent
@@ -71,14 +71,9 @@ def nearest_mount(rig: Rig, state: Corrected) -> str | None:
 
     The criterion is that of `search`, and must fall by as much as for an effect of the rig.
     """
-    independent = state.loops.force.size / state.fit.autocorrelation_time
-    floor = force_floor(state.loops)
-
-    def criterion(misfit: float, price: int) -> float:
-        return information(misfit**2, price, independent, floor)
-
-    best = min(explanations(rig, state), key=lambda explanation: criterion(explanation.misfit, explanation.price))
-    gain = criterion(state.fit.misfit, 0) - criterion(best.misfit, best.price)
+    criterion = state.criterion
+    best = min(explanations(rig, state), key=lambda mount: criterion.value(mount.misfit, mount.price))
+    gain = criterion.value(state.fit.misfit, 0) - criterion.value(best.misfit, best.price)
     return best.mount if gain > MARGIN else None
 
 

@@ -13,27 +13,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..search.search import CLOSE, Candidate, force_floor, information, is_explained
+from ..search.search import CLOSE, Candidate, force_floor, is_explained
 from .corrected import Corrected, rms_in
-from .effect_columns import Effect, Rig, Sizes
+from .effect_columns import DRIFTS, LOCKED, WEAR, ZEROS, Effect, Rig, Sizes
 from .effect_search import find_effects
 from .effect_texts import in_words
 from .effects_fitted import fitted_with
 from .other_mounts import explanations
 
-_LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)
-_ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)
-_WEAR = (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR)
-_DRIFTS = (Effect.DRIFT, Effect.CURVED_DRIFT)
 # What cannot be distinguished where more than noise is left.
 _FAMILIES = {
-    _LOCKED: "delay, filter, viscous force, relaxation, play or several friction mechanisms",
-    _WEAR: "wear, or friction or stiffness that depends on amplitude or rate",
-    _DRIFTS: "drift or relaxation",
+    LOCKED: "delay, filter, viscous force, relaxation, play or several friction mechanisms",
+    WEAR: "wear, or friction or stiffness that depends on amplitude or rate",
+    DRIFTS: "drift or relaxation",
 }
 _MOST = 0.2  # misfit left by a drift in that without it, up to which it is one whatever else is left
 _MUCH = 0.5  # the same of zeros
-_JUDGED = (*_LOCKED, *_WEAR, Effect.CURVED_DRIFT)  # what other mounts may do as well
+_JUDGED = (*LOCKED, *WEAR, Effect.CURVED_DRIFT)  # what other mounts may do as well
 _LITTLE = 1e-3  # motion that is not worth removing, share of the amplitude
 
 
@@ -92,7 +88,7 @@ def _doubted(rig: Rig, best: Corrected, noise: float) -> Kept | None:
     if not is_explained(best.fit, left) and best.fit.misfit > force_floor(best.loops):
         harmless = [
             effect
-            for effects, share in ((_DRIFTS, _MOST), (_ZEROS, _MUCH))
+            for effects, share in ((DRIFTS, _MOST), (ZEROS, _MUCH))
             if _makes_up(rig, best, effects, share)
             for effect in effects
         ]
@@ -139,18 +135,12 @@ def _other_mount(rig: Rig, best: Corrected, effects: Sequence[Effect]) -> str:
     without = fitted_with(finer, best.fit, others)
     if without is None:
         return ""
-    loops = best.loops
-    independent = loops.force.size / best.fit.autocorrelation_time
-    floor = force_floor(loops)
-
-    def criterion(misfit: float, price: int) -> float:
-        return information(misfit**2, price, independent, floor)
-
+    criterion = best.criterion
     target = rms_in(without.loops, best.fit.misfit, best.loops)
-    criterion_of_effects = criterion(target, sum(len(best.sizes[effect]) for effect in effects))
+    criterion_of_effects = criterion.value(target, sum(len(best.sizes[effect]) for effect in effects))
     for other in explanations(finer, without):
         # Wear must show among cycles of like amplitude and rate, however many such groups there are.
-        price = 0 if other.is_grouped and set(effects) <= set(_WEAR) else other.price
-        if criterion(other.misfit, price) < criterion_of_effects + CLOSE:
+        price = 0 if other.is_grouped and set(effects) <= set(WEAR) else other.price
+        if criterion.value(other.misfit, price) < criterion_of_effects + CLOSE:
             return other.mount
     return ""

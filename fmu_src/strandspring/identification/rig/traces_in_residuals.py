@@ -9,13 +9,12 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..points.autocorrelation import autocorrelation_time
-from ..search.search import MARGIN, force_floor, information
+from ..search.search import MARGIN, Criterion
 from .corrected import Corrected, Gain
-from .effect_columns import Effect, Rig, Sizes
+from .effect_columns import ZEROS, Effect, Rig, Sizes
 from .tangent import Tangent
 
 TRIED = 3  # effects that promise most are tried
-_ZEROS = (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO)  # much alike: with both FE could have any offset
 
 
 def promising(rig: Rig, state: Corrected, margin: float = MARGIN) -> list[Sizes]:
@@ -35,22 +34,19 @@ def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)
 def _gains(rig: Rig, state: Corrected, effects: Sequence[Effect]) -> Iterator[Gain]:
     """The same of some effects, without those that make no sense beside others."""
     traces = EffectTraces(rig, state, [*state.sizes, *effects])
-    weight = state.loops.weight.sum()
-    floor = force_floor(state.loops)
+    total = float(np.sqrt(state.loops.weight.sum()))
     _, without = traces.solved(list(state.sizes))
     for effect in effects:
         if effect is Effect.DRIFT and Effect.CURVED_DRIFT in state.sizes:
             continue
-        if effect in _ZEROS and not state.sizes.keys().isdisjoint(_ZEROS):
+        if effect in ZEROS and not state.sizes.keys().isdisjoint(ZEROS):  # with both FE could have any offset
             continue
         kept = [e for e in state.sizes if not (effect is Effect.CURVED_DRIFT and e is Effect.DRIFT)]
         step, residuals = traces.solved([*kept, effect])
-        independent = residuals.size / autocorrelation_time(residuals)
+        criterion = Criterion.from_points(state.loops, autocorrelation_time(residuals))
         price = sum(map(len, step.values())) - state.price
-        before, after = (
-            information(float(left @ left) / weight, paid, independent, floor)
-            for left, paid in ((without, 0), (residuals, price))
-        )
+        before = criterion.value(float(np.linalg.norm(without)) / total, 0)
+        after = criterion.value(float(np.linalg.norm(residuals)) / total, price)
         sizes = {e: state.sizes.get(e, 0.0) + change for e, change in step.items()}
         yield Gain(effect, before - after, sizes)
 

@@ -85,6 +85,34 @@ class Candidate:
         return self.basis.elastic + self.basis.amplifier + 2
 
 
+@dataclass(frozen=True)
+class Criterion:
+    """The criterion of this module.
+
+    Attributes
+    ----------
+    independent : float   Number of independent samples.
+    floor : float         Misfit that is not worth a coefficient [N].
+    """
+
+    independent: float
+    floor: float
+
+    @classmethod
+    def from_points(cls, loops: SamplePoints, autocorrelation_time: float) -> Criterion:
+        """The criterion of some points, given the autocorrelation time of the residuals [points]."""
+        return cls(loops.force.size / autocorrelation_time, force_floor(loops))
+
+    def value(self, misfit: float, coefficients: int) -> float:
+        """The criterion of an rms misfit [N] with so many fitted parameters."""
+        return float(self.independent * np.log(misfit**2 + self.floor**2) + coefficients * np.log(self.independent))
+
+    def ranked(self, candidate: Candidate) -> Candidate:
+        """The candidate with its criterion."""
+        value = self.value(candidate.misfit, candidate.coefficients)
+        return replace(candidate, criterion=value + (0.0 if candidate.steady else SATURATION))
+
+
 def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[Candidate]:
     """The distinct minima by their criterion, the best first; none if nothing physically possible was found.
 
@@ -102,10 +130,9 @@ def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[
     if not pilots:
         return []
     least = min(pilot.misfit for pilot in pilots)
-    floor = force_floor(loops)
-    carried = [pilot for pilot in pilots if pilot.misfit <= _PROMISING * (least + floor)]
+    carried = [pilot for pilot in pilots if pilot.misfit <= _PROMISING * (least + force_floor(loops))]
     if degrees is None:
-        carried = _all_with_degrees(loops, sorted(carried, key=lambda c: c.misfit), floor)
+        carried = _all_with_degrees(loops, sorted(carried, key=lambda c: c.misfit))
     else:
         # A degree of FA that the pilot could not have is tried again.
         wanted = Basis(*loops.reach, *degrees)
@@ -115,9 +142,8 @@ def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[
 
 def _distinct(loops: SamplePoints, fits: Sequence[Candidate]) -> list[Candidate]:
     """The distinct ones of some fits by their criterion, the best first."""
-    independent = loops.force.size / min(fits, key=lambda fit: fit.misfit).autocorrelation_time
-    floor = force_floor(loops)
-    ranked = sorted((_ranked(fit, independent, floor) for fit in fits), key=lambda fit: fit.criterion)
+    criterion = Criterion.from_points(loops, min(fits, key=lambda fit: fit.misfit).autocorrelation_time)
+    ranked = sorted(map(criterion.ranked, fits), key=lambda fit: fit.criterion)
     return [fit for k, fit in enumerate(ranked) if not any(_alike(fit, other) for other in ranked[:k])]
 
 
@@ -156,38 +182,36 @@ def refined(
     return Candidate(basis, fit, loops.rms(residuals), steady, time)
 
 
-def _all_with_degrees(loops: SamplePoints, pilots: Sequence[Candidate], floor: float) -> list[Candidate]:
+def _all_with_degrees(loops: SamplePoints, pilots: Sequence[Candidate]) -> list[Candidate]:
     """The pilots with degrees of their own; those left as they are that promise far less than the first has reached."""
     first = with_degrees(loops, pilots[0])
-    independent = loops.force.size / first.autocorrelation_time
-    worst = _ranked(first, independent, floor).criterion + _FAR
+    criterion = Criterion.from_points(loops, first.autocorrelation_time)
+    worst = criterion.ranked(first).criterion + _FAR
     return [first] + [
-        pilot if _choose(loops, pilot, independent, floor)[0] > worst else with_degrees(loops, pilot)
-        for pilot in pilots[1:]
+        pilot if _choose(loops, pilot, criterion)[0] > worst else with_degrees(loops, pilot) for pilot in pilots[1:]
     ]
 
 
 def with_degrees(loops: SamplePoints, candidate: Candidate) -> Candidate:
     """The candidate refined with the degrees that the criterion asks for; repeated as long as that lowers it."""
-    floor = force_floor(loops)
-    independent = loops.force.size / candidate.autocorrelation_time
-    best = _ranked(candidate, independent, floor)
+    criterion = Criterion.from_points(loops, candidate.autocorrelation_time)
+    best = criterion.ranked(candidate)
     for _ in range(_ROUNDS):
-        _, elastic, amplifier = _choose(loops, best, independent, floor)
+        _, elastic, amplifier = _choose(loops, best, criterion)
         if (elastic, amplifier) == (best.basis.elastic, best.basis.amplifier):
             break
         basis = replace(best.basis, elastic=elastic, amplifier=amplifier)
         other = refined(loops, basis, best.refinement.hysteresis)
         if other is None:
             break
-        other = _ranked(other, independent, floor)
+        other = criterion.ranked(other)
         if other.criterion >= best.criterion:
             break
         best = other
     return best
 
 
-def _choose(loops: SamplePoints, candidate: Candidate, independent: float, floor: float) -> tuple[float, int, int]:
+def _choose(loops: SamplePoints, candidate: Candidate, criterion: Criterion) -> tuple[float, int, int]:
     """The least criterion by linear least squares, in which rho, sigma and n yield as well, and its degrees N, M."""
     basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
     columns = basis.columns(loops.displacement)
@@ -213,10 +237,10 @@ def _choose(loops: SamplePoints, candidate: Candidate, independent: float, floor
         ]
     )
     R = np.asarray(np.linalg.qr(triangle[:, order].transpose(1, 0, 2), mode="r"))
-    total = loops.weight.sum()
-    left = [float(root[N + M + 2 + freed, N + M + 2 + freed]) for root, (N, M) in zip(R, pairs, strict=True)]
+    total = float(np.sqrt(loops.weight.sum()))
     criteria = [
-        information(value**2 / total, N + M + 2, independent, floor) for value, (N, M) in zip(left, pairs, strict=True)
+        criterion.value(float(root[N + M + 2 + freed, N + M + 2 + freed]) / total, N + M + 2)
+        for root, (N, M) in zip(R, pairs, strict=True)
     ]
     best = int(np.argmin(criteria))
     return criteria[best], *pairs[best]
@@ -284,7 +308,7 @@ def _exact(loops: SamplePoints, candidate: Candidate) -> Candidate | None:
     )
     if fit is None or fit.misfit > _EXACT * candidate.misfit:
         return None
-    _, elastic, amplifier = _choose(loops, fit, float(loops.force.size), _EXACT * candidate.misfit)
+    _, elastic, amplifier = _choose(loops, fit, Criterion(float(loops.force.size), _EXACT * candidate.misfit))
     return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
 
 
@@ -295,8 +319,8 @@ def bending_more(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
         return [candidate]
     basis = replace(candidate.basis, amplifier=amplifier)
     other = refined(loops, basis, candidate.refinement.hysteresis)
-    independent, floor = loops.force.size / candidate.autocorrelation_time, force_floor(loops)
-    return [_ranked(fit, independent, floor) for fit in (candidate, other) if fit is not None]
+    criterion = Criterion.from_points(loops, candidate.autocorrelation_time)
+    return [criterion.ranked(fit) for fit in (candidate, other) if fit is not None]
 
 
 def is_explained(candidate: Candidate, noise: float) -> bool:
@@ -307,16 +331,6 @@ def is_explained(candidate: Candidate, noise: float) -> bool:
 def force_floor(loops: SamplePoints) -> float:
     """The misfit that is not worth a coefficient [N]."""
     return _FLOOR * loops.force_deviation
-
-
-def information(square: float, coefficients: int, independent: float, floor: float) -> float:
-    """The criterion of this module."""
-    return float(independent * np.log(square + floor**2) + coefficients * np.log(independent))
-
-
-def _ranked(candidate: Candidate, independent: float, floor: float) -> Candidate:
-    value = information(candidate.misfit**2, candidate.coefficients, independent, floor)
-    return replace(candidate, criterion=value + (0.0 if candidate.steady else SATURATION))
 
 
 def _alike(fit: Candidate, other: Candidate) -> bool:

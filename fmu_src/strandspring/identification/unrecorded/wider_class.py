@@ -79,8 +79,8 @@ def unrecorded(state: Corrected) -> Unrecorded:
     small = _through(middle + AMPLITUDE * half * np.resize([1.0, -1.0], 2 * _CYCLES + 2), 2 * _CYCLES - 1)
     there = _along(state, small)
     at_small, _ = _columns(state, small, there)
-    energy = _work(small, there.omega * there.backbone.G)
-    gradient = np.array([_work(small, column) for column in at_small.T])
+    energy = small.work(there.omega * there.backbone.G)
+    gradient = np.array([small.work(column) for column in at_small.T])
     nested = _through(middle + half * np.array(_NESTED), _BEFORE_NESTED)
     at_nested, _ = _columns(state, nested, _along(state, nested))
     deviation = max(loops.force_deviation, 1e-300)
@@ -170,9 +170,3 @@ def _through(turns: FloatArray, first: int) -> SamplePoints:
         displacement, np.zeros(size), np.ones(size), travel, stroke, np.arange(float(size)), direction, turns[:-1],
         np.abs(moved), np.zeros(count, np.intp),
     )  # fmt: skip
-
-
-def _work(loops: SamplePoints, force: FloatArray) -> float:
-    """Work of a force along strokes [J]."""
-    within = np.diff(loops.stroke) == 0
-    return float(np.sum((0.5 * (force[1:] + force[:-1]) * np.diff(loops.displacement))[within]))
