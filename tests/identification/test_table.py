@@ -95,7 +95,7 @@ def test_standard_errors_of_the_forces_are_those_of_repeated_records() -> None:
         noisy = Record(sine(4, 3001), force + 0.2 * random.standard_normal(force.size), path="noisy.csv")
         loops, refinement = fitted(noisy, basis, start)
         found.append(refinement.backbone.elastic)
-        errors.append(uncertainty(Linearised.from_refinement(loops, basis, refinement)).elastic)
+        errors.append(uncertainty(Linearised.from_refinement(loops, basis, refinement))["FE_forces"])
     # A standard deviation of 40 values is known to 11 %, and these are nine.
     ratio = np.std(found, axis=0, ddof=1) / np.mean(errors, axis=0)
     assert np.all((ratio > 0.7) & (ratio < 1.3)), ratio

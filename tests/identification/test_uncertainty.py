@@ -251,7 +251,7 @@ def test_the_prediction_interval_counts_all_cycles_where_none_can_be_left_out() 
     found = identify(Record(displacement, clean.force + noise), CUBIC)
     interval = ForceInterval.from_uncertainty(found.uncertainty)
     assert interval is not None
-    assert interval.coverage is None
+    assert interval.held_out_coverage is None
     assert interval.sentence.endswith("because half of the cycles does not show what the others need")
     # 95 % of both: P(|N| < h)/2 + P(|N| < h/2)/2 = 0.95 at h = 3.29 N.
     assert interval.half_width == pytest.approx(3.29, rel=0.06)
@@ -274,7 +274,7 @@ def test_one_cycle_leaves_the_coverage_open() -> None:
         identify(record_of(spring_of(1.0, 1.0), sine(1, 500), noise=0.01)).uncertainty
     )
     assert interval is not None
-    assert interval.coverage is None
+    assert interval.held_out_coverage is None
     assert "there is one only" in interval.sentence
     # A file may leave it out.
     content = {name: value for name, value in interval.as_json().items() if name != "held_out_coverage"}

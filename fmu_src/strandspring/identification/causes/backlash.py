@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,27 +18,8 @@ _FULL = 0.9  # share of the longest stroke from which a stroke is judged
 _LEVEL = 0.25  # distance of the gaps' forces of loading and unloading, share of the force's range
 
 
-@dataclass(frozen=True)
-class Backlash:
-    """A gap.
-
-    Attributes
-    ----------
-    width : float   Travel without a change of the force [m].
-    force : float   At which it lies [N].
-    """
-
-    width: float
-    force: float
-
-    @property
-    def sentence(self) -> str:
-        """Width and force, the detail of Outcome.BACKLASH."""
-        return f"{1e3 * self.width:.3g} mm at {self.force:.3g} N"
-
-
-def backlash(parts: Sequence[SteadyRecord]) -> Backlash | None:
-    """The gap that most full strokes show at about one force, in both directions; None without.
+def backlash(parts: Sequence[SteadyRecord]) -> str:
+    """The gap that most full strokes show at about one force, in both directions, in words; empty without.
 
     Parameters
     ----------
@@ -61,11 +41,11 @@ def backlash(parts: Sequence[SteadyRecord]) -> Backlash | None:
                 gaps[int(strokes.direction[k])].append(gap)
     both = gaps[1] + gaps[-1]
     if not gaps[1] or not gaps[-1] or 2 * len(both) <= judged:
-        return None
+        return ""
     levels = [float(np.median([force for _, force in gaps[side]])) for side in (1, -1)]
     if abs(levels[0] - levels[1]) > _LEVEL * span:
-        return None
-    return Backlash(float(np.median([width for width, _ in both])), float(np.mean(levels)))
+        return ""
+    return f"{1e3 * np.median([width for width, _ in both]):.3g} mm at {np.mean(levels):.3g} N"
 
 
 def _gap(travel: FloatArray, force: FloatArray) -> tuple[float, float] | None:

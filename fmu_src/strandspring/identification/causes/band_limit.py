@@ -17,7 +17,6 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import Strokes
-from ...records.record import Record
 from ..points.steady_part import SteadyRecord
 
 _LOWEST = 6.0  # harmonic above which polynomials of the elastic force add little
@@ -25,7 +24,6 @@ _BANDS = 3  # in an octave
 _STEEP = 34.0  # fall of the power within an octave that no spring and no white noise shows [dB]
 _BEGUN = 24.0  # fall from which the filter has begun [dB]
 _BEFORE = 1.4  # a filter's cutoff is above the lower end of the octave in which it has begun, about
-_UNEVEN = 1.5  # longest step of the time in the usual one of a record that is sampled evenly
 _WORTH = 1e-3  # blurred share of a stroke that is reported
 _DECIDED = 10.0  # a loop is known if its stroke is so many times what is blurred
 _HEARD = 1e-11  # power of a sine's window elsewhere, share of its line's
@@ -72,7 +70,7 @@ def band_limit(parts: Sequence[SteadyRecord]) -> BandLimit | None:
     ----------
     parts : sequence of SteadyRecord   Of one test.
     """
-    judged = [part for part in parts if _is_even(part.record)]
+    judged = [part for part in parts if part.is_even]
     cutoffs = [cutoff for part in judged if (cutoff := _cutoff(part.record.force, part.strokes)) is not None]
     if 2 * len(cutoffs) <= len(judged):
         return None
@@ -80,21 +78,9 @@ def band_limit(parts: Sequence[SteadyRecord]) -> BandLimit | None:
     blurred = max(_blurred(part, harmonic) for part in judged)
     if blurred < _WORTH:
         return None
-    periods = [
-        part.strokes.period * float(part.record.time[-1] - part.record.time[0]) / (len(part.record) - 1)
-        for part in judged
-        if part.record.time is not None
-    ]
+    periods = [period for part in judged if (period := part.cycle_time) is not None]
     frequency = harmonic / float(np.median(periods)) if periods else None
     return BandLimit(harmonic, frequency, blurred, not all(_has_white_displacement(part, harmonic) for part in judged))
-
-
-def _is_even(record: Record) -> bool:
-    """Whether samples follow each other evenly, as far as times tell."""
-    if record.time is None:
-        return True
-    steps = np.diff(record.time)
-    return bool(steps.min() >= 0.0 and steps.max() <= _UNEVEN * np.mean(steps))
 
 
 def _cutoff(values: FloatArray, strokes: Strokes) -> float | None:

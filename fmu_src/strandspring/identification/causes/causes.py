@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from ...model.outcomes import Outcome
 from ..rig.effect_columns import Effect, Rig
@@ -16,22 +15,8 @@ from .hum import hum_beside
 _LIKE_CORNERS = frozenset((Effect.DELAY, Effect.VISCOSITY, Effect.PLAY))
 
 
-@dataclass(frozen=True)
-class Causes:
-    """What was found.
-
-    Attributes
-    ----------
-    findings : dict           Outcomes with their details.
-    forbidden : frozenset     Effects of the rig that are not to be removed, as the causes look like them.
-    """
-
-    findings: dict[Outcome, str]
-    forbidden: frozenset[Effect]
-
-
-def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
-    """The causes in the records of a rig.
+def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> tuple[dict[Outcome, str], frozenset[Effect]]:
+    """The causes in the records of a rig: outcomes with their details, and effects of the rig that look like them.
 
     Parameters
     ----------
@@ -47,10 +32,10 @@ def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> Causes:
         findings[Outcome.BAND_LIMITED] = limit.sentence
         # A filter on the force alone delays it.
         forbidden |= _LIKE_CORNERS if limit.is_common else frozenset()
-    if (gap := backlash(rig.parts)) is not None:
-        findings[Outcome.BACKLASH] = gap.sentence
+    if gap := backlash(rig.parts):
+        findings[Outcome.BACKLASH] = gap
         forbidden |= _LIKE_CORNERS
     if candidates and (line := hum_beside(rig, candidates[0])) is not None:
         findings[Outcome.HUM] = line.sentence
         forbidden |= _LIKE_CORNERS
-    return Causes(findings, forbidden)
+    return findings, forbidden

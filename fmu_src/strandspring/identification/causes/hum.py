@@ -27,7 +27,6 @@ _OF_FORCE = 8.0  # harmonic of the test from which lines are looked for in the f
 _OF_RESIDUALS = 3.0  # ...and in residuals, if it is none, as what a spring leaves has low ones
 _WHOLE = 0.1  # distance from a whole number that counts as none
 _SHARE = 0.3  # of the variance of what is searched above that harmonic that the line must hold, of residuals
-_UNEVEN = 1.5  # longest step of the time in the usual one of a record that is sampled evenly
 _LOW = range(3, 13)  # harmonics of which a spring may take over a part
 _RIVAL = 0.5  # of what hum explains of the residuals, that no effect of the rig may explain
 _MOST = 0.6  # share of the residuals' squares that hum at a low harmonic must explain
@@ -123,17 +122,13 @@ def _low_harmonic(rig: Rig, fit: Candidate) -> Hum | None:
     gained = before - left
     if gained < _MOST * before or any(float(r @ r) < left + _RIVAL * gained for r in rivals):
         return None
-    time = rig.parts[0].record.time
-    frequency = None
-    if time is not None:
-        interval = float(time[-1] - time[0]) / (len(rig.parts[0].record) - 1)
-        frequency = best / (rig.parts[0].strokes.period * interval)
+    period = rig.parts[0].cycle_time
     amplitude = float(np.median(np.hypot(sizes[::2], sizes[1::2])))
     if min(np.hypot.reduce(sizes[::2]), np.hypot.reduce(sizes[1::2])) < _BOTH * np.hypot.reduce(sizes):
         return None
     if amplitude < _WORTH * rig.loops.force_deviation:
         return None
-    return Hum(frequency, float(best), amplitude)
+    return Hum(None if period is None else best / period, float(best), amplitude)
 
 
 def _waves(rig: Rig, harmonic: int) -> FloatArray:
@@ -152,12 +147,9 @@ def _rate(line: Hum) -> float:
 
 def _line(part: SteadyRecord, values: FloatArray, of_force: bool) -> Hum | None:
     """The line of one record."""
-    time = part.record.time
     size = values.size
-    if time is not None:
-        steps = np.diff(time)
-        if steps.min() < 0.0 or steps.max() > _UNEVEN * np.mean(steps):
-            return None
+    if not part.is_even:
+        return None
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
     level = values - np.linspace(values[0], values[-1], size) if of_force else values
     power = np.abs(np.fft.rfft((level - np.average(level, weights=window)) * window)) ** 2
@@ -179,8 +171,8 @@ def _line(part: SteadyRecord, values: FloatArray, of_force: bool) -> Hum | None:
     angle = 2.0 * np.pi * place * np.arange(size) / size
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=1) * window[:, None]
     size_of = np.linalg.lstsq(waves, (level - np.average(level, weights=window)) * window, rcond=None)[0]
-    frequency = None if time is None else place / (float(time[-1] - time[0]) * size / (size - 1.0))
-    return Hum(frequency, harmonic, float(np.hypot(*size_of)))
+    period = part.cycle_time
+    return Hum(None if period is None else harmonic / period, harmonic, float(np.hypot(*size_of)))
 
 
 def _over_lower(power: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ noise of 0.3 N on a loop 50 N high: 96 to 97 % at an autocorrelation from sample
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
 
@@ -42,109 +42,73 @@ _MEANING = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class StandardErrors:
-    """Standard errors, one standard deviation each.
+def uncertainty(linear: Linearised) -> dict[str, Any]:
+    """Standard errors and intervals of a refined fit: content of the model file's field `uncertainty`.
 
-    Attributes
-    ----------
-    elastic_name : str                    kE, or FE_forces if FE is a table.
-    elastic, kA : ndarray                 Of the coefficients [N/m^i] or [N], [1/m^i]; 0 for kA[0].
-    kappa_omega, rho, sigma, n : float    [N], [1/m], [-], [-]; nan at a bound.
-    correlation : ndarray, shape (4, 4)   Between the logarithms of kappa_omega, rho, sigma and n.
-    intervals : dict                      95 % intervals of the same; None on a side that is not bounded.
-    root : ndarray, shape (m, m)          Lower triangular root of the covariance of these, without kA[0], and the
-                                          logarithms of kappa_omega, rho, sigma and n.
-    force : ndarray, shape (P,)           Of the predicted force at each point of the loops [N].
-    autocorrelation_time : float          Of the noise, in points.
+    The correlations are those of the logarithms of kappa_omega, rho, sigma and n; an error that is unknown is None, as
+    at a bound. The joint covariance is that of kE (or FE_forces), of kA without kA[0], and of these logarithms.
     """
-
-    elastic_name: str
-    elastic: FloatArray
-    kA: FloatArray
-    kappa_omega: float
-    rho: float
-    sigma: float
-    n: float
-    correlation: FloatArray
-    intervals: dict[str, Interval]
-    root: FloatArray
-    force: FloatArray
-    autocorrelation_time: float
-
-    def as_json(self) -> dict[str, Any]:
-        """Content of the model file's field `uncertainty`; null where an error is unknown."""
-        names = joint_names(self.elastic_name, self.elastic.size, self.kA.size - 1)
-        return {
-            "meaning": _MEANING,
-            self.elastic_name: [_plain(v) for v in self.elastic],
-            "kA": [_plain(v) for v in self.kA],
-            **{name: _plain(getattr(self, name)) for name in _NAMES},
-            "interval_95": {name: list(ends) for name, ends in self.intervals.items()},
-            "autocorrelation_time": self.autocorrelation_time,
-            "force_rms": float(np.sqrt(np.mean(self.force**2))),
-            "force_max": float(np.max(self.force)),
-            "correlation": {
-                f"{a},{b}": _plain(self.correlation[i, j]) for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)
-            },
-            "joint": {
-                "meaning": "rows of the lower triangular root L of the joint covariance L*L'",
-                "parameters": names,
-                "root": [[float(f"{v:.{_DIGITS}g}") for v in row[: k + 1]] for k, row in enumerate(self.root)],
-            },
-        }
-
-    def indistinct(self, refinement: Refinement) -> list[str]:
-        """Sentences about parameters that are strongly correlated in these records, or hardly known."""
-        h = refinement.hysteresis
-        values = {"kappa_omega": float(refinement.backbone.amplified[0]), "rho": h.rho, "sigma": h.sigma, "n": h.n}
-        sentences = []
-        for name, (low, high) in self.intervals.items():
-            least = SIGMA_BOUNDS[0] * 1.001 if name == "sigma" else 0.0
-            if low is None and high is None:
-                sentences.append(f"{name} is not known from these records")
-            elif high is None and low is not None and low > least:
-                sentences.append(f"{name} > {low:.2g}: these records bound it from below only (95 %)")
-            elif high is None:
-                sentences.append(f"{name} >= {least:.2g}: these records do not bound it")
-            elif low is None:
-                sentences.append(f"{name} < {high:.2g}: these records bound it from above only (95 %)")
-            elif getattr(self, name) > _UNCERTAIN * abs(values[name]):
-                sentences.append(f"{name} is known to lie between {low:.2g} and {high:.2g} only (95 %)")
-        sentences += [
-            f"{a} and {b} are strongly correlated in these records ({self.correlation[i, j]:.3f})"
-            for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)
-            if abs(self.correlation[i, j]) > _CORRELATED
-            and max(getattr(self, name) / abs(values[name]) for name in (a, b)) > _WELL_KNOWN
-        ]
-        return sentences
-
-
-def uncertainty(linear: Linearised) -> StandardErrors:
-    """Standard errors and intervals of a refined fit."""
-    basis, refinement = linear.basis, linear.refinement
+    basis, h = linear.basis, linear.refinement.hysteresis
     change = _propagation(linear)
     natural = change @ linear.root
     errors = np.linalg.norm(natural, axis=1)
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     logarithms = errors[-4:]
     scale = np.where(logarithms > 0.0, logarithms, np.nan)
-    correlation = np.clip(natural[-4:] @ natural[-4:].T / np.outer(scale, scale), -1.0, 1.0)  # but for rounding
-    h = refinement.hysteresis
-    values = (float(basis.powers(refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
-    hysteretic = {name: float(value * share) for name, value, share in zip(_NAMES, values, scale, strict=True)}
-    varying = np.delete(natural, n_E, axis=0)  # kA[0] is 1
-    return StandardErrors(
-        basis.elastic_name,
-        errors[:n_E],
-        errors[n_E : n_E + n_A],
-        **hysteretic,
-        correlation=np.asarray(correlation),
-        intervals=intervals_95(linear, change[-4:], logarithms),
-        root=_lower(varying),
-        force=linear.force_error,
-        autocorrelation_time=linear.estimate.time,
-    )
+    matrix = np.clip(natural[-4:] @ natural[-4:].T / np.outer(scale, scale), -1.0, 1.0)  # but for rounding
+    correlation = {(a, b): float(matrix[i, j]) for (i, a), (j, b) in combinations(enumerate(_NAMES), 2)}
+    values = (float(basis.powers(linear.refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
+    shares = dict(zip(_NAMES, scale.tolist(), strict=True))
+    intervals = intervals_95(linear, change[-4:], logarithms)
+    root = _lower(np.delete(natural, n_E, axis=0))  # kA[0] is 1
+    return {
+        "meaning": _MEANING,
+        basis.elastic_name: errors[:n_E].tolist(),
+        "kA": errors[n_E : n_E + n_A].tolist(),
+        **{name: _plain(value * shares[name]) for name, value in zip(_NAMES, values, strict=True)},
+        "interval_95": {name: list(ends) for name, ends in intervals.items()},
+        "autocorrelation_time": linear.estimate.time,
+        "force_rms": float(np.sqrt(np.mean(linear.force_error**2))),
+        "force_max": float(np.max(linear.force_error)),
+        "correlation": {f"{a},{b}": _plain(value) for (a, b), value in correlation.items()},
+        "joint": {
+            "meaning": "rows of the lower triangular root L of the joint covariance L*L'",
+            "parameters": joint_names(basis.elastic_name, n_E, n_A - 1),
+            "root": [[float(f"{v:.{_DIGITS}g}") for v in row[: k + 1]] for k, row in enumerate(root)],
+        },
+        "indistinct": _indistinct(shares, intervals, correlation),
+    }
+
+
+def _indistinct(
+    shares: Mapping[str, float], intervals: Mapping[str, Interval], correlation: Mapping[tuple[str, str], float]
+) -> list[str]:
+    """Sentences about parameters that are strongly correlated in these records, or hardly known.
+
+    Parameters
+    ----------
+    shares : mapping        Standard errors of the logarithms; nan at a bound.
+    intervals, correlation : mapping
+    """
+    sentences = []
+    for name, (low, high) in intervals.items():
+        least = SIGMA_BOUNDS[0] * 1.001 if name == "sigma" else 0.0
+        if low is None and high is None:
+            sentences.append(f"{name} is not known from these records")
+        elif high is None and low is not None and low > least:
+            sentences.append(f"{name} > {low:.2g}: these records bound it from below only (95 %)")
+        elif high is None:
+            sentences.append(f"{name} >= {least:.2g}: these records do not bound it")
+        elif low is None:
+            sentences.append(f"{name} < {high:.2g}: these records bound it from above only (95 %)")
+        elif shares[name] > _UNCERTAIN:
+            sentences.append(f"{name} is known to lie between {low:.2g} and {high:.2g} only (95 %)")
+    sentences += [
+        f"{a} and {b} are strongly correlated in these records ({value:.3f})"
+        for (a, b), value in correlation.items()
+        if abs(value) > _CORRELATED and max(shares[a], shares[b]) > _WELL_KNOWN
+    ]
+    return sentences
 
 
 def is_sigma_uncertain(loops: SamplePoints, basis: Basis, refinement: Refinement) -> bool:

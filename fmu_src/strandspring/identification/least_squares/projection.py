@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -125,9 +126,9 @@ class Problem:
         tolerance : float              Relative change of the squared misfit at which the iteration ends.
         evaluations : int              At which it ends in any case.
         """
-        weighted = _Weighted(self, weight)
+        linear = partial(_Fit, _Weighted(self, weight))
         start = vector(hysteresis, omega_start).clip(self.low, self.high)
-        theta, fit, converged = minimise(weighted.at, start, self.low, self.high, tolerance, evaluations)
+        theta, fit, converged = minimise(linear, start, self.low, self.high, tolerance, evaluations)
         rho, sigma, n = np.exp(theta[:3]).tolist()
         return Refinement(
             Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n),
@@ -162,10 +163,6 @@ class _Weighted:
                 break
             self.kept = self.kept[is_new]
         self.target = self.beside(self.force)
-
-    def at(self, theta: FloatArray) -> _Fit:
-        """The linear problem at one theta."""
-        return _Fit(self, theta)
 
     def beside(self, columns: FloatArray) -> FloatArray:
         """What of columns does not lie along those that never change."""

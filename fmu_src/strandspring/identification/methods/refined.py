@@ -270,18 +270,15 @@ class RefinedOptions(Method):
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
         findings: dict[Outcome, str] = {}
         if not is_explained(candidates[0], noise):
-            causes = causes_in(rig, candidates)
-            rig, findings = rig.keeping(causes.forbidden), causes.findings
+            findings, alike = causes_in(rig, candidates)
+            rig = rig.keeping(alike)
         return _Found(rig, *find_removable(rig, candidates, noise, self.degrees), findings)
 
     def _uncertainty(self, linear: Linearised, interval: ForceInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""
-        errors = uncertainty(linear)
-        content: dict[str, Any] = {
-            **errors.as_json(),
-            "prediction_interval": interval.as_json(),
-            "indistinct": errors.indistinct(linear.refinement),
-        }
+        content = uncertainty(linear)
+        indistinct = content.pop("indistinct")
+        content |= {"prediction_interval": interval.as_json(), "indistinct": indistinct}
         if self.bootstrap:
             spread = bootstrap(linear, self.bootstrap, self.seed, where)
             content["bootstrap"] = {"repetitions": self.bootstrap, "seed": self.seed, **spread}

@@ -9,7 +9,6 @@ taken for a sine.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,48 +58,40 @@ def acceleration(record: Record) -> FloatArray:
     best, chosen = np.inf, np.zeros(moment.size)
     half = _LEAST
     while 2 * half + 1 <= min(moment.size, max(_LARGEST * samples / cell, 2 * _LEAST + 1)):
-        fit = _Quadratics.over(moment, path, half)
+        second, left = _quadratics(moment, path, half)
         # Standard deviation of the second derivative over N even steps, and what a quadratic makes of a sine.
-        noise = math.sqrt(720.0 * float(np.mean(fit.square)) / (2 * half + 1) ** 5) / step**2
+        noise = math.sqrt(720.0 * float(np.mean(left)) / (2 * half + 1) ** 5) / step**2
         bias = turned**2 * amplitude * (turned * half * step) ** 2 / 14.0
         if noise**2 + bias**2 < best:
-            best, chosen = noise**2 + bias**2, fit.second
+            best, chosen = noise**2 + bias**2, second
         half = max(half + 1, int(_GROWTH * half))
     return np.asarray(np.interp(time, moment, chosen))
 
 
-@dataclass(frozen=True, eq=False)
-class _Quadratics:
-    """Second derivative of the chosen quadratic at each sample, and the mean square it leaves."""
-
-    second: FloatArray
-    square: FloatArray
-
-    @classmethod
-    def over(cls, time: FloatArray, values: FloatArray, half: int) -> _Quadratics:
-        """Least squares over 2*half + 1 samples."""
-        middle = np.arange(half, time.size - half)
-        scale = time[middle + half] - time[middle - half]
-        moments, products, squares = np.zeros((5, middle.size)), np.zeros((3, middle.size)), np.zeros(middle.size)
-        for offset in range(-half, half + 1):
-            place = (time[middle + offset] - time[middle]) / scale
-            value = values[middle + offset] - values[middle]
-            power = np.ones(middle.size)
-            for k in range(5):
-                moments[k] += power
-                if k < 3:
-                    products[k] += power * value
-                power = power * place
-            squares += value**2
-        matrix = np.moveaxis(moments[np.add.outer(np.arange(3), np.arange(3))], 2, 0)
-        solution = np.linalg.solve(matrix, products.T[:, :, None])[:, :, 0]
-        left = np.maximum(squares - np.sum(solution * products.T, axis=1), 0.0) / (2 * half - 2)
-        second = 2.0 * solution[:, 2] / scale**2
-        sample = np.arange(time.size)
-        centred, *beside = (np.clip(sample - half + shift, 0, middle.size - 1) for shift in (0, -half, half))
-        other = np.where(left[beside[0]] <= left[beside[1]], *beside)
-        used = np.where(_BETTER * left[other] < left[centred], other, centred)
-        return cls(second[used], left[used])
+def _quadratics(time: FloatArray, values: FloatArray, half: int) -> tuple[FloatArray, FloatArray]:
+    """Second derivative at each sample of the best quadratic over 2*half + 1 samples, and the mean square left."""
+    middle = np.arange(half, time.size - half)
+    scale = time[middle + half] - time[middle - half]
+    moments, products, squares = np.zeros((5, middle.size)), np.zeros((3, middle.size)), np.zeros(middle.size)
+    for offset in range(-half, half + 1):
+        place = (time[middle + offset] - time[middle]) / scale
+        value = values[middle + offset] - values[middle]
+        power = np.ones(middle.size)
+        for k in range(5):
+            moments[k] += power
+            if k < 3:
+                products[k] += power * value
+            power = power * place
+        squares += value**2
+    matrix = np.moveaxis(moments[np.add.outer(np.arange(3), np.arange(3))], 2, 0)
+    solution = np.linalg.solve(matrix, products.T[:, :, None])[:, :, 0]
+    left = np.maximum(squares - np.sum(solution * products.T, axis=1), 0.0) / (2 * half - 2)
+    second = 2.0 * solution[:, 2] / scale**2
+    sample = np.arange(time.size)
+    centred, *beside = (np.clip(sample - half + shift, 0, middle.size - 1) for shift in (0, -half, half))
+    other = np.where(left[beside[0]] <= left[beside[1]], *beside)
+    used = np.where(_BETTER * left[other] < left[centred], other, centred)
+    return second[used], left[used]
 
 
 def _averaged(values: FloatArray, cell: int) -> FloatArray:

@@ -46,7 +46,7 @@ class Basis:
 
     def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
         """Values of the basis functions at each displacement; further columns go with those of FE."""
-        values = legendre.legvander((displacement - self.offset) / self.half, max(self.elastic, self.amplifier))
+        values = self._polynomials(displacement, max(self.elastic, self.amplifier))
         elastic = values[:, : self.elastic + 1]
         return Columns(elastic if further is None else np.hstack([elastic, further]), values[:, : self.amplifier + 1])
 
@@ -54,13 +54,16 @@ class Basis:
         self, displacement: FloatArray, elastic: FloatArray, amplified: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Slopes [N/m] at each displacement of two series of force, FE and G."""
-        z = (displacement - self.offset) / self.half
-        values = legendre.legvander(z, max(elastic.size, amplified.size) - 1)
+        values = self._polynomials(displacement, max(elastic.size, amplified.size) - 1)
         of_elastic, of_amplified = (
             values[:, : series.size] @ (_slope_of_series(series.size - 1) @ series / self.half)
             for series in (elastic, amplified)
         )
         return of_elastic, of_amplified
+
+    def _polynomials(self, displacement: FloatArray, degree: int) -> FloatArray:
+        """Legendre polynomials up to a degree at each displacement, shape (P, degree + 1)."""
+        return np.asarray(legendre.legvander((displacement - self.offset) / self.half, degree), np.float64)
 
     def powers(self, coefficients: FloatArray) -> FloatArray:
         """Coefficients of powers of x [1/m^i] from those of the Legendre series."""

@@ -30,6 +30,7 @@ _ALIKE = 0.015  # difference between two strokes that is called none, share of t
 _LEAST_LEFT = 2  # samples of each branch that make a loop
 # What a spring cannot do, but the records of one with a delay between the columns may show.
 _LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
+_UNEVEN = 1.5  # longest step of the time in the usual one of a record that is sampled evenly
 _NOISY = 5e-4  # noise of the displacement that is reported, share of its range
 
 
@@ -77,6 +78,20 @@ class SteadyRecord:
     def all_samples(self) -> SamplePoints:
         """Every sample of the record as a point, those before the steady part too."""
         return gather(self.strokes, self.record.force, 0, len(self.record), np.ones(len(self.record), dtype=bool))
+
+    @property
+    def is_even(self) -> bool:
+        """Whether samples follow each other evenly, as far as times tell."""
+        if self.record.time is None:
+            return True
+        steps = np.diff(self.record.time)
+        return bool(steps.min() >= 0.0 and steps.max() <= _UNEVEN * np.mean(steps))
+
+    @property
+    def cycle_time(self) -> float | None:
+        """Duration of a cycle of even samples [s]; None without times."""
+        time = self.record.time
+        return None if time is None else self.strokes.period * float(time[-1] - time[0]) / (time.size - 1)
 
     @property
     def first_sample(self) -> int:
