@@ -71,7 +71,7 @@ if TYPE_CHECKING:
     from .model.modelfile import model_schema as model_schema
     from .model.outcomes import IdentificationError as IdentificationError
     from .model.outcomes import Outcome as Outcome
-    from .peers.ni_spring import NiOptions as NiOptions
+    from .peers.ni_method import NiOptions as NiOptions
     from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
     from .records.given import bundled_record as bundled_record
     from .records.reading import read_record as read_record
@@ -108,7 +108,7 @@ _NAMES = {
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
     "model.outcomes": ("IdentificationError", "Outcome"),
-    "peers.ni_spring": ("NiOptions",),
+    "peers.ni_method": ("NiOptions",),
     "peers.two_stage_options": ("TwoStageOptions",),
     "records.given": ("bundled_record",),
     "records.reading": ("read_record",),

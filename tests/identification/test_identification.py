@@ -26,7 +26,7 @@ from strandspring.identification.points.smoothing import moving_average
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes
-from strandspring.peers.three_point import three_points
+from strandspring.peers.two_stage_options import three_points
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,15 +13,15 @@ from judgement import judge_case
 from rig import Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Outcome, Spring, identify
-from strandspring.identification.certainty.recorded_energies import LoopEnergy
+from strandspring.identification.certainty.saved_spring import LoopEnergy
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.corrected import Corrected
 from strandspring.identification.rig.effect_columns import Effect, Rig, Sizes
 from strandspring.identification.search.search import Candidate, search
-from strandspring.identification.unrecorded.one_amplitude import one_amplitude_doubts
 from strandspring.identification.unrecorded.small_loops import (
     AMPLITUDE,
     loop_energy,
+    one_amplitude_doubts,
     rival_springs,
     small_loops,
     undecided_energy,

@@ -28,7 +28,7 @@ from strandspring.identification.certainty.figures import predict_record
 from strandspring.identification.certainty.intervals import quantile_95
 from strandspring.identification.certainty.prediction_interval import ForceInterval, prediction_error
 from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
-from strandspring.identification.points.repetition import repeated_share
+from strandspring.identification.points.residuals import repeated_share
 from strandspring.identification.points.sample_points import gather
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.strokes import find_strokes

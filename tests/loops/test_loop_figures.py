@@ -15,9 +15,8 @@ from strandspring import Record, Spring, SpringParameters, read_record
 from strandspring.errors import RecordError
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.steady import steady_omega
-from strandspring.loops.cycles import find_cycles
+from strandspring.loops.cycles import find_cycles, measured_loops
 from strandspring.loops.loop import LoopFigures
-from strandspring.loops.measured import measured_loops
 from strandspring.loops.modelled import steady_loop_figures
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 

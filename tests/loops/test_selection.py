@@ -10,8 +10,7 @@ from strandspring import IdentificationError, NiOptions, Outcome, Record, Spring
 from strandspring.errors import RecordError
 from strandspring.identification.certainty.figures import predict_record
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.cycles import find_cycles
-from strandspring.loops.measured import measured_loops
+from strandspring.loops.cycles import find_cycles, measured_loops
 from strandspring.loops.overview import overview
 
 MIDDLE, AMPLITUDE = 0.05, 0.025

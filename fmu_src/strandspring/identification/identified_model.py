@@ -15,7 +15,7 @@ from ..records.record import Record
 from .certainty.figures import RecordFit, both_figures, overall_figures
 from .certainty.lack_of_fit import LackOfFit
 from .certainty.prediction_interval import PredictionBand
-from .certainty.recorded_energies import LoopEnergy
+from .certainty.saved_spring import LoopEnergy
 from .points.steady_part import SteadyRecord
 from .unrecorded.small_loops import SmallLoops
 

@@ -28,8 +28,7 @@ from .certainty.figures import (
     record_fit,
 )
 from .certainty.prediction_interval import ForceInterval
-from .certainty.recorded_energies import recorded_energies
-from .certainty.saved_spring import differences, is_worse_than_a_line
+from .certainty.saved_spring import differences, is_worse_than_a_line, recorded_energies
 from .identified_model import IdentifiedModel
 from .methods.method import Method, checked_method
 from .methods.refined import RefinedOptions

@@ -10,21 +10,35 @@ alone the response has its closed form; sigma and n stop at the ends of the clos
 saturation that no double holds is refused like any step that worsens the fit. And of B and C only C*ln(B) is
 varied, by changing C, since the force depends on nothing else.
 
+As a method of `identify` the model becomes a spring of this package: r = F2*(F1 + Z) is the modified normalized
+Bouc-Wen model with FE = F2*F1 and kappa_omega*FA = z0*F2, which are fitted by polynomials over the record's range.
+
 Units are those of `strandspring.peers.ni`: mm and N.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE
+from ..errors import RecordError
+from ..identification.least_squares.stages import Backbone, Hysteresis
+from ..identification.methods.fitted import Fitted, fitted
+from ..identification.methods.method import Method
+from ..identification.points.polynomials import Basis
+from ..identification.points.sample_points import SamplePoints
+from ..identification.points.steady_part import SteadyRecord
+from ..identification.search.solution import Solution
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
+from ..model.outcomes import IdentificationError, Outcome
 from .ni import NiParameters
 from .periods import Periods, whole_periods
 
@@ -39,6 +53,9 @@ _LOG_N = (math.log(N_RANGE[0]), math.log(N_RANGE[1]))
 _FAR_OFF = 1e3  # a refused step counts as a prediction this many times the force away
 _LEFT_OVER = 1.2  # misfit that is more than noise, share of the noise...
 _SHAPE = 0.01  # ...or of the rms force, whichever is larger
+_DEGREES = (8, 6)  # of the polynomials that stand for Ni's exponential
+_SAMPLES = 400  # of the range at which they are fitted
+_MILLIMETRE = 1e-3
 
 
 class NiOutcome(Enum):
@@ -198,3 +215,61 @@ class _FourierProblem:
     def _coefficients(self, force: FloatArray) -> FloatArray:
         spectrum = np.fft.rfft(force) * self._weight
         return np.concatenate([spectrum.real, spectrum.imag])
+
+
+@dataclass(frozen=True)
+class NiOptions(Method):
+    """Options of Ni's method.
+
+    Parameters
+    ----------
+    degrees : (int, int) or None   Degrees N of FE and M of FA; (8, 6) if None.
+    start : NiParameters or None   Start values; read off the record's secant stiffness and loop area if None.
+    """
+
+    name: ClassVar[str] = "ni"
+
+    start: NiParameters | None = None
+
+    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
+        """Ni's method on one periodic record.
+
+        Raises
+        ------
+        RecordError           If there are several records, or the record does not hold a whole period.
+        IdentificationError   If it is not described by Ni's model about its neutral position.
+        """
+        if len(parts) > 1:
+            raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
+        record, loops = parts[0].record, parts[0].loops
+        if record.compared is not None:
+            raise RecordError(
+                f"{where}: Ni's method takes whole periods; select no range of displacement, or use another method."
+            )
+        # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
+        low, high = loops.reach
+        x = record.displacement / _MILLIMETRE - 0.5 * (low + high) / _MILLIMETRE
+        try:
+            start = self.start or plausible_start(x, record.force)
+            result = ni_method(x, record.force, start, time=record.time)
+        except ValueError as problem:
+            raise RecordError(f"{where}: {problem}") from None
+        if result.outcome is NiOutcome.OUT_OF_STEPS:
+            raise IdentificationError(Outcome.NOT_CONVERGED, where)
+        p = result.parameters
+        basis = Basis(low, high, *(self.degrees or _DEGREES))
+        hysteresis = Hysteresis(p.rho / _MILLIMETRE, p.sigma, p.n)
+        backbone = _backbone(p, basis, loops)
+        omega = loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n)
+        cautions = [Outcome.NI_MODEL] if result.outcome is NiOutcome.LOCAL_MINIMUM else []
+        return fitted(loops, Solution(basis, backbone, hysteresis, omega, 0.0), where, cautions)
+
+
+def _backbone(p: NiParameters, basis: Basis, loops: SamplePoints) -> Backbone:
+    """Polynomials for FE = F2*F1 and G = z0*F2 over the range."""
+    grid = basis.offset + basis.half * np.cos(np.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
+    columns_E, columns_A = basis.columns(grid)
+    x = (grid - basis.offset) / _MILLIMETRE
+    elastic = np.linalg.lstsq(columns_E, p.amplifier(x) * p.elastic(x), rcond=None)[0]
+    amplified = np.linalg.lstsq(columns_A, p.z0 * p.amplifier(x), rcond=None)[0]
+    return Backbone.from_coefficients(np.concatenate([elastic, amplified]), basis.columns(loops.displacement))

@@ -17,8 +17,8 @@ from ...ground.quoting import printable
 from ...ground.result_columns import cells, values
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
+from ...loops.cycles import MeasuredLoop, measured_loops
 from ...loops.loop import LOOP_FIGURE, LOOP_FIGURES, PANELS, Loop, LoopFigures
-from ...loops.measured import MeasuredLoop, measured_loops
 from ...loops.modelled import steady_loop, steady_loop_figures
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile

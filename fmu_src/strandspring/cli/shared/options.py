@@ -23,7 +23,7 @@ from ...loops.wanted import Wanted
 from ...loops.windows import is_window
 from ...model.names import check_name
 from ...model.names import identifier as identifier
-from ...peers.ni_spring import NiOptions
+from ...peers.ni_method import NiOptions
 from ...peers.two_stage_options import TwoStageOptions
 from ...records.record import Record
 from .output import progress

@@ -17,8 +17,7 @@ from ...kernel.arrays import FloatArray
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected
 from ..rig.effect_columns import Rig, transferred
-from ..rig.tangent import Tangent
-from ..rig.traces_in_residuals import EffectTraces
+from ..rig.traces_in_residuals import EffectTraces, Tangent
 from ..search.search import Candidate
 
 _ABOVE = 10.0  # power of the line in that of all others near it

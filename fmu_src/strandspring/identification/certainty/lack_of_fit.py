@@ -14,8 +14,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import Refinement
-from ..points.autocorrelation import autocorrelation_time
-from ..points.repetition import CELLS, branch_cells
+from ..points.residuals import CELLS, autocorrelation_time, branch_cells
 from ..points.sample_points import SamplePoints
 
 _REPORTED = 0.1  # misfit beyond noise that is reported, share of the hysteretic force

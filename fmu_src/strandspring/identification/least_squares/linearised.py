@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ..points.polynomials import Basis
-from ..points.repetition import repetition
+from ..points.residuals import repetition
 from ..points.sample_points import SamplePoints
 from .coloured_noise import CoefficientCovariance, coefficient_covariance
 from .projection import Refinement

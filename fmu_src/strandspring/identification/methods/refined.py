@@ -29,18 +29,16 @@ from ..points.noise import force_noise
 from ..points.polynomials import Basis
 from ..points.sample_points import POINTS_PER_STROKE, SamplePoints
 from ..points.steady_part import SteadyRecord
-from ..rig.corrected import Corrected, rms_in
+from ..rig.corrected import Corrected, rms_in, spring_alone
 from ..rig.effect_columns import STATES, Effect, Rig, Sizes
 from ..rig.effect_search import find_delayed, other_effects
 from ..rig.effect_texts import CAUTIONS, RELAXING, described, detail, with_other_effects
 from ..rig.known_rig import KnownRig
 from ..rig.other_mounts import nearest_mount
 from ..rig.removal import Kept, find_removable
-from ..rig.spring_alone import spring_alone
 from ..search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
 from ..search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
-from ..unrecorded.one_amplitude import one_amplitude_doubts
-from ..unrecorded.small_loops import loop_energy, rival_springs, springs_of, undecided_energy
+from ..unrecorded.small_loops import loop_energy, one_amplitude_doubts, rival_springs, springs_of, undecided_energy
 from ..unrecorded.wider_class import unrecorded
 from .fitted import Fitted
 from .method import Method

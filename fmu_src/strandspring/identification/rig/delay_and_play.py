@@ -15,8 +15,7 @@ from ..search.search import PILOT, Candidate, refined, search
 from ..search.two_stage import two_stage
 from .corrected import Corrected, best_of, rms_in
 from .effect_columns import LOCKED, Effect, Rig, Sizes
-from .effects_fitted import POSITIVE, fitted_with
-from .paying_effects import with_effects_chosen
+from .paying_effects import POSITIVE, fitted_with, with_effects_chosen
 
 CARRIED = 3  # minima from which effects are looked for
 _EVALUATIONS = 12  # of a fit that only shows whether a size is worth more

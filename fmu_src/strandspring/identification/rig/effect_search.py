@@ -29,8 +29,8 @@ from ..search.search import CLOSE, PILOT, WHITE, Candidate, is_explained, other_
 from .corrected import Corrected, Gain, best_of, rms_in
 from .delay_and_play import CARRIED, best_size, searched_beside, with_moving_effect, with_other_sizes
 from .effect_columns import LOCKED, Effect, Rig, Sizes, transferred
-from .effects_fitted import fitted_with
 from .paying_effects import (
+    fitted_with,
     is_white,
     pays,
     with_effects_chosen,

@@ -18,7 +18,7 @@ from ..points.sample_points import IndexArray, SamplePoints
 from ..search.search import MARGIN
 from .corrected import Corrected
 from .effect_columns import Rig
-from .tangent import Tangent
+from .traces_in_residuals import Tangent
 
 _THRESHOLDS = 0.6 * 0.5 ** np.arange(7)  # of stop operators, shares of half the longest stroke
 _TIMES = (0.1, 0.3, 1.0)  # of relaxation, in cycles; a shorter one is a dashpot's

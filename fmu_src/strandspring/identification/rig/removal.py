@@ -18,8 +18,8 @@ from .corrected import Corrected, rms_in
 from .effect_columns import DRIFTS, LOCKED, WEAR, ZEROS, Effect, Rig, Sizes
 from .effect_search import find_effects
 from .effect_texts import in_words
-from .effects_fitted import fitted_with
 from .other_mounts import explanations
+from .paying_effects import fitted_with
 
 # What cannot be distinguished where more than noise is left.
 _FAMILIES = {

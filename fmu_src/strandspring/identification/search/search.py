@@ -24,9 +24,8 @@ import numpy as np
 from ..least_squares.projection import Problem, Refinement
 from ..least_squares.stages import Hysteresis
 from ..least_squares.trust_region import triangle_of
-from ..points.autocorrelation import autocorrelation_time
 from ..points.polynomials import Basis
-from ..points.repetition import repeated_share
+from ..points.residuals import autocorrelation_time, repeated_share
 from ..points.sample_points import SamplePoints
 from ..points.table import TableBasis
 from .degrees import prediction_error

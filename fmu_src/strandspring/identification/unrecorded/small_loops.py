@@ -15,10 +15,14 @@ from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from ...kernel.points import RecordPoints
 from ...model.joint import JointCovariance
-from ...model.outcomes import IdentificationError
+from ...model.outcomes import IdentificationError, Outcome
 from ..certainty.intervals import NORMAL_95
-from ..certainty.recorded_energies import LoopEnergy
+from ..certainty.saved_spring import LoopEnergy
 from ..points.sample_points import ONE_AMPLITUDE
+from ..rig.corrected import Corrected
+from ..rig.effect_columns import Effect, Rig
+from ..rig.effect_search import hinted_effects
+from ..rig.effect_texts import in_words
 from ..search.search import CLOSE, Candidate
 from ..search.solution import spring_of
 
@@ -37,6 +41,13 @@ _POWERS = (0.85, 2.34)
 _LESS, _MORE = 0.2, 1.3  # by which the power differs towards smaller loops
 _MARGIN = 0.07  # error of what was recorded, share of it
 _APART = 0.05  # difference between the energies of two fits that is reported, share of it
+# Effects that a loop of a single amplitude is known from by its form alone.
+_LIKE_LOOPS = {
+    Effect.DELAY: "a delay",
+    Effect.VISCOSITY: "viscous damping",
+    Effect.PLAY: "play",
+    Effect.CURVED_DRIFT: "the relaxation that a curved drift may come from",
+}
 
 
 @dataclass(frozen=True)
@@ -250,3 +261,30 @@ def _relative_error(energy: float, derivatives: FloatArray, joint: JointCovarian
     for row, values in zip(root, joint.root, strict=True):
         row[: len(values)] = values
     return NORMAL_95 * float(np.linalg.norm(derivatives @ root[-derivatives.size :])) / max(abs(energy), math.ulp(0.0))
+
+
+def one_amplitude_doubts(
+    rig: Rig, state: Corrected, cautions: Sequence[Outcome], intervals: Mapping[str, Any]
+) -> list[str]:
+    """Why loops of one amplitude do not decide the energy of smaller ones.
+
+    Parameters
+    ----------
+    rig : Rig
+    state : Corrected              The spring that was found.
+    cautions : sequence of Outcome
+    intervals : mapping            Of the parameters, an open end being None.
+    """
+    unseen = ["the strokes do not saturate"] if Outcome.NO_STEADY_SECTION in cautions else []
+    for name, outcome in (("n", Outcome.N_AT_BOUND), ("sigma", Outcome.SIGMA_AT_BOUND)):
+        if outcome in cautions:
+            unseen.append(f"{name} ended at its bound")
+        elif None in intervals[name]:
+            unseen.append(f"{name} is known on one side only")
+    doubts = [f"the form of the loop is little known, since {' and '.join(unseen)}"] if unseen else []
+    removed = [name for effect, name in _LIKE_LOOPS.items() if effect in state.sizes]
+    if removed:
+        doubts.append(f"at one amplitude {' and '.join(removed)} can hardly be distinguished from part of the loop")
+    if hinted := hinted_effects(rig, state):
+        doubts.append(f"there is a trace of {in_words(hinted)}, too weak to be removed")
+    return doubts

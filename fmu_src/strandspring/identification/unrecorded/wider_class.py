@@ -16,7 +16,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import Problem, Refinement
 from ..least_squares.trust_region import triangle_of
-from ..points.autocorrelation import autocorrelation_time
+from ..points.residuals import autocorrelation_time
 from ..points.sample_points import SamplePoints
 from ..rig.corrected import Corrected
 from ..rig.other_mounts import stop_operators

@@ -18,7 +18,7 @@ import numpy as np
 from ...identification.points.polynomials import Basis
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from .rival import Rival
+from .classes import Rival
 from .track import Track
 
 STARTS = 8

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from ...identification.points.steady_part import SteadyRecord
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
-from .classes import OWN, RIVALS
+from .classes import OWN, RIVALS, Rival
 from .fitting import RivalFit, RivalProblem, fit_class, force_floor
-from .rival import Rival
 from .track import Track
 
 _MOST_FOLDS = 10

@@ -13,9 +13,8 @@ from ...identification.certainty.intervals import NORMAL_95
 from ...identification.identified_model import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.cycles import Cycle
+from ...loops.cycles import Cycle, FigureSpread, spread_of
 from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures
-from ...loops.measured import FigureSpread, spread_of
 from ...loops.modelled import steady_loop_figures
 from ...model.joint import JointCovariance
 from ...model.outcomes import Outcome
