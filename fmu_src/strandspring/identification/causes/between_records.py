@@ -57,28 +57,6 @@ class RecordDifference:
     forbidden: tuple[Effect, ...]
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Cycles of one record, amplitude and frequency.
-
-    Attributes
-    ----------
-    record, amplitude : int        Numbers of both.
-    frequency : float              [Hz]; 0 without times.
-    stroke : float                 [m]
-    place : float                  Mean place of the cycles among those of all records.
-    values, errors : ndarray, shape (2,)   Height [N] and stiffness [N/m], and their standard errors.
-    """
-
-    record: int
-    amplitude: int
-    frequency: float
-    stroke: float
-    place: float
-    values: FloatArray
-    errors: FloatArray
-
-
 @dataclass(frozen=True, eq=False)
 class _Figure:
     """Height or stiffness of all groups less the mean of their amplitude, relative to it.
@@ -101,8 +79,7 @@ def differences(records: Sequence[Record]) -> list[RecordDifference]:
     ----------
     records : sequence of Record   Of one spring, in the order of the test.
     """
-    groups, changes = _groups(records)
-    compared = _Compared.from_groups(groups, changes)
+    compared = _Compared.from_groups(*_groups(records))
     if compared is None:
         return []
     of_stiffness, of_height, turned = _of_the_rate(compared)
@@ -110,11 +87,16 @@ def differences(records: Sequence[Record]) -> list[RecordDifference]:
     return [difference for difference in (of_stiffness or alone or of_height,) if difference is not None]
 
 
-def _groups(records: Sequence[Record]) -> tuple[list[_Group], FloatArray]:
-    """Cycles by record, amplitude and frequency, and relative changes from cycle to cycle of each, shape (C, 3).
+def _groups(records: Sequence[Record]) -> tuple[FloatArray, FloatArray]:
+    """Cycles by record, amplitude and frequency, and relative changes from cycle to cycle of each.
 
-    The changes are of height and stiffness, the last column says how many cycles each is over. There are no groups
-    where a loop runs the wrong way round.
+    There are no groups where a loop runs the wrong way round.
+
+    Returns
+    -------
+    ndarray, shape (G, 9)   Number of record and of amplitude, frequency [Hz] (0 without times), stroke [m], mean place
+                            among the cycles of all records, height [N], stiffness [N/m], and their standard errors.
+    ndarray, shape (C, 3)   Changes of height and stiffness, and over how many cycles.
     """
     cycles = [(k, cycle) for k, record in enumerate(records) for cycle in find_cycles(record) if cycle.gap == 0.0]
     strokes = [find_strokes(record.displacement) for record in records]
@@ -129,15 +111,15 @@ def _groups(records: Sequence[Record]) -> tuple[list[_Group], FloatArray]:
             values = np.array([[cycle.figures.height, _stiffness(cycle)] for cycle in alike])
             mean = values.mean(axis=0)
             if mean.min() <= 0.0:
-                return [], np.empty((0, 3))
+                return np.empty((0, 9)), np.empty((0, 3))
             places = np.array([place[id(cycle)] for cycle in alike])
             changes += [(*(b / a - 1.0), far) for a, b, far in zip(values, values[1:], np.diff(places), strict=False)]
             scatter = np.std(values, axis=0, ddof=1) if len(alike) > 1 else np.zeros(2)
             error = np.maximum(_errors(alike), scatter) / math.sqrt(len(alike))
             rates = [cycle.frequency or 0.0 for cycle in alike]
             stroke = float(np.mean([cycle.figures.stroke for cycle in alike]))
-            groups.append(_Group(record, amplitude, float(np.mean(rates)), stroke, float(places.mean()), mean, error))
-    return groups, np.array(changes).reshape(-1, 3)
+            groups.append([record, amplitude, np.mean(rates), stroke, places.mean(), *mean, *error])
+    return np.array(groups).reshape(-1, 9), np.array(changes).reshape(-1, 3)
 
 
 def _rate(cycle: Cycle) -> int:
@@ -167,7 +149,6 @@ class _Compared:
 
     Attributes
     ----------
-    groups : list of _Group
     amplitude : ndarray of int, shape (G,)
     place : ndarray, shape (G,)              Number of the cycle in the test, less the mean of the amplitude.
     frequency : ndarray, shape (G,)          [Hz]
@@ -178,7 +159,6 @@ class _Compared:
     scale : float                            Mean stiffness [N/m].
     """
 
-    groups: list[_Group]
     amplitude: NDArray[np.intp]
     place: FloatArray
     frequency: FloatArray
@@ -190,29 +170,31 @@ class _Compared:
     scale: float
 
     @classmethod
-    def from_groups(cls, groups: Sequence[_Group], changes: FloatArray) -> _Compared | None:
-        """None where there is nothing to compare."""
-        counts = np.bincount([group.amplitude for group in groups]) if groups else np.zeros(0, np.intp)
-        kept = [group for group in groups if counts[group.amplitude] > 1]
-        if not kept or not changes.size:
+    def from_groups(cls, groups: FloatArray, changes: FloatArray) -> _Compared | None:
+        """None where there is nothing to compare; arguments as `_groups` returns them."""
+        counts = np.bincount(groups[:, 1].astype(np.intp))
+        kept = groups[counts[groups[:, 1].astype(np.intp)] > 1]
+        if not kept.size or not changes.size:
             return None
-        _, amplitude = np.unique([group.amplitude for group in kept], return_inverse=True)
-        place = _centred(np.array([group.place for group in kept]), amplitude)
+        record, _, frequency, strokes, place, heights, stiffnesses, *errors = kept.T
+        _, amplitude = np.unique(kept[:, 1], return_inverse=True)
         figures = []
-        for k in range(2):
-            values = np.array([group.values[k] for group in kept])
+        for k, (values, error) in enumerate(zip((heights, stiffnesses), errors, strict=True)):
             mean = (np.bincount(amplitude, values) / np.bincount(amplitude))[amplitude]
-            errors = np.array([group.errors[k] for group in kept]) / mean
-            gradual = _gradual(changes[:, k], changes[:, 2], float(errors.mean()))
-            figures.append(_Figure(values / mean - 1.0, np.maximum(errors, 0.1 * _EXACT), gradual))
-        strokes = np.array([group.stroke for group in kept])
-        apart = float(np.max(np.abs(_centred(strokes, amplitude)) / strokes))
-        scale = float(np.mean([group.values[1] for group in kept]))
-        loss = float(np.mean([group.values[0] / (group.values[1] * group.stroke) for group in kept]))
-        frequency = np.array([group.frequency for group in kept])
-        record = np.array([group.record for group in kept])
+            gradual = _gradual(changes[:, k], changes[:, 2], float(np.mean(error / mean)))
+            figures.append(_Figure(values / mean - 1.0, np.maximum(error / mean, 0.1 * _EXACT), gradual))
         height, stiffness = figures
-        return cls(kept, amplitude, place, frequency, record, height, stiffness, apart, loss, scale)
+        return cls(
+            amplitude,
+            _centred(place, amplitude),
+            frequency,
+            record.astype(np.intp),
+            height,
+            stiffness,
+            apart=float(np.max(np.abs(_centred(strokes, amplitude)) / strokes)),
+            loss=float(np.mean(heights / (stiffnesses * strokes))),
+            scale=float(np.mean(stiffnesses)),
+        )
 
     def coefficient(self, figure: _Figure, law: FloatArray) -> tuple[float, float, float]:
         """Coefficient of a law, its standard error, and the rms that it leaves alone.

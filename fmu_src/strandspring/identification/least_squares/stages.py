@@ -20,7 +20,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,12 +133,17 @@ def fit_hysteresis(
 
 def _fits(loops: SamplePoints, omega: FloatArray, G: FloatArray) -> list[tuple[Hysteresis, float] | None]:
     """Stage 2 from each omega and its G, both of shape (L, P); None without a rho > 0."""
-    branches = _branches(loops)
     u, weight = loops.side * omega, loops.weight * G**2
-    u = branches.all(u, -u[:, branches.after - 1])
-    weight = branches.all(weight, weight[:, branches.after])
+    # Each stroke begins with the reversal that ended the one before it, which turns the sign of u: without that point a
+    # loop that switches between two samples, as dry friction does, would show nothing of rho.
+    first = loops.bounds[:-1]
+    stroke, before = loops.stroke[first[1:]], loops.stroke[first[1:] - 1]
+    turns = first[1:][(stroke == before + 1) & (loops.record[stroke] == loops.record[before])]
+    u = np.insert(u, turns, -u[:, turns - 1], axis=1)
+    weight = np.insert(weight, turns, weight[:, turns], axis=1)
+    first, travel = first + np.searchsorted(turns, first), np.insert(loops.travel, turns, 0.0)
     # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-    lines = IntegratedLines(branches.first, branches.travel, u.clip(-1.0, 1.0), u.clip(-1.5, 1.5), weight)
+    lines = IntegratedLines(first, travel, u.clip(-1.0, 1.0), u.clip(-1.5, 1.5), weight)
     misfit, _, _ = _fit(lines, np.tile(_N_SCAN, (len(u), 1)))
     best = misfit.argmin(axis=1)[:, None]
     n = _N_SCAN[best] * np.where((best > 0) & (best < _N_SCAN.size - 1), _N_FINER, 1.0)
@@ -170,47 +174,3 @@ def _fit(lines: IntegratedLines, n: FloatArray) -> tuple[FloatArray, FloatArray,
         misfit = lines.squared_target[:, None] - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
         misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
     return misfit, a, b
-
-
-@dataclass(frozen=True, eq=False)
-class _Branches:
-    """Points of loops, each stroke begun by the reversal that ended the one before it.
-
-    A reversal turns the sign of u. Without that point a loop that switches between two samples, as dry friction
-    does, would show nothing of rho.
-
-    Attributes
-    ----------
-    after : ndarray, shape (E,)          The point after each reversal.
-    added, kept : ndarray, shapes (E,), (P,)   Places of reversals and points among all.
-    first : ndarray                      First of each stroke.
-    travel : ndarray, shape (P + E,)     [m]
-    """
-
-    after: NDArray[np.intp]
-    added: NDArray[np.intp]
-    kept: NDArray[np.intp]
-    first: NDArray[np.intp]
-    travel: FloatArray
-
-    def all(self, of_points: FloatArray, of_reversals: FloatArray) -> FloatArray:
-        """Values of all, shape (L, P + E), from those of several lines."""
-        values = np.empty((len(of_points), self.travel.size))
-        values[:, self.kept], values[:, self.added] = of_points, of_reversals
-        return values
-
-
-@lru_cache(maxsize=2)  # several candidates for omega are fitted on the same points
-def _branches(loops: SamplePoints) -> _Branches:
-    first = loops.bounds[1:-1]
-    follows = loops.stroke[first] == loops.stroke[first - 1] + 1
-    follows &= loops.record[loops.stroke[first]] == loops.record[loops.stroke[first - 1]]
-    after = first[follows]
-    added = after + np.arange(after.size)
-    is_kept = np.ones(loops.stroke.size + after.size, dtype=bool)
-    is_kept[added] = False
-    kept = np.flatnonzero(is_kept)
-    firsts = np.sort(np.concatenate([kept[loops.bounds[:1]], kept[first[~follows]], added]))
-    travel = np.zeros(is_kept.size)
-    travel[kept] = loops.travel
-    return _Branches(after, added, kept, firsts, travel)

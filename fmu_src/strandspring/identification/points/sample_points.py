@@ -182,13 +182,8 @@ def gather(
         strokes.of_sample[used], np.flatnonzero(used).astype(np.float64),
         strokes.direction, strokes.turning_displacement[:-1], strokes.length, np.zeros(strokes.count, np.intp),
     )  # fmt: skip
-    return averaged(samples, points)
-
-
-def averaged(loops: SamplePoints, points: int) -> SamplePoints:
-    """The points of one record, averaged over so many cells of travel where a stroke has more of them."""
-    cells = cells_of(loops, points)
-    return loops if cells is None else averaged_over(loops, cells)
+    cells = cells_of(samples, points)
+    return samples if cells is None else averaged_over(samples, cells)
 
 
 def cells_of(loops: SamplePoints, points: int) -> IndexArray | None:

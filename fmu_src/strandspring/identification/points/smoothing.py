@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...loops.noise_levels import noise_level
@@ -28,20 +25,12 @@ def moving_average(loops: SamplePoints, values: FloatArray, half_width: int) -> 
     """
     if half_width == 0:
         return values
-    low, high, weight = _windows(loops, half_width)
-    sums = np.append(0.0, np.cumsum(values * loops.weight))
-    return np.asarray((sums[high] - sums[low]) / weight)
-
-
-@lru_cache(maxsize=4)  # several candidates for omega are smoothed on the same points
-def _windows(loops: SamplePoints, half_width: int) -> tuple[NDArray[np.intp], NDArray[np.intp], FloatArray]:
-    """Where the window of each point begins and ends, and its weight."""
     position = np.arange(loops.stroke.size)
     begin, end = (np.repeat(ends, np.diff(loops.bounds)) for ends in (loops.bounds[:-1], loops.bounds[1:] - 1))
     reach = np.minimum(half_width, np.minimum(position - begin, end - position))
     low, high = position - reach, position + reach + 1
-    weights = np.append(0.0, np.cumsum(loops.weight))
-    return low, high, weights[high] - weights[low]
+    sums, weights = (np.append(0.0, np.cumsum(column)) for column in (values * loops.weight, loops.weight))
+    return np.asarray((sums[high] - sums[low]) / (weights[high] - weights[low]))
 
 
 def automatic_half_width(loops: SamplePoints, omega: FloatArray) -> int:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -45,11 +44,6 @@ class Corrected:
     fit: Candidate
     loops: SamplePoints
     sizes: Sizes
-
-    @cached_property
-    def gains(self) -> dict[Effect, Gain]:
-        """What one more effect promises, of those that were asked for."""
-        return {}
 
     @property
     def price(self) -> int:

@@ -52,10 +52,7 @@ def promising(rig: Rig, state: Corrected, margin: float = MARGIN) -> list[Sizes]
 def gains_of(rig: Rig, state: Corrected, among: Sequence[Effect] = tuple(Effect)) -> list[Gain]:
     """What each of the effects that a state does not have promises, the most first."""
     open_to = [effect for effect in rig.effects if effect in among and effect not in state.sizes]
-    if new := [effect for effect in open_to if effect not in state.gains]:
-        state.gains.update((gain.effect, gain) for gain in _gains(rig, state, new))
-    gains = [state.gains[effect] for effect in open_to if effect in state.gains]
-    return sorted(gains, key=lambda gain: -gain.criterion)
+    return sorted(_gains(rig, state, open_to), key=lambda gain: -gain.criterion) if open_to else []
 
 
 def _gains(rig: Rig, state: Corrected, effects: Sequence[Effect]) -> Iterator[Gain]:
@@ -102,12 +99,9 @@ class EffectTraces:
         if not effects:
             return {}, self._misfit
         traces = [self._traces[effect] for effect in effects]
-        matrix = np.hstack(traces) if len(traces) > 1 else traces[0]
+        matrix = np.hstack(traces)
         scale = np.maximum(np.sqrt(np.sum(matrix**2, axis=0)), 1e-300)
-        if matrix.shape[1] == 1:
-            solution = self._misfit @ (matrix / scale) / scale
-        else:
-            solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
+        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
         ends = accumulate(trace.shape[1] for trace in traces)
         steps = [solution[end - trace.shape[1] : end] for trace, end in zip(traces, ends, strict=True)]
         return dict(zip(effects, steps, strict=True)), self._misfit - matrix @ solution

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ...identification.points.polynomials import Basis
+from ...identification.search.search import force_floor
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
 from .classes import Rival
@@ -28,7 +29,6 @@ _KEPT = 2  # minima that are carried to other degrees
 _ELASTIC = (1, 2, 3, 4, 5, 6, 8)  # degrees of FE tried
 _AMPLIFIER = (0, 1, 2, 3, 4)  # degrees of the factor of the hysteretic part tried
 _ROUNDS = 60  # evaluations with a Jacobian from each start
-_FLOOR = 0.003  # error below which fits are equally good, share of the force's standard deviation
 _AS_WELL = 1.02  # errors within this factor of the least are equally good
 _DIFFERENCE = 1e-5  # of a shape parameter for the derivatives, share of its range
 _TINY = 1e-10  # singular values below this share of the largest are dropped, and squares of columns below this share
@@ -216,7 +216,7 @@ def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[RivalFit]:
     pilots = distinct(problem.minima(problem.random_starts()))
     if not pilots:
         return []
-    floor = force_floor(track)
+    floor = force_floor(track.loops)  # error below which fits are equally good
     amplifiers = _AMPLIFIER if rival.has_amplifier else (0,)
 
     def leanest(degrees: Iterable[tuple[int, int]], starts: list[RivalFit]) -> list[RivalFit]:
@@ -233,12 +233,6 @@ def fit_class(rival: Rival, track: Track, fold: IndexArray) -> list[RivalFit]:
 
     best = leanest(((elastic, basis.amplifier) for elastic in _ELASTIC), pilots)
     return leanest(((best[0].basis.elastic, amplifier) for amplifier in amplifiers), [*best, *pilots])
-
-
-def force_floor(track: Track) -> float:
-    """Misfit below which fits are equally good [N]."""
-    loops = track.loops
-    return _FLOOR * loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
 
 
 def distinct(fits: list[RivalFit]) -> list[RivalFit]:

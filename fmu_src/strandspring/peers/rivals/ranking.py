@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...identification.points.steady_part import SteadyRecord
+from ...identification.search.search import force_floor
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import IndexArray
 from .classes import OWN, RIVALS, Rival
-from .fitting import RivalFit, RivalProblem, fit_class, force_floor
+from .fitting import RivalFit, RivalProblem, fit_class
 from .track import Track
 
 _MOST_FOLDS = 10
@@ -140,12 +141,11 @@ def rank(
         if entry is not None:
             entries.append(entry)
         advance(k + 1)
-    loops = track.loops
-    spread = loops.rms(loops.force - np.average(loops.force, weights=loops.weight))
     notes = []
     if any(rival.needs_time for rival in rivals) and any(part.record.rising_time is None for part in parts):
         notes.append("Without rising times, velocities are taken from samples at equal intervals of time.")
-    floor = force_floor(track)
+    floor = force_floor(track.loops)
+    spread = track.loops.force_deviation
     return Ranking(_sorted(entries, floor), what, int(fold.max()) + 1, spread, floor, tuple(notes))
 
 
