@@ -22,10 +22,9 @@ from ..search.search import Candidate
 
 _ABOVE = 10.0  # power of the line in that of all others near it
 _WIDTH = 2  # lines to either side that belong to one, by the window
-_OF_FORCE = 8.0  # harmonic of the test from which lines are looked for in the force...
-_OF_RESIDUALS = 3.0  # ...and in residuals, if it is none, as what a spring leaves has low ones
+_FIRST = 3.0  # harmonic of the test from which lines are looked for; what a spring leaves has lower ones
 _WHOLE = 0.1  # distance from a whole number that counts as none
-_SHARE = 0.3  # of the variance of what is searched above that harmonic that the line must hold, of residuals
+_SHARE = 0.3  # of the variance of the residuals above that harmonic that the line must hold
 _LOW = range(3, 13)  # harmonics of which a spring may take over a part
 _RIVAL = 0.5  # of what hum explains of the residuals, that no effect of the rig may explain
 _MOST = 0.6  # share of the residuals' squares that hum at a low harmonic must explain
@@ -58,19 +57,17 @@ class Hum:
         return f"{self.amplitude:.3g} N at {at}"
 
 
-def hum(parts: Sequence[SteadyRecord], residuals: Sequence[FloatArray] | None = None) -> Hum | None:
+def _hum(parts: Sequence[SteadyRecord], residuals: Sequence[FloatArray]) -> Hum | None:
     """The hum on the forces of most records; None if there is none, or the records do not show it.
 
     Parameters
     ----------
     parts : sequence of SteadyRecord
-    residuals : sequence of ndarray, or None   What a spring leaves of each record's force at every sample [N]. Without
-                                               them the forces are searched, which show hum at high harmonics only.
+    residuals : sequence of ndarray   What a spring leaves of each record's force at every sample [N].
     """
     lines = []
-    for k, part in enumerate(parts):
-        values = part.record.force if residuals is None else residuals[k]
-        line = _line(part, values, residuals is None)
+    for part, values in zip(parts, residuals, strict=True):
+        line = _line(part, values)
         if line is not None and line.amplitude > _WORTH * float(np.std(part.record.force)):
             lines.append(line)
     if not lines or 2 * len(lines) < len(parts):
@@ -95,7 +92,7 @@ def hum_beside(rig: Rig, fit: Candidate) -> Hum | None:
     loops = rig.with_points(None).loops
     refinement = transferred(fit, loops, coarse=True).refinement
     misfit = refinement.backbone.misfit(loops.force, refinement.omega)
-    return hum(rig.parts, [misfit[points] for _, points in loops.by_record]) or _low_harmonic(rig, fit)
+    return _hum(rig.parts, [misfit[points] for _, points in loops.by_record]) or _low_harmonic(rig, fit)
 
 
 def _low_harmonic(rig: Rig, fit: Candidate) -> Hum | None:
@@ -144,24 +141,23 @@ def _rate(line: Hum) -> float:
     return line.harmonic if line.frequency is None else line.frequency
 
 
-def _line(part: SteadyRecord, values: FloatArray, of_force: bool) -> Hum | None:
+def _line(part: SteadyRecord, residuals: FloatArray) -> Hum | None:
     """The line of one record."""
-    size = values.size
+    size = residuals.size
     if not part.is_even:
         return None
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
-    level = values - np.linspace(values[0], values[-1], size) if of_force else values
-    power = np.abs(np.fft.rfft((level - np.average(level, weights=window)) * window)) ** 2
+    windowed = (residuals - np.average(residuals, weights=window)) * window
+    power = np.abs(np.fft.rfft(windowed)) ** 2
     fundamental = size / part.strokes.period
-    first = math.ceil((_OF_FORCE if of_force else _OF_RESIDUALS) * fundamental)
+    first = math.ceil(_FIRST * fundamental)
     if power.size < first + 4 * _WIDTH:
         return None
-    # What stands above all from half an octave below most clearly; of residuals it is the highest.
-    top = first + int(np.argmax(_over_lower(power)[first:] if of_force else power[first:]))
+    top = first + int(np.argmax(power[first:]))
     near = np.r_[max(top // 2, _WIDTH + 1) : max(top - _WIDTH, 1), top + _WIDTH + 1 : min(2 * top, power.size)]
     if not near.size or power[top] < _ABOVE * power[near].max():
         return None
-    if not of_force and power[top - _WIDTH : top + _WIDTH + 1].sum() < _SHARE * power[first:].sum():
+    if power[top - _WIDTH : top + _WIDTH + 1].sum() < _SHARE * power[first:].sum():
         return None
     place = top + _offset(power, top)
     harmonic = place / fundamental
@@ -169,17 +165,9 @@ def _line(part: SteadyRecord, values: FloatArray, of_force: bool) -> Hum | None:
         return None
     angle = 2.0 * np.pi * place * np.arange(size) / size
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=1) * window[:, None]
-    size_of = np.linalg.lstsq(waves, (level - np.average(level, weights=window)) * window, rcond=None)[0]
+    size_of = np.linalg.lstsq(waves, windowed, rcond=None)[0]
     period = part.cycle_time
     return Hum(None if period is None else harmonic / period, harmonic, float(np.hypot(*size_of)))
-
-
-def _over_lower(power: FloatArray) -> FloatArray:
-    """Power of each line in the largest of those from half its frequency to it."""
-    ratio = np.zeros(power.size)
-    for k in range(2 * _WIDTH + 2, power.size):
-        ratio[k] = power[k] / max(power[k // 2 : k - _WIDTH].max(), 1e-300)
-    return ratio
 
 
 def _offset(power: FloatArray, top: int) -> float:

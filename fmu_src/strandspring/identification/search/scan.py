@@ -6,7 +6,7 @@ gridded through what it means: the share of the longest stroke within which the 
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import cache
 
 import numpy as np
 
@@ -43,20 +43,8 @@ def scan_minima(loops: SamplePoints, columns: Columns) -> list[Hysteresis]:
     loops : SamplePoints
     columns : Columns   Basis functions at the points.
     """
-    every = _thinning(loops)
-    return _thinned(loops).minima(Columns(columns.elastic[every], columns.amplifier[every]))
-
-
-def _thinning(loops: SamplePoints) -> slice:
-    return slice(None, None, max(1, loops.force.size // _SCANNED))
-
-
-@lru_cache(maxsize=2)  # the same points are scanned with several columns
-def _thinned(loops: SamplePoints) -> _Grid:
-    """The grid on the points that are left of some loops."""
-    kept = np.zeros(loops.force.size, dtype=bool)
-    kept[_thinning(loops)] = True
-    return _Grid(loops.only(kept))
+    kept = np.arange(loops.force.size) % max(1, loops.force.size // _SCANNED) == 0
+    return _Grid(loops.only(kept)).minima(Columns(columns.elastic[kept], columns.amplifier[kept]))
 
 
 @cache
