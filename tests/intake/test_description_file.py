@@ -11,8 +11,7 @@ import pytest
 from strandspring import RecordError, read_campaign, read_record
 from strandspring.loops import description_file
 from strandspring.loops.description_file import entries
-from strandspring.loops.wanted import Wanted
-from strandspring.loops.windows import cycle_range, is_window, window
+from strandspring.loops.wanted import Wanted, cycle_range, is_window, window
 
 TIME = np.linspace(0.0, 5.0, 1001)
 PATH = 20.0 * np.sin(2.0 * np.pi * TIME)  # [mm]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -115,8 +115,8 @@ class Identification(IdentifiedModel, Result):
             ],
             "effects": self.effects,
             "recorded_loops": [loop.as_json() for loop in self.recorded],
-            "small_loops": self.small_loops.as_json(),
-            "lack_of_fit": None if self.lack_of_fit is None else self.lack_of_fit.as_json(),
+            "small_loops": asdict(self.small_loops),
+            "lack_of_fit": None if self.lack_of_fit is None else asdict(self.lack_of_fit),
             "notes": self.notes,
         }
 

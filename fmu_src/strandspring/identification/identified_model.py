@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import PurePath
 from typing import Any
 
@@ -121,8 +121,8 @@ class IdentifiedModel:
                 ],
                 **({"effects": self.effects} if self.effects else {}),
                 "recorded_loops": [loop.as_json() for loop in self.recorded],
-                "small_loops": self.small_loops.as_json(),
-                **({"lack_of_fit": self.lack_of_fit.as_json()} if self.lack_of_fit else {}),
+                "small_loops": asdict(self.small_loops),
+                **({"lack_of_fit": asdict(self.lack_of_fit)} if self.lack_of_fit else {}),
                 "records": [
                     {
                         "file": PurePath(fit.path).name,

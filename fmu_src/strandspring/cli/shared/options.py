@@ -19,8 +19,7 @@ from ...identification.methods.refined import KEEP, RefinedOptions
 from ...identification.methods.scan_options import ScanOptions
 from ...identification.rig.effect_columns import STATES
 from ...loops.description_file import entries
-from ...loops.wanted import Wanted
-from ...loops.windows import is_window
+from ...loops.wanted import Wanted, is_window
 from ...model.names import check_name
 from ...model.names import identifier as identifier
 from ...peers.ni_method import NiOptions

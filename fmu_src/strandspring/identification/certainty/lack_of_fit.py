@@ -7,8 +7,7 @@ the shape of the elastic force, the part in which they differ that of the loop.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -101,10 +100,6 @@ class LackOfFit:
             f"fit: misfit {self.over_noise:.3g} times the noise, {100.0 * self.of_height:.2g} % of the loops' height; "
             f"energy of the loops {100.0 * self.energy:+.2g} %"
         )
-
-    def as_json(self) -> dict[str, Any]:
-        """Content of the model file's field `fit.lack_of_fit`."""
-        return asdict(self)
 
 
 def _repeated(loops: SamplePoints, residuals: FloatArray) -> tuple[float, float]:

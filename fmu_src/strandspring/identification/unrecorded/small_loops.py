@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -73,10 +73,6 @@ class SmallLoops:
             f"loops of {1e3 * self.amplitude:.3g} mm take {self.energy:.3g} J a cycle, {self.low:.2g} to "
             f"{self.high:.2g} J if the mount is of another class"
         )
-
-    def as_json(self) -> dict[str, float]:
-        """Content of the model file's field `fit.small_loops`."""
-        return asdict(self)
 
 
 def loop_energy(spring: SpringParameters) -> float:
