@@ -6,12 +6,12 @@ import os
 from datetime import datetime, timezone
 from xml.etree.ElementTree import Element, SubElement
 
-from ...core.variables import FmiUnit, nominal_values
+from ...core.variables import FmiUnit
 from ...errors import BuildError
 from ...model.modelfile import ModelFile
 from . import fmi2, fmi3
 from .content import Backend, DescriptionContent
-from .described_variables import described_variables
+from .described_variables import described_variables, nominal_values
 from .xml_parts import base_unit, xml_file
 
 _VERSIONS = {2: fmi2, 3: fmi3}
@@ -19,11 +19,12 @@ _VERSIONS = {2: fmi2, 3: fmi3}
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
+    variables = described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays)
     content = DescriptionContent(
         model.name,
         model.description or "Hysteretic spring: displacement in, restoring force out",
-        *described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays),
-        nominal_values(model.parameters) if backend.with_states else {},
+        *variables,
+        nominal_values(model.parameters, variables.table),
     )
     return described(content, guid, generation_tool, backend)
 
