@@ -63,6 +63,10 @@ class BuildOptions:
         """The version of FMI that is built."""
         return 2 if self.fmi is None else self.fmi
 
+    def target(self, folder: str | Path, name: str, kind: str) -> Path:
+        """Where an FMU of this kind of a model of this name is written."""
+        return fmu_path(folder, name, kind, self.version, self.real_time)
+
     def with_those_of(self, before: BuildSettings | None) -> BuildOptions:
         """These and, where nothing was asked for, those of the FMU that is the source, if it is one."""
         if before is None:
@@ -147,7 +151,7 @@ def build_all(
     refuse_platforms(kinds, platforms)
     jobs = [
         FmuJob(
-            fmu_path(folder, model.name, kind, options.version),
+            options.target(folder, model.name, kind),
             kind,
             partial(_build, model, kind=kind, options=options, platforms=platforms, zero=zero),
             examine_fmu,

@@ -14,7 +14,7 @@ from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, 
 from ...api.fmus.building_system import SystemToBuild
 from ...api.fmus.fmus_in_place import BuiltFmu
 from ...errors import BuildError
-from ...fmu.archive import binary_sizes, fmu_path
+from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
@@ -83,7 +83,7 @@ _PURPOSES = {
 @click.option(
     "--real-time",
     is_flag=True,
-    help="Build native FMUs that allocate nothing after instantiation, for targets with a deadline.",
+    help="Build native FMUs, NAME_real_time.fmu, for targets with a deadline: they allocate nothing once instantiated.",
 )
 @click.option("--no-energy", is_flag=True, help="With --real-time: leave out the output absorbed_energy.")
 @click.option("--arrays", is_flag=True, help="With --fmi 3: coefficients as arrays, which few importers read.")
@@ -173,7 +173,7 @@ def build(
         _refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for kind in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, kind, settings.version)})
+            refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -182,7 +182,7 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for kind in kinds:
-            target = fmu_path(output, chosen, kind, settings.version)
+            target = settings.target(output, chosen, kind)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_most_harmful(identification, str(model_path))
@@ -238,7 +238,7 @@ def _fmu_lines(built: BuiltFmu, settings: BuildOptions) -> list[str]:
 
 
 def _settings_apart(settings: BuildOptions) -> list[str]:
-    """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
+    """What sets native FMUs apart from the usual ones."""
     of_energy = " without absorbed_energy" if settings.no_energy else ""
     return [
         *(["FMI 3.0" + (" with arrays" if settings.arrays else "")] if settings.version == 3 else []),

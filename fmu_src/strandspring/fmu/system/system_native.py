@@ -5,7 +5,6 @@ The same system gives the same bytes, whatever the platform it is built on.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -19,8 +18,8 @@ from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..description.model_description import described
 from ..native.platforms import Platform, binaries, default_platforms
-from ..related_files import sealed
-from .system_block import SystemBlock, system_block
+from ..related_files import sealed, version_of
+from .system_block import system_block
 from .system_page import system_page
 from .system_reference import reference_tables
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
@@ -48,8 +47,7 @@ _VALUES = "fmu/system/c/system_values.h"
 
 def system_identifier(system: MountedSystem, fmi: int = 2) -> str:
     """The name of the system's FMU."""
-    suffix = fmu_name("", "native", fmi)
-    return identifier(system.name or "system")[: LONGEST_NAME - len(suffix)] + suffix
+    return fmu_name(identifier(system.name or "system")[: LONGEST_NAME - len("_fmi3")], "native", fmi)
 
 
 def build_system_fmu(
@@ -99,7 +97,11 @@ def system_contents(
         step=options.step,
     )
     backend = Backend(
-        co_simulation=_ABILITIES[fmi], sources=(unit.file,), author=options.author, version=_version(block), fmi=fmi
+        co_simulation=_ABILITIES[fmi],
+        sources=(unit.file,),
+        author=options.author,
+        version=version_of(block.source("")),
+        fmi=fmi,
     )
     # The binaries hold the GUID, so it comes from what they are made of.
     guid = content_guid([described(content, "", tool, backend), block.source("").encode("ascii")], fixed)
@@ -107,7 +109,7 @@ def system_contents(
     return sealed(
         {
             "modelDescription.xml": described(content, guid, tool, backend),
-            **icon(fmi),
+            **icon(fmi, "system"),
             "documentation/index.html": system_page(
                 system, options, unit, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
             ).encode(),
@@ -118,7 +120,3 @@ def system_contents(
             **({BUILD_DESCRIPTION: build_description(name, backend.sources)} if fmi == 3 else {}),
         }
     )
-
-
-def _version(block: SystemBlock) -> str:
-    return hashlib.sha256(block.source("").encode("ascii")).hexdigest()[:12]
