@@ -7,7 +7,6 @@ import re
 import zipfile
 from collections.abc import Mapping
 from importlib import metadata
-from importlib.resources import files
 from pathlib import Path
 
 from ..compiled.images import fmi_header
@@ -15,10 +14,9 @@ from ..errors import BuildError
 from ..ground.files import replacing
 from ..model.modelfile import ModelFile
 from .description.content import Backend
+from .description.icons import icon
 from .documentation import documentation_page
 
-# By version of FMI.
-_ICONS = {2: ("model.png",), 3: ("terminalsAndIcons/icon.png", "terminalsAndIcons/icon.svg")}
 _TYPES_OF_PLATFORM = {2: "fmi2TypesPlatform.h", 3: "fmi3PlatformTypes.h"}
 # The earliest time a zip archive can hold.
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)
@@ -61,16 +59,6 @@ def common_contents(
         "documentation/index.html": documentation_page(model, zero, platforms, backend).encode("utf-8"),
         **licences(others, backend.fmi),
     }
-
-
-def icon(fmi: int = 2, name: str = "model") -> dict[str, bytes]:
-    """The icon by its paths in the FMU, of a spring (model) or a system."""
-    return {path: asset(f"{name}{Path(path).suffix}") for path in _ICONS[fmi]}
-
-
-def asset(name: str) -> bytes:
-    """A file of the folder `assets`."""
-    return (files(__package__) / "assets" / name).read_bytes()
 
 
 def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:

@@ -24,10 +24,9 @@ from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
 from ...records.given import Source, as_records
-from ...vibration.description.system_file import is_system_file
 from ..common.model_source import ModelSource, built_with, path_of
 from ..common.progress import Progress, unseen
-from .building_system import SystemToBuild
+from .building_system import SystemToBuild, describes_system
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
 Kind: TypeAlias = Literal["native", "python", "states"]
@@ -263,13 +262,13 @@ def build_fmu(
     names = [platforms] if isinstance(platforms, str) else platforms
     chosen = None if names is None else chosen_platforms(",".join(names))
     path = path_of(model)
-    if path is not None and is_system_file(path):
+    if path is not None and describes_system(path):
         others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
                   "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
                   "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
-        wanted_system = SystemToBuild.load(path, candidate, author, 2 if fmi is None else fmi)
+        wanted_system = SystemToBuild.load(path, candidate, author, fmi)
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
-from ..archive import asset
 from .fmi3 import VERSION
+from .icons import asset
 from .xml_parts import xml_file
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"

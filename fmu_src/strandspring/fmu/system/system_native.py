@@ -5,17 +5,18 @@ The same system gives the same bytes, whatever the platform it is built on.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...compiled.images import SYSTEM, SYSTEM3
 from ...model.names import LONGEST_NAME, identifier
 from ...vibration.bodies.mounted import MountedSystem
-from ..archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
+from ..archive import content_guid, installed_version, licences, write_archive
 from ..description.array_variables import scalar_variables
 from ..description.content import Backend, DescriptionContent
 from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
+from ..description.icons import icon
 from ..description.model_description import described
 from ..native.platforms import Platform, binaries, default_platforms
 from ..related_files import sealed, version_of
@@ -47,11 +48,16 @@ _VALUES = "fmu/system/c/system_values.h"
 
 def system_identifier(system: MountedSystem, fmi: int = 2) -> str:
     """The name of the system's FMU."""
-    return fmu_name(identifier(system.name or "system")[: LONGEST_NAME - len("_fmi3")], "native", fmi)
+    ending = "" if fmi == 2 else f"_fmi{fmi}"
+    return identifier(system.name or "system")[: LONGEST_NAME - len(ending)] + ending
 
 
 def build_system_fmu(
-    system: MountedSystem, directory: Path, options: SystemFmuOptions, platforms: Sequence[Platform] | None = None
+    system: MountedSystem,
+    directory: Path,
+    options: SystemFmuOptions,
+    platforms: Sequence[Platform] | None = None,
+    description: Mapping[str, bytes] | None = None,
 ) -> Path:
     """Write ``<directory>/<name of the system>.fmu``, an FMU for co-simulation that runs without Python.
 
@@ -63,6 +69,8 @@ def build_system_fmu(
     directory : Path                    Made if it does not exist.
     options : SystemFmuOptions
     platforms : sequence of Platform    As for the FMU of a spring.
+    description : mapping or None       What the system was described by, see `system_files`; None for a system that was
+                                        made in Python.
 
     Returns
     -------
@@ -76,11 +84,14 @@ def build_system_fmu(
     """
     chosen = default_platforms() if platforms is None else platforms
     name = system_identifier(system, options.fmi)
-    return write_archive(directory / f"{name}.fmu", system_contents(system, options, chosen))
+    return write_archive(directory / f"{name}.fmu", system_contents(system, options, chosen, description))
 
 
 def system_contents(
-    system: MountedSystem, options: SystemFmuOptions, platforms: Sequence[Platform]
+    system: MountedSystem,
+    options: SystemFmuOptions,
+    platforms: Sequence[Platform],
+    description: Mapping[str, bytes] | None = None,
 ) -> dict[str, bytes]:
     """Every file of the FMU by its path inside it."""
     fmi, block = options.fmi, system_block(system, options)
@@ -115,6 +126,7 @@ def system_contents(
             ).encode(),
             **licences((), fmi),
             **reference_tables(system, options),
+            **(description or {}),
             **binaries(name, platforms, unit, lambda image: block.filled(image, guid), fmi),
             **{f"sources/{path}": text for path, text in sources.items()},
             **({BUILD_DESCRIPTION: build_description(name, backend.sources)} if fmi == 3 else {}),
