@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from .api.comparing.comparison import compare as compare
     from .api.fmus.building import build_fmu as build_fmu
     from .api.fmus.exporting import export as export
+    from .api.fmus.system_information import SystemInformation as SystemInformation
+    from .api.fmus.system_information import info_system as info_system
     from .api.fmus.verifying import Verification as Verification
     from .api.fmus.verifying import verify as verify
     from .api.identification import Identification as Identification
@@ -84,6 +86,7 @@ _NAMES = {
     "api.comparing.comparison": ("Comparison", "compare"),
     "api.fmus.building": ("build_fmu",),
     "api.fmus.exporting": ("export",),
+    "api.fmus.system_information": ("SystemInformation", "info_system"),
     "api.fmus.verifying": ("Verification", "verify"),
     "api.identification": ("Identification", "identify"),
     "api.identifying.information": ("Information", "info"),

@@ -70,18 +70,21 @@ def test_the_terminal_is_a_flange_of_variables_that_are_there(contents: dict[str
     description = fmpy.read_model_description(archive(contents))
     causalities = {v.name: v.causality for v in description.modelVariables}
     root = ElementTree.fromstring(contents[TERMINALS])
-    # The standard asks for the version of the model description, and the icon beside the file.
+    # The standard asks for the version of the model description, and for icons beside the file.
     assert root.get("fmiVersion") == description.fmiVersion
-    assert contents["terminalsAndIcons/icon.png"].startswith(b"\x89PNG")
     (terminal,) = root.iter("Terminal")
     assert terminal.get("name") == "flange"
     # By plug, members match by their names, which must be there and unique.
     assert terminal.get("matchingRule") == "plug"
-    assert [(m.get("memberName"), m.get("variableName"), m.get("variableKind")) for m in terminal] == [
+    *members, graphics = terminal
+    assert [(m.get("memberName"), m.get("variableName"), m.get("variableKind")) for m in members] == [
         ("s", "displacement", "signal"), ("f", "force", "inflow"),
     ]  # fmt: skip
+    for name in ("icon", graphics.get("iconBaseName")):
+        assert contents[f"terminalsAndIcons/{name}.png"].startswith(b"\x89PNG")
+        assert ElementTree.fromstring(contents[f"terminalsAndIcons/{name}.svg"]).tag.endswith("}svg")
     # Both kinds are restricted to these causalities.
-    assert {causalities[str(m.get("variableName"))] for m in terminal} <= {"input", "output", "parameter"}
+    assert {causalities[str(m.get("variableName"))] for m in members} <= {"input", "output", "parameter"}
 
 
 def test_only_files_of_fmi_3(contents: dict[str, bytes]) -> None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import fmpy
+import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
@@ -21,6 +22,8 @@ from strandspring.errors import StrandspringError
 from strandspring.fmu.check_plot import loops_svg
 from strandspring.fmu.documentation import flat
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
+from strandspring.fmu.related_files import slow_cycles
+from strandspring.kernel.path import PathSolver
 from strandspring.model.modelfile import ModelFile
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab äöü 弹簧 %s %n {name} {{ 7*7 }}"
@@ -55,7 +58,7 @@ def test_table_is_what_fmpy_reads(description):
 def test_names_of_the_design(description):
     of = {v.name: v for v in description.modelVariables}
     coefficients = [f"{k}_{i}" for k, values in (("kE", SPRING.kE), ("kA", SPRING.kA)) for i in range(len(values))]
-    parameters = [*coefficients, *SCALARS, "omega_start"]
+    parameters = [*SCALARS, *coefficients, "omega_start"]
     assert list(of) == [
         "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega", *parameters,
     ]  # fmt: skip
@@ -65,9 +68,20 @@ def test_names_of_the_design(description):
     assert float(of["displacement"].start) == 0.0
     assert {v.name for v in of.values() if v.variability == "tunable"} == {
         *coefficients, "kappa_omega", "rho", "sigma", "n"
-    }  # fmt: skip
+    } - {"kA_0"}  # fmt: skip
     assert {v.type for v in of.values() if v.causality == "output"} == {"Real"}
     assert of["extrapolating"].causality == "local"
+
+
+def test_nominal_values_are_of_the_size_of_what_happens(description):
+    nominal = {v.name: float(v.nominal) for v in description.modelVariables if v.nominal is not None}
+    assert {v.name for v in description.modelVariables} - nominal.keys() == {"extrapolating"}
+    assert all(value > 0.0 for value in nominal.values())
+    path = slow_cycles(SPRING)
+    solver = PathSolver(SPRING)
+    for name, values in (("force", solver.force(path)), ("stiffness", solver.stiffness(path)),
+                         ("absorbed_energy", solver.absorbed_energy(path)), ("displacement", path)):  # fmt: skip
+        assert 0.1 < nominal[name] / np.abs(values).max() < 2.0, name
 
 
 def test_start_values_keep_every_bit(tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import subprocess
 import zipfile
 from collections.abc import Callable
@@ -76,14 +77,23 @@ def test_the_description_names_author_version_and_tolerance(
 ) -> None:
     description = fmpy.read_model_description(str(fmu))
     assert description.author == "A. Engineer & Söhne"
-    assert len(description.version) == 12
+    assert re.fullmatch(r"0\.1\.0\+[0-9a-f]{12}", description.version)
     assert description.license == "MIT"
     assert description.copyright
     assert description.generationDateAndTime is None
     assert float(description.defaultExperiment.tolerance) == 1e-6
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
-    dated = build_native_fmu(MODEL, tmp_path)
-    assert fmpy.read_model_description(str(dated)).generationDateAndTime == "1970-01-02T00:00:00Z"
+    dated = fmpy.read_model_description(str(build_native_fmu(MODEL, tmp_path)))
+    assert (dated.generationDateAndTime, dated.author) == ("1970-01-02T00:00:00Z", None)
+
+
+def test_the_model_file_may_state_author_and_date(tmp_path: Path) -> None:
+    stated = replace(MODEL, provenance={"author": "B. Tester", "date": "2026-11-25"})
+    description = fmpy.read_model_description(str(build_native_fmu(stated, tmp_path)))
+    assert (description.author, description.generationDateAndTime) == ("B. Tester", "2026-11-25T00:00:00Z")
+    unfit = replace(MODEL, provenance={"author": ["B"], "date": "last spring"})
+    description = fmpy.read_model_description(str(build_native_fmu(unfit, tmp_path)))
+    assert (description.author, description.generationDateAndTime) == (None, None)
 
 
 def test_every_related_file_is_in_the_manifest_and_there(fmu: Path) -> None:

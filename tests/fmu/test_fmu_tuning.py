@@ -83,16 +83,19 @@ def test_a_change_acts_from_the_committed_point_on(
 
 
 def test_values_as_they_are_change_no_bit(builder: Callable[..., Path], tmp_path: Path) -> None:
+    """Fixed ones among them, which OpenModelica sets between steps before its version of August 2026."""
     path = wandering_path(SPRING, 60, seed=4)
     fmu = builder(tmp_path, SPRING)
     runs = []
     for touched in (False, True):
         with instance(fmu, tmp_path / "unpacked") as one:
             one.initialize()
+            names = [v.name for v in one.description.modelVariables if v.causality == "parameter"]
+            values = dict(zip(names, one.get(*names), strict=True))
             runs.append([])
             for displacement in path[1:]:
                 if touched:
-                    assert tune(one, rho=SPRING.rho, n=SPRING.n, kE_1=SPRING.kE[1]) == 0
+                    assert tune(one, **values) == 0
                 runs[-1].append(one.step(float(displacement), *OUTPUTS))
     assert runs[0] == runs[1]
 
@@ -103,7 +106,7 @@ def test_values_as_they_are_change_no_bit(builder: Callable[..., Path], tmp_path
         ({"rho": -1.0}, "`rho` must be > 0 [1/m], got -1.0"),
         ({"kappa_omega": 50.0, "sigma": 0.4}, "`sigma` must be within [0.5, 1000], got 0.4"),
         ({"n": float("nan")}, "`n` must be finite, got nan"),
-        ({"kA_0": 2.0}, "`kA_0` must be 1 (kappa_omega carries the scale), got 2.0"),
+        ({"kA_0": 2.0}, "`kA_0` is fixed after initialization"),
         ({"kA_1": -1e3}, "the amplifier FA (coefficients `kA`) must be > 0"),
         ({"displacement": 0.04, "omega_start": 0.5}, "`omega_start` is fixed after initialization"),
         ({"rho": 50.0, "displacement_max": 0.06}, "`displacement_max` is fixed after initialization"),

@@ -364,6 +364,13 @@ def test_to_free_no_state_is_fine(spring):
     assert spring.FreeFMUstate(byref(c_void_p())) == OK
 
 
+def test_a_state_itself_is_freed_as_by_its_address(spring):
+    """As fmusim 0.0.39 gives it."""
+    state = spring.snapshot()
+    assert spring.FreeFMUstate(state) == OK
+    assert spring.messages == []
+
+
 def test_counts_must_be_those_of_the_description():
     with Native(kind=MODEL_EXCHANGE) as one:
         one.begin_continuous_time()

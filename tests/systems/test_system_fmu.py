@@ -314,6 +314,17 @@ def test_an_excursion_within_a_step_is_told() -> None:
         assert (one.extrapolating, one.messages) == (False, [])
 
 
+def test_parameters_may_be_set_to_what_they_are_between_steps() -> None:
+    inputs = shock(BOX, BOX_OPTIONS, 3, 20, 60.0)
+    with NativeSystem().begin() as one:
+        expected = one.run(inputs, STEP)
+    with NativeSystem().begin() as one:
+        one.run(inputs[:, :1], STEP)
+        names = ("step", "omega_start", "gravity_x", "gravity_z")
+        assert one.set(**dict(zip(names, one.get(*names), strict=True))) == OK
+        assert one.outputs() == expected[1].tolist()
+
+
 HOSTILE = [
     ({"base_acceleration_x": np.nan}, r"`base_acceleration_x` must be finite, got nan; the previous value is kept\."),
     ({"load_recoil": np.inf}, r"`load_recoil` must be finite, got inf; the previous value is kept\."),

@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import shutil
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import fmpy
 import numpy as np
@@ -13,7 +15,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 import strandspring
-from strandspring import BuildError, StrandspringError, build_fmu
+from strandspring import BuildError, StrandspringError, build_fmu, info_system, isolate_system
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.archive import write_archive
 from strandspring.fmu.related_files import sealed
@@ -29,6 +31,12 @@ def examples(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """The examples, in the folder that tests run in."""
     shutil.copytree(EXAMPLES, tmp_path / "systems")
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def softer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The FMU of the electronics box on softer mounts."""
+    return build_fmu(EXAMPLES / "electronics_box.toml", tmp_path_factory.mktemp("softer"), candidate="softer")
 
 
 @pytest.fixture
@@ -95,6 +103,130 @@ def test_it_is_verified(terminal: Terminal, tmp_path: Path) -> None:
         write_archive(changed, sealed(contents))
         terminal("verify", str(changed), status=1)
         assert any(text in terminal.out for text in ("that of the reference", "is not a table", "no variable"))
+
+
+def members(fmu: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.mark.parametrize(
+    ("name", "candidate", "fmi"), [("electronics_box", "softer", 2), ("gun_cradle", "four springs", 3)]
+)
+def test_it_is_built_again_from_itself(terminal: Terminal, name: str, candidate: str, fmi: Literal[2, 3]) -> None:
+    system, text = f"systems/{name}.toml", Path(f"systems/{name}.toml").read_bytes()
+    fmu = build_fmu(system, "out", candidate=candidate, fmi=fmi, author="A")
+    other = build_fmu(system, "other", candidate=candidate, fmi=2 if fmi == 3 else 3, author="B")
+    shutil.rmtree("systems")
+    again = build_fmu(fmu, "again")
+    assert again.name == fmu.name
+    assert again.read_bytes() == fmu.read_bytes()
+    told = json.loads(terminal("build", str(fmu), "-o", "told", "--candidate", candidate, "--json"))
+    assert (told["candidate"], told["fmus"][0]["fmi"]) == (candidate, fmi)
+    assert Path(told["fmus"][0]["path"]).read_bytes() == fmu.read_bytes()
+    # Of the other version of FMI.
+    terminal("build", str(fmu), "-o", "told", "--fmi", str(2 if fmi == 3 else 3), "--author", "B")
+    assert (Path("told") / other.name).read_bytes() == other.read_bytes()
+    held = members(fmu)
+    assert held["resources/strandspring/SYSTEM.toml"] == text
+    for path, content in held.items():
+        if path.startswith("resources/strandspring/models/"):
+            assert json.loads(content) == json.loads((EXAMPLES / Path(path).name).read_text())
+    terminal("build", str(fmu), "--candidate", "other", status=1)
+    assert f"{fmu} is of the candidate {candidate}; build that of another one from the SYSTEM.toml." in terminal.err
+    terminal("build", str(fmu), "--zero", "3", status=2)
+    with pytest.raises(BuildError, match=r"^`states` cannot be given with a description of a system"):
+        build_fmu(fmu, states=True)
+
+
+def test_models_of_the_same_name_and_no_records_are_held() -> None:
+    text = Path("systems/electronics_box.toml").read_text()
+    for folder in ("one", "two"):
+        Path(folder).mkdir()
+    shutil.move("systems/corner_compression.json", "one/corner.json")
+    shutil.move("systems/corner_shear.json", "two/corner.json")
+    Path("shaken.csv").write_text("time [s],up [m/s^2]\n" + "".join(f"{1e-3 * k:g},{k % 7 - 3}\n" for k in range(200)))
+    text = text.replace("corner_compression.json", "../one/corner.json")
+    text = text.replace("corner_shear.json", "../two/corner.json")
+    case = '[[case]]\nname = "shaken"\nrecord = { file = "../shaken.csv", columns = { z = "up" } }\n'
+    Path("systems/changed.toml").write_text(text + case)
+    fmu = build_fmu("systems/changed.toml", "out", candidate="standard")
+    for path in ("systems", "one", "two"):
+        shutil.rmtree(path)
+    Path("shaken.csv").unlink()
+    assert build_fmu(fmu, "again").read_bytes() == fmu.read_bytes()
+    held = [name for name in members(fmu) if name.startswith("resources/strandspring/models/corner")]
+    assert held[:2] == [f"resources/strandspring/models/corner{number}.json" for number in ("", "_2")]
+
+
+@pytest.mark.parametrize(
+    ("member", "change", "sentence"),
+    [
+        ("system.json", lambda text: text[:-20], "(resources/strandspring/system.json is damaged)"),
+        ("system.json", lambda text: text.replace(b'"fmi": 2', b'"fmi": 4'), "system.json is damaged"),
+        ("system.json", lambda text: text.replace(b'"softer"', b'"no"'), "system.json is not that of its SYSTEM.toml"),
+        (
+            "system.json",
+            lambda text: text.replace(
+                b'"forces": []', b'"forces": [{"name": "a", "body": 1, "place": [0, 0, 0], "direction": [1, 0, 0]}]'
+            ),
+            "system.json is not that of its SYSTEM.toml",
+        ),
+        (
+            "system.json",
+            lambda text: text.replace(b"/corner_shear.json", b"/../corner.json"),
+            "The FMU holds no resources/strandspring/models/../corner.json",
+        ),
+        (
+            "system.json",
+            lambda text: text.replace(b'"corner_shear.json":', b'"corner.json":'),
+            "'corner_shear.json' is missing",
+        ),
+        ("SYSTEM.toml", lambda text: text.replace(b"[[body]]", b"[[bodies]]", 1), "'bodies' is not a key here"),
+        ("SYSTEM.toml", lambda _: b"\xff", "cannot be read as the FMU of a system"),
+        ("models/corner_shear.json", lambda text: text.replace(b'"n":', b'"m":'), "models/corner_shear.json: param"),
+    ],
+)
+def test_what_it_holds_must_be_sound(
+    terminal: Terminal, softer: Path, member: str, change: Callable[[bytes], bytes], sentence: str
+) -> None:
+    contents = members(softer)
+    path = f"resources/strandspring/{member}"
+    assert change(contents[path]) != contents[path]
+    write_archive(Path("changed.fmu"), {**contents, path: change(contents[path])})
+    for command in ("build", "info"):
+        terminal(command, "changed.fmu", status=1)
+        assert terminal.err.count("changed.fmu") == 1
+        assert sentence in terminal.err
+    assert not Path("dist").exists()
+
+
+def test_what_it_holds_is_shown(terminal: Terminal) -> None:
+    fmu = str(build_fmu("systems/two_stage_platform.toml", "out", author="A"))
+    said = terminal("info", fmu)
+    assert said.startswith(f"System Two-stage platform, as described ({fmu})")
+    assert "FMI 2.0, co-simulation, built by strandspring " in said
+    assert ", author A\n" in said
+    assert "inputs: base_acceleration_x, base_acceleration_y, base_acceleration_z; " in said
+    told = json.loads(terminal("info", fmu, "--json"))
+    assert (told["system"], told["candidate"], told["options"]["author"]) == (fmu, "as described", "A")
+    (isolated,) = isolate_system("systems/two_stage_platform.toml", directions="x", points=2).candidates
+    assert isolated.rest_lines() == said.splitlines()[-len(isolated.rest_lines()) :]
+    frequencies = [mode["frequency"] for mode in told["modes"]]
+    assert frequencies == [mode.frequency for mode in isolated.modes]
+    assert info_system(fmu).to_frame()["frequency"].tolist() == frequencies
+    page = members(Path(fmu))["documentation/index.html"].decode()
+    for mode in isolated.modes:
+        assert f'<td class="number">{mode.frequency:.4g}</td>' in page
+        assert f"<td>{mode.words}</td>" in page
+    # Three views.
+    assert page.count("<svg") == 1
+    assert page.count("<title>equipment</title>") == page.count("<title>below 1</title>") == 3
+    terminal("info", fmu, "record.csv", "--save", "a.json", status=2)
+    assert "records, --save can only be given with a model" in " ".join(terminal.err.split())
+    spring = build_fmu("systems/corner_shear.json", "out")
+    with pytest.raises(MountedSystemError, match=r"^out/corner_shear\.fmu cannot be read as the FMU of a system \("):
+        info_system(spring)
 
 
 def test_a_recoil_is_an_input(terminal: Terminal) -> None:

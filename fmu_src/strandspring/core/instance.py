@@ -88,8 +88,8 @@ class SpringInstance:
 
         Tunable parameters act from the committed point on, which keeps its omega.
         """
-        for reference in references:
-            self._require_settable(self._variable(reference, kind))
+        for reference, value in zip(references, values, strict=True):
+            self._require_settable(self._variable(reference, kind), value)
         state = self._state
         for reference, value in zip(references, values, strict=True):
             if reference != self._input:
@@ -139,10 +139,12 @@ class SpringInstance:
             raise RefusedCallError(f"`{variable.name}` (value reference {reference}) is {variable.kind}, not {kind}.")
         return variable
 
-    def _require_settable(self, variable: Variable) -> None:
+    def _require_settable(self, variable: Variable, value: Any) -> None:
         if variable.causality not in ("input", "parameter"):
             raise RefusedCallError(f"`{variable.name}` is calculated and cannot be set.")
-        if variable.variability == "fixed" and self._state.memory is not None:
+        is_fixed = variable.variability == "fixed" and self._state.memory is not None
+        # Some hosts set all parameters to what they are.
+        if is_fixed and value != self._setting(variable.name):
             raise RefusedCallError(f"`{variable.name}` is fixed after initialization; reset the instance to change it.")
 
     def _change(self, state: State) -> None:

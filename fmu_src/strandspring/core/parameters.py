@@ -22,6 +22,8 @@ KNOTS = (7, 25)
 LEAST_SPACING = 1e-3
 # Of any displacement [m].
 LARGEST_DISPLACEMENT = 1e9
+# Of the native FMU alone [m/s].
+LARGEST_VELOCITY = 1e9
 # Of displacement_max - displacement_min [m].
 WIDTH_RANGE = (1e-12, 1e6)
 # Of kappa_omega, and of each term of FE over the range [N].

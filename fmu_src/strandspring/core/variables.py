@@ -15,7 +15,16 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
-from .parameters import ARRAYS, N_RANGE, SCALARS, SIGMA_RANGE, SpringParameters
+from .parameters import (
+    ARRAYS,
+    FORCE_RANGE,
+    LARGEST_DISPLACEMENT,
+    LARGEST_VELOCITY,
+    N_RANGE,
+    SCALARS,
+    SIGMA_RANGE,
+    SpringParameters,
+)
 
 
 @dataclass(frozen=True)
@@ -62,7 +71,7 @@ def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = 
     if with_states:
         return _variables_with_states(variables(elastic, amplifier, knots))
     coefficients = _coefficients(elastic, amplifier, knots)
-    parameters = (*coefficients, *_SCALAR_PARAMETERS)
+    parameters = (*_SCALAR_PARAMETERS, *coefficients, _OMEGA_START)
     point = ("displacement", "displacement_offset", "displacement_min", "displacement_max")
     of_force = (*point, *(c.name for c in coefficients), "kappa_omega", "omega_start")
     of_stiffness = (*of_force, "rho", "sigma", "n")
@@ -70,7 +79,7 @@ def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = 
         Variable(
             "displacement", "input", "continuous",
             "Displacement of the spring, positive in the direction in which the force grows",
-            "m", "mm",
+            "m", "mm", minimum=-LARGEST_DISPLACEMENT, maximum=LARGEST_DISPLACEMENT,
         ),
         _output("force", "Restoring force of the spring; the equation of motion is m*a + force = load",
                 "N", None, of_force),
@@ -112,12 +121,6 @@ def start_values(parameters: SpringParameters, with_states: bool = False) -> dic
     if with_states:
         return {**values, "omega": 0.0, "absorbed_energy": 0.0, "velocity": 0.0}
     return {**values, "omega_start": 0.0}
-
-
-def nominal_values(parameters: SpringParameters) -> dict[str, float]:
-    """Size that each continuous state may have: the saturated hysteretic work over the identified range, and 1."""
-    travel = parameters.displacement_max - parameters.displacement_min
-    return {"absorbed_energy": parameters.kappa_omega * travel, "omega": 1.0}
 
 
 def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int, knots: int = 0) -> SpringParameters:
@@ -165,6 +168,8 @@ def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
             "Rate of the displacement; solvers that sample it need a tolerance of 1e-8 or a fixed step",
             "m/s",
             "mm/s",
+            minimum=-LARGEST_VELOCITY,
+            maximum=LARGEST_VELOCITY,
         ),
         _derivative("absorbed_energy", "Power of the force", "W", **_calculated(moving, of_force)),
         _derivative("omega", "Rate of omega", "1/s", **_calculated(("velocity", "omega"), of_slope)),
@@ -229,16 +234,15 @@ def _coefficients(elastic: int, amplifier: int, knots: int) -> tuple[Variable, .
             for i in range(knots)
         ),
         *(_parameter(f"FE_forces_{i}", f"Elastic force FE at knot {i}", "N") for i in range(knots)),
+        _fixed("kA_0", f"Amplifier FA: coefficient of power 0 {about}, always 1", "1", None, 1.0, 1.0),
         *(
             _parameter(
                 f"kA_{i}",
-                f"Amplifier FA: coefficient of power {i} {about}" + ("" if i else ", always 1"),
+                f"Amplifier FA: coefficient of power {i} {about}",
                 _per_length("1", i),
-                _per_length("1", i, "mm") if i else None,
-                minimum=None if i else 1.0,
-                maximum=None if i else 1.0,
+                _per_length("1", i, "mm"),
             )
-            for i in range(amplifier)
+            for i in range(1, amplifier)
         ),
     )
 
@@ -254,15 +258,15 @@ def _per_millimetre(over: str, power: int) -> tuple[tuple[str, float], ...]:
 
 
 _SCALAR_PARAMETERS = (
-    _parameter("kappa_omega", "Saturated hysteretic force at displacement_offset", "N", minimum=0.0),
+    _parameter("kappa_omega", "Saturated hysteretic force at displacement_offset", "N", None, *FORCE_RANGE),
     _parameter("rho", "Slope of omega over displacement at its zero crossing", "1/m", "1/mm", minimum=0.0),
     _parameter("sigma", "Recovery of omega after a reversal", "1", None, *SIGMA_RANGE),
     _parameter("n", "Smoothness exponent of the transition to saturation", "1", None, *N_RANGE),
     _fixed("displacement_offset", "Displacement about which FE and FA are written", "m", "mm"),
     _fixed("displacement_min", "Lower end of the identified range", "m", "mm"),
     _fixed("displacement_max", "Upper end of the identified range", "m", "mm"),
-    _fixed("omega_start", "omega where the path starts", "1", None, -1.0, 1.0),
 )
+_OMEGA_START = _fixed("omega_start", "omega where the path starts", "1", None, -1.0, 1.0)
 
 _UNITS = (
     FmiUnit("1"),

@@ -7,7 +7,6 @@ import re
 import zipfile
 from collections.abc import Mapping
 from importlib import metadata
-from importlib.resources import files
 from pathlib import Path
 
 from ..compiled.images import fmi_header
@@ -15,10 +14,9 @@ from ..errors import BuildError
 from ..ground.files import replacing
 from ..model.modelfile import ModelFile
 from .description.content import Backend
+from .description.icons import icon
 from .documentation import documentation_page
 
-# By version of FMI.
-_ICONS = {2: "model.png", 3: "terminalsAndIcons/icon.png"}
 _TYPES_OF_PLATFORM = {2: "fmi2TypesPlatform.h", 3: "fmi3PlatformTypes.h"}
 # The earliest time a zip archive can hold.
 _TIMESTAMP = (1980, 1, 1, 0, 0, 0)
@@ -63,11 +61,6 @@ def common_contents(
     }
 
 
-def icon(fmi: int = 2) -> dict[str, bytes]:
-    """The icon by its path in the FMU."""
-    return {_ICONS[fmi]: (files(__package__) / "assets" / "model.png").read_bytes()}
-
-
 def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:
     """Our licence and those of what else an FMU holds parts of, FMI and other distributions, by path in the FMU.
 
@@ -82,14 +75,15 @@ def licences(others: tuple[str, ...], fmi: int = 2) -> dict[str, bytes]:
     return {f"documentation/licenses/{name}.txt": text.encode("utf-8") for name, text in texts.items() if text}
 
 
-def fmu_name(name: str, backend: str, fmi: int = 2) -> str:
+def fmu_name(name: str, backend: str, fmi: int = 2, real_time: bool = False) -> str:
     """The name of the FMU of a model of this name; all kinds may be written into one folder."""
-    return f"{name}{'' if fmi == 2 else f'_fmi{fmi}'}{'' if backend == 'native' else f'_{backend}'}"
+    parts = (name, f"fmi{fmi}" if fmi != 2 else "", "real_time" if real_time else "", backend.replace("native", ""))
+    return "_".join(filter(None, parts))
 
 
-def fmu_path(directory: str | Path, name: str, backend: str, fmi: int = 2) -> Path:
+def fmu_path(directory: str | Path, name: str, backend: str, fmi: int = 2, real_time: bool = False) -> Path:
     """Where this FMU is written."""
-    return Path(directory) / f"{fmu_name(name, backend, fmi)}.fmu"
+    return Path(directory) / f"{fmu_name(name, backend, fmi, real_time)}.fmu"
 
 
 def write_archive(path: Path, contents: Mapping[str, bytes]) -> Path:

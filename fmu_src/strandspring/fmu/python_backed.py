@@ -17,7 +17,7 @@ from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description.content import Backend
 from .description.model_description import model_description
-from .related_files import BuildSettings, model_version, related_files, sealed
+from .related_files import BuildSettings, related_files, sealed, version_of
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
@@ -100,7 +100,7 @@ def fmu_contents(
     of_record = model
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
-    backend = _backend(needs_execution_tool, author, model_version(of_record))
+    backend = _backend(needs_execution_tool, author, version_of(of_record.to_json()))
     slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))

@@ -132,9 +132,9 @@ class BuildSettings:
         return settings
 
 
-def model_version(of_record: ModelFile) -> str:
-    """The beginning of the SHA-256 of the model file, as the FMU's version."""
-    return hashlib.sha256(of_record.to_json().encode("utf-8")).hexdigest()[:12]
+def version_of(text: str) -> str:
+    """The version of an FMU: that of this program, and the beginning of the SHA-256 of what the FMU is made of."""
+    return f"{__version__}+{hashlib.sha256(text.encode('utf-8')).hexdigest()[:12]}"
 
 
 def sealed(contents: Mapping[str, bytes]) -> dict[str, bytes]:

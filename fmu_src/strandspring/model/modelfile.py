@@ -133,6 +133,16 @@ def load_model(path: str | Path) -> ModelFile:
         if is_fmu(path)
         else read_text(path, MAXIMUM_BYTES, "a model file (JSON)", ModelError)
     )
+    return model_of_text(text, str(path))
+
+
+def model_of_text(text: str, path: str) -> ModelFile:
+    """The model of the text of a model file; messages name its path.
+
+    Raises
+    ------
+    ModelError   If it is not a physically possible spring; names the file and the field.
+    """
     try:
         content = parse(text)
     except json.JSONDecodeError as problem:

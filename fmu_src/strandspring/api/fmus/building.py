@@ -24,10 +24,9 @@ from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
 from ...records.given import Source, as_records
-from ...vibration.description.system_file import is_system_file
 from ..common.model_source import ModelSource, built_with, path_of
 from ..common.progress import Progress, unseen
-from .building_system import SystemToBuild
+from .building_system import SystemToBuild, describes_system
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
 Kind: TypeAlias = Literal["native", "python", "states"]
@@ -62,6 +61,10 @@ class BuildOptions:
     def version(self) -> int:
         """The version of FMI that is built."""
         return 2 if self.fmi is None else self.fmi
+
+    def target(self, folder: str | Path, name: str, kind: str) -> Path:
+        """Where an FMU of this kind of a model of this name is written."""
+        return fmu_path(folder, name, kind, self.version, self.real_time)
 
     def with_those_of(self, before: BuildSettings | None) -> BuildOptions:
         """These and, where nothing was asked for, those of the FMU that is the source, if it is one."""
@@ -147,7 +150,7 @@ def build_all(
     refuse_platforms(kinds, platforms)
     jobs = [
         FmuJob(
-            fmu_path(folder, model.name, kind, options.version),
+            options.target(folder, model.name, kind),
             kind,
             partial(_build, model, kind=kind, options=options, platforms=platforms, zero=zero),
             examine_fmu,
@@ -259,13 +262,13 @@ def build_fmu(
     names = [platforms] if isinstance(platforms, str) else platforms
     chosen = None if names is None else chosen_platforms(",".join(names))
     path = path_of(model)
-    if path is not None and is_system_file(path):
+    if path is not None and describes_system(path):
         others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
                   "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
                   "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
-        wanted_system = SystemToBuild.load(path, candidate, author, 2 if fmi is None else fmi)
+        wanted_system = SystemToBuild.load(path, candidate, author, fmi)
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")

@@ -1,22 +1,23 @@
-"""The FMU of a SYSTEM.toml."""
+"""The FMU of a system, built from a SYSTEM.toml or from such an FMU."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from ...errors import MountedSystemError
 from ...fmu.native.platforms import Platform
 from ...fmu.system.system_check import examine_system_fmu
+from ...fmu.system.system_files import SystemOfFmu, is_system_fmu, system_files
 from ...fmu.system.system_native import build_system_fmu, system_identifier
 from ...fmu.system.system_variables import ForceInput, SystemFmuOptions
 from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
-from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.description.system_file import SystemFile, is_system_file, load_system_file
 from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
@@ -42,14 +43,16 @@ class SystemToBuild:
     options: SystemFmuOptions
 
     @classmethod
-    def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int = 2) -> SystemToBuild:
-        """From a file.
+    def load(cls, path: str, candidate: str | None = None, author: str = "", fmi: int | None = None) -> SystemToBuild:
+        """From a SYSTEM.toml, or from the FMU of a system with its candidate and, by default, its author and FMI.
 
         Raises
         ------
         MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest within the
                              identified ranges of their springs.
         """
+        if is_system_fmu(path):
+            return cls._rebuilt(path, candidate, author, fmi)
         file = load_system_file(path)
         name, system = _chosen(file, candidate)
         rest(system)  # or the reason why there is none
@@ -61,9 +64,20 @@ class SystemToBuild:
             file.options.rest_omega or 0.0,
             force_inputs(file.cases),
             author,
-            fmi,
+            2 if fmi is None else fmi,
         )
         return cls(file, name, system, options)
+
+    @classmethod
+    def _rebuilt(cls, fmu: str, candidate: str | None, author: str, fmi: int | None) -> SystemToBuild:
+        held = SystemOfFmu.load(fmu)
+        before, name = held.settings.options, held.settings.candidate
+        if candidate not in (None, name):
+            raise MountedSystemError(
+                f"{held.file.path} is of the candidate {name}; build that of another one from the SYSTEM.toml."
+            )
+        options = replace(before, author=author or before.author, fmi=before.fmi if fmi is None else fmi)
+        return cls(held.file, name, held.system, options)
 
     def target(self, folder: Path) -> Path:
         """Where its FMU is written."""
@@ -80,10 +94,21 @@ class SystemToBuild:
         job = FmuJob(
             self.target(folder),
             "system",
-            partial(build_system_fmu, self.system, options=self.options, platforms=platforms),
+            partial(
+                build_system_fmu,
+                self.system,
+                options=self.options,
+                platforms=platforms,
+                description=system_files(self.file, self.candidate, self.options),
+            ),
             partial(examine_system_fmu, system=self.system, options=self.options),
         )
         return build_in_place(folder, [job], progress)[0]
+
+
+def describes_system(path: str) -> bool:
+    """Whether a path is that of a SYSTEM.toml or of the FMU of a system."""
+    return is_system_file(path) or is_system_fmu(path)
 
 
 def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:

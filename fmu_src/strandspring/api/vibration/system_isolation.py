@@ -49,7 +49,7 @@ class IsolatedSystem:
     ----------
     label : str
     system : MountedSystem
-    rest : RestPose                        Static equilibrium midway in the hysteresis.
+    rest : RestPose                        Static equilibrium, of `isolate` that midway in the hysteresis.
     motion : SmallMotion                   About it.
     modes : tuple of Mode
     responses : tuple of SystemResponse    One for each excitation and level.
@@ -61,6 +61,12 @@ class IsolatedSystem:
     motion: SmallMotion
     modes: tuple[Mode, ...]
     responses: tuple[SystemResponse, ...] = ()
+
+    @classmethod
+    def at_rest(cls, label: str, system: MountedSystem, pose: RestPose) -> IsolatedSystem:
+        """With its modes about a pose; raises MountedSystemError if that is not stable."""
+        motion = SmallMotion(system, pose.pose)
+        return cls(label, system, pose, motion, modes(motion, omega=pose.omega))
 
     def rest_lines(self) -> list[str]:
         """Static equilibrium and modes in words."""
@@ -258,9 +264,7 @@ def isolate_system(
     description = source if isinstance(source, SystemFile) else load_system_file(source)
     parts = []
     for label, system in description.chosen_candidates(candidates):
-        pose = rest(system)
-        motion = SmallMotion(system, pose.pose)
-        parts.append(IsolatedSystem(label, system, pose, motion, modes(motion)))
+        parts.append(IsolatedSystem.at_rest(label, system, rest(system)))
     kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)
     if at is not None and kind is not Excitation.FORCE:
         raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")

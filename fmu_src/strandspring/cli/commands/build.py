@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from ...api.common.model_source import built_with
 from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, refuse_platforms
-from ...api.fmus.building_system import SystemToBuild
+from ...api.fmus.building_system import SystemToBuild, describes_system
 from ...api.fmus.fmus_in_place import BuiltFmu
 from ...errors import BuildError
-from ...fmu.archive import binary_sizes, fmu_path
+from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
@@ -22,8 +21,8 @@ from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, saved_model
 from ...model.stated_figures import NAMES
 from ...records.given import bundled_record
-from ...vibration.description.system_file import is_system_file
 from ..shared.cautions import note_most_harmful
+from ..shared.descriptions import refuse_given
 from ..shared.options import (
     checked_by,
     identification_options,
@@ -83,7 +82,7 @@ _PURPOSES = {
 @click.option(
     "--real-time",
     is_flag=True,
-    help="Build native FMUs that allocate nothing after instantiation, for targets with a deadline.",
+    help="Build native FMUs, NAME_real_time.fmu, for targets with a deadline: they allocate nothing once instantiated.",
 )
 @click.option("--no-energy", is_flag=True, help="With --real-time: leave out the output absorbed_energy.")
 @click.option("--arrays", is_flag=True, help="With --fmi 3: coefficients as arrays, which few importers read.")
@@ -157,8 +156,8 @@ def build(
     fmi = options.pop("fmi")
     names = [field.name for field in fields(BuildOptions) if field.name != "fmi"]
     settings = BuildOptions(**{name: options.pop(name) for name in names}, fmi=None if fmi is None else int(fmi))
-    if len(sources) == 1 and is_system_file(sources[0]):
-        _refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
+    if len(sources) == 1 and describes_system(sources[0]):
+        refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
         _build_system(sources[0], Path(output), candidate, platforms, settings, as_json)
         return
     if candidate is not None:
@@ -170,10 +169,10 @@ def build(
     of_records = {"name", "description", "save_anyway", *options}
     method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
-        _refuse_given(of_records, "records", f"{sources[0]} is a model file")
+        refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         for kind in kinds:
-            refuse_overwriting(sources, {"--output": fmu_path(output, model.name, kind, settings.version)})
+            refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
@@ -182,7 +181,7 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for kind in kinds:
-            target = fmu_path(output, chosen, kind, settings.version)
+            target = settings.target(output, chosen, kind)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_most_harmful(identification, str(model_path))
@@ -238,7 +237,7 @@ def _fmu_lines(built: BuiltFmu, settings: BuildOptions) -> list[str]:
 
 
 def _settings_apart(settings: BuildOptions) -> list[str]:
-    """What sets native FMUs apart from the usual ones, which for real time the file's name does not say."""
+    """What sets native FMUs apart from the usual ones."""
     of_energy = " without absorbed_energy" if settings.no_energy else ""
     return [
         *(["FMI 3.0" + (" with arrays" if settings.arrays else "")] if settings.version == 3 else []),
@@ -279,11 +278,12 @@ def _build_system(
     as_json: bool,
 ) -> None:
     refuse_unwritable(folder, is_folder=True)
-    building = SystemToBuild.load(source, candidate, settings.author, settings.version)
+    building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
     refuse_overwriting([source], {"--output": building.target(folder)})
     with reporting() as progress:
         built = building.build(folder, platforms, progress)
     inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
+    settings = replace(settings, fmi=building.options.fmi)
     step, stable = building.options.step, building.options.largest_step
     present(
         as_json,
@@ -303,15 +303,3 @@ def _build_system(
             *_fmu_lines(built, settings),
         ],
     )
-
-
-def _refuse_given(names: set[str], needed: str, reason: str) -> None:
-    """Refuse options that were given although they say nothing about the source."""
-    context = click.get_current_context()
-    given = [
-        parameter.opts[0]
-        for parameter in context.command.params
-        if parameter.name in names and context.get_parameter_source(parameter.name) is ParameterSource.COMMANDLINE
-    ]
-    if given:
-        raise click.UsageError(f"{', '.join(given)} can only be given with {needed}, and {reason}; leave that out.")

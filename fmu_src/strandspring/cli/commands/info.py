@@ -6,9 +6,12 @@ from typing import Any
 
 import click
 
+from ...api.fmus.system_information import info_system
 from ...api.identifying.information import info as information_of
+from ...fmu.system.system_files import is_system_fmu
 from ...model.modelfile import load_model, save_model
 from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.descriptions import refuse_given
 from ..shared.options import json_option, loop_amplitudes, read_records, record_files, record_options
 from ..shared.output import present, working
 from ..shared.paths import refuse_overwriting
@@ -39,6 +42,8 @@ def info(
     force and peak forces. Several records also show whether the force depends on the frequency and whether the
     loading paths of different amplitudes overlap.
 
+    Of the FMU of a system it shows the candidate and its variables, where the bodies rest, and the natural modes.
+
     \b
     Examples:
       strandspring info spring.json
@@ -46,6 +51,13 @@ def info(
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
+    if is_system_fmu(model):
+        refuse_given(
+            {"records", "amplitudes", "zero", "save", *columns}, "a model", f"{model} is the FMU of a whole system"
+        )
+        system = info_system(model)
+        present(as_json, lambda: {"system": model, **system.as_json()}, system.lines)
+        return
     refuse_overwriting([model, *record_files(records)], {"--save": save}, ".json")
     content = load_model(model)
     if save is not None:

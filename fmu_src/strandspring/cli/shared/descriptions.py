@@ -48,3 +48,15 @@ def refuse_mixed(
     required = needed[is_system(path)]
     if required is not None and not context.params[required]:
         raise click.MissingParameter(ctx=context, param=options[required])
+
+
+def refuse_given(names: set[str], needed: str, reason: str) -> None:
+    """Refuse options of the command that were given although they say nothing about the source."""
+    context = click.get_current_context()
+    given = [
+        parameter.opts[0]
+        for parameter in context.command.params
+        if parameter.name in names and context.get_parameter_source(parameter.name) is ParameterSource.COMMANDLINE
+    ]
+    if given:
+        raise click.UsageError(f"{', '.join(given)} can only be given with {needed}, and {reason}; leave that out.")

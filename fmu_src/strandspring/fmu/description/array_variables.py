@@ -127,6 +127,7 @@ def _gathered(name: str, elements: Sequence[TypedVariable]) -> TypedVariable:
     return replace(
         first,
         name=name,
+        variability=elements[-1].variability,  # kA_0 is fixed
         description=about.format(", ".join(str(element.unit) for element in elements)),
         unit=first.unit if has_unit else None,
         display_unit=first.display_unit if has_unit else None,

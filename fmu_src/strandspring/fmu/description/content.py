@@ -57,6 +57,7 @@ class DescriptionContent:
     start, nominal : mapping          Values by the name of a variable.
     log_categories : mapping          Description of each.
     step : float                      Of the default experiment [s].
+    date : str                        When it was made, if that is stated: "2026-11-25".
     """
 
     name: str
@@ -67,6 +68,7 @@ class DescriptionContent:
     nominal: Mapping[str, float] = field(default_factory=dict)
     log_categories: Mapping[str, str] = field(default_factory=lambda: LOG_CATEGORIES)
     step: float = 1e-3
+    date: str = ""
 
     def listed(self, backend: Backend) -> dict[str, Variable]:
         """The variables that are described, by name."""

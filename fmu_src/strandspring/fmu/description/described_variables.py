@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
+
+import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...core.variables import FmiUnit, Variable, start_values, units, variables
+from ...kernel.path import PathSolver
 from .array_variables import StartValue, array_values, known_units, spring_variables
 
 
@@ -29,3 +32,18 @@ def described_variables(
     table = spring_variables(*counts, with_states=with_states, arrays=arrays)
     known = known_units(table, *counts[:2], with_states)
     return DescribedVariables(table, known, array_values(spring, start) if arrays else start)
+
+
+def nominal_values(spring: SpringParameters, table: Iterable[Variable]) -> dict[str, float]:
+    """Size of values by the name of a variable, as far as there is one.
+
+    Displacements are of half the identified range, outputs of the way over it and back, parameters as they are.
+    """
+    low, high = spring.displacement_min, spring.displacement_max
+    force = PathSolver(spring).force(np.array([low, high, low]), -1.0)
+    values = {name: abs(value) for name, value in start_values(spring).items()}
+    values |= {variable.name: 0.5 * (high - low) for variable in table if variable.unit == "m"}
+    values |= {"force": float(np.abs(force).max()), "stiffness": float(np.ptp(force)) / (high - low)}
+    # As those of the states are in C.
+    values |= {"absorbed_energy": spring.kappa_omega * (high - low), "omega": 1.0, "omega_start": 1.0}
+    return {name: value for name, value in values.items() if value > 0.0}

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from .fmi3 import VERSION
+from .icons import asset
 from .xml_parts import xml_file
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -16,11 +17,15 @@ _LANGUAGE = "C11"
 _WITH_LIBM = ("x86_64-linux", "aarch64-linux")
 # The coordinates that FMI takes by default, and the size that they are drawn in.
 _SQUARE = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+_FLANGE = {
+    "defaultConnectionColor": "0 127 0", "defaultConnectionStrokeSize": "1", "iconBaseName": "flange",
+    "x1": "-10", "y1": "80", "x2": "10", "y2": "100",
+}  # fmt: skip
 _SCALE = {"suggestedScalingFactorTo_mm": "0.1"}
 
 
-def terminals() -> bytes:
-    """terminalsAndIcons.xml: one flange, as those of Modelica, and where the icon is drawn.
+def terminals() -> dict[str, bytes]:
+    """terminalsAndIcons.xml and the icon of a terminal by path: one flange, as those of Modelica, on top of the spring.
 
     The equation of motion of a mass on the spring is m*a + force = load, so force is what the neighbour exerts on the
     spring in the direction of displacement: Modelica's flange.f, a flow into the component.
@@ -42,7 +47,9 @@ def terminals() -> bytes:
     for variable, member, kind in (("displacement", "s", "signal"), ("force", "f", "inflow")):
         attributes = {"variableName": variable, "memberName": member, "variableKind": kind}
         SubElement(flange, "TerminalMemberVariable", attributes)
-    return xml_file(root)
+    SubElement(flange, "TerminalGraphicalRepresentation", _FLANGE)
+    icons = {f"terminalsAndIcons/flange.{kind}": asset(f"flange.{kind}") for kind in ("png", "svg")}
+    return {TERMINALS: xml_file(root), **icons}
 
 
 def build_description(identifier: str, sources: Sequence[str]) -> bytes:

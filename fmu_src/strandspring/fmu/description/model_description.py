@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from datetime import datetime, timezone
+from contextlib import suppress
+from dataclasses import replace
+from datetime import date, datetime, timezone
 from xml.etree.ElementTree import Element, SubElement
 
-from ...core.variables import FmiUnit, nominal_values
+from ...core.variables import FmiUnit
 from ...errors import BuildError
 from ...model.modelfile import ModelFile
 from . import fmi2, fmi3
 from .content import Backend, DescriptionContent
-from .described_variables import described_variables
+from .described_variables import described_variables, nominal_values
 from .xml_parts import base_unit, xml_file
 
 _VERSIONS = {2: fmi2, 3: fmi3}
@@ -19,12 +21,18 @@ _VERSIONS = {2: fmi2, 3: fmi3}
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
+    variables = described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays)
+    about = model.description or "Hysteretic spring: displacement in, restoring force out"
+    if backend.real_time:
+        about += f"; for real time{', without absorbed_energy' if backend.left_out else ''}"
     content = DescriptionContent(
         model.name,
-        model.description or "Hysteretic spring: displacement in, restoring force out",
-        *described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays),
-        nominal_values(model.parameters) if backend.with_states else {},
+        about,
+        *variables,
+        nominal_values(model.parameters, variables.table),
+        date=_stated(model, "date"),
     )
+    backend = replace(backend, author=backend.author or _stated(model, "author"))
     return described(content, guid, generation_tool, backend)
 
 
@@ -38,12 +46,12 @@ def described(content: DescriptionContent, guid: str, generation_tool: str, back
             "modelName": content.name,
             version.TOKEN: guid,
             "description": content.about,
-            "author": backend.author or "strandspring",
+            **({"author": backend.author} if backend.author else {}),
             "version": backend.version,
             "copyright": "Model code: strandspring maintainers; see documentation/licenses",
             "license": "MIT",
             "generationTool": generation_tool,
-            **_generation_date(),
+            **_generation_date(content.date),
             "variableNamingConvention": "flat",
         },
     )
@@ -67,8 +75,16 @@ def described(content: DescriptionContent, guid: str, generation_tool: str, back
     return xml_file(root)
 
 
-def _generation_date() -> dict[str, str]:
-    """The time that SOURCE_DATE_EPOCH gives, as builds that can be repeated do; without it none, for the same reason.
+def _stated(model: ModelFile, name: str) -> str:
+    """A printable text of the provenance by its name, else none."""
+    text = model.provenance.get(name)
+    return text if isinstance(text, str) and text.isprintable() else ""
+
+
+def _generation_date(stated: str) -> dict[str, str]:
+    """The time that SOURCE_DATE_EPOCH gives, as builds that can be repeated do, else the date that the model states.
+
+    Without either there is none, so that the same model gives the same bytes.
 
     Raises
     ------
@@ -76,12 +92,14 @@ def _generation_date() -> dict[str, str]:
     """
     given = os.environ.get("SOURCE_DATE_EPOCH")
     if not given:
+        with suppress(ValueError):
+            return {"generationDateAndTime": f"{date.fromisoformat(stated)}T00:00:00Z"}
         return {}
     try:
-        date = datetime.fromtimestamp(int(given), timezone.utc)
+        time = datetime.fromtimestamp(int(given), timezone.utc)
     except (ValueError, OverflowError, OSError):
         raise BuildError(f"SOURCE_DATE_EPOCH must be seconds since 1970, got {given[:40]!r}.") from None
-    return {"generationDateAndTime": date.strftime("%Y-%m-%dT%H:%M:%SZ")}
+    return {"generationDateAndTime": time.strftime("%Y-%m-%dT%H:%M:%SZ")}
 
 
 def _append_units(parent: Element, all_units: tuple[FmiUnit, ...]) -> None:

@@ -17,9 +17,9 @@ from ...model.names import LONGEST_NAME
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
 from ..description.content import Backend
 from ..description.fmi3 import NO_EVENTS
-from ..description.fmi3_files import BUILD_DESCRIPTION, TERMINALS, build_description, terminals
+from ..description.fmi3_files import BUILD_DESCRIPTION, build_description, terminals
 from ..description.model_description import model_description
-from ..related_files import BuildSettings, model_version, related_files, sealed
+from ..related_files import BuildSettings, related_files, sealed, version_of
 from .block import NativeForm, filled, values_source
 from .platforms import Platform, binaries, default_platforms
 
@@ -101,7 +101,7 @@ def build_native_fmu(
     """
     chosen = default_platforms() if platforms is None else platforms
     contents = native_contents(model, chosen, zero, author, with_states, fmi, real_time, no_energy, arrays)
-    return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi), contents)
+    return write_archive(fmu_path(directory, model.name, _backend_name(with_states), fmi, real_time), contents)
 
 
 def native_contents(
@@ -122,7 +122,7 @@ def native_contents(
         _backend_name(with_states), zero, author, fmi=fmi, real_time=real_time, no_energy=no_energy, arrays=arrays
     )
     # All forms may be linked into one program.
-    name = fmu_name(model.name, settings.backend, fmi)
+    name = fmu_name(model.name, settings.backend, fmi, real_time)
     if len(name) > LONGEST_NAME:
         shorter = LONGEST_NAME - len(name) + len(model.name)
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
@@ -134,7 +134,7 @@ def native_contents(
         model_exchange=_MODEL_EXCHANGE[fmi],
         sources=listed,
         author=author,
-        version=model_version(of_record),
+        version=version_of(of_record.to_json()),
         with_states=with_states,
         real_time=real_time,
         fmi=fmi,
@@ -147,7 +147,7 @@ def native_contents(
     values = values_source(spring, "", form).encode("ascii")
     guid = content_guid([model_description(model, "", tool, backend), values], fixed)
     sources = {**fixed, _VALUES: values_source(spring, guid, form).encode("ascii")}
-    of_fmi3 = {TERMINALS: terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
+    of_fmi3 = {**terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
     return sealed(
         {
             **common_contents(

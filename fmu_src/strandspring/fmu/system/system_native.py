@@ -5,22 +5,22 @@ The same system gives the same bytes, whatever the platform it is built on.
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ...compiled.images import SYSTEM, SYSTEM3
 from ...model.names import LONGEST_NAME, identifier
 from ...vibration.bodies.mounted import MountedSystem
-from ..archive import content_guid, fmu_name, icon, installed_version, licences, write_archive
+from ..archive import content_guid, installed_version, licences, write_archive
 from ..description.array_variables import scalar_variables
 from ..description.content import Backend, DescriptionContent
 from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
+from ..description.icons import icon
 from ..description.model_description import described
 from ..native.platforms import Platform, binaries, default_platforms
-from ..related_files import sealed
-from .system_block import SystemBlock, system_block
+from ..related_files import sealed, version_of
+from .system_block import system_block
 from .system_page import system_page
 from .system_reference import reference_tables
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
@@ -48,12 +48,16 @@ _VALUES = "fmu/system/c/system_values.h"
 
 def system_identifier(system: MountedSystem, fmi: int = 2) -> str:
     """The name of the system's FMU."""
-    suffix = fmu_name("", "native", fmi)
-    return identifier(system.name or "system")[: LONGEST_NAME - len(suffix)] + suffix
+    ending = "" if fmi == 2 else f"_fmi{fmi}"
+    return identifier(system.name or "system")[: LONGEST_NAME - len(ending)] + ending
 
 
 def build_system_fmu(
-    system: MountedSystem, directory: Path, options: SystemFmuOptions, platforms: Sequence[Platform] | None = None
+    system: MountedSystem,
+    directory: Path,
+    options: SystemFmuOptions,
+    platforms: Sequence[Platform] | None = None,
+    description: Mapping[str, bytes] | None = None,
 ) -> Path:
     """Write ``<directory>/<name of the system>.fmu``, an FMU for co-simulation that runs without Python.
 
@@ -65,6 +69,8 @@ def build_system_fmu(
     directory : Path                    Made if it does not exist.
     options : SystemFmuOptions
     platforms : sequence of Platform    As for the FMU of a spring.
+    description : mapping or None       What the system was described by, see `system_files`; None for a system that was
+                                        made in Python.
 
     Returns
     -------
@@ -78,11 +84,14 @@ def build_system_fmu(
     """
     chosen = default_platforms() if platforms is None else platforms
     name = system_identifier(system, options.fmi)
-    return write_archive(directory / f"{name}.fmu", system_contents(system, options, chosen))
+    return write_archive(directory / f"{name}.fmu", system_contents(system, options, chosen, description))
 
 
 def system_contents(
-    system: MountedSystem, options: SystemFmuOptions, platforms: Sequence[Platform]
+    system: MountedSystem,
+    options: SystemFmuOptions,
+    platforms: Sequence[Platform],
+    description: Mapping[str, bytes] | None = None,
 ) -> dict[str, bytes]:
     """Every file of the FMU by its path inside it."""
     fmi, block = options.fmi, system_block(system, options)
@@ -99,7 +108,11 @@ def system_contents(
         step=options.step,
     )
     backend = Backend(
-        co_simulation=_ABILITIES[fmi], sources=(unit.file,), author=options.author, version=_version(block), fmi=fmi
+        co_simulation=_ABILITIES[fmi],
+        sources=(unit.file,),
+        author=options.author,
+        version=version_of(block.source("")),
+        fmi=fmi,
     )
     # The binaries hold the GUID, so it comes from what they are made of.
     guid = content_guid([described(content, "", tool, backend), block.source("").encode("ascii")], fixed)
@@ -107,18 +120,15 @@ def system_contents(
     return sealed(
         {
             "modelDescription.xml": described(content, guid, tool, backend),
-            **icon(fmi),
+            **icon(fmi, "system"),
             "documentation/index.html": system_page(
                 system, options, unit, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
             ).encode(),
             **licences((), fmi),
             **reference_tables(system, options),
+            **(description or {}),
             **binaries(name, platforms, unit, lambda image: block.filled(image, guid), fmi),
             **{f"sources/{path}": text for path, text in sources.items()},
             **({BUILD_DESCRIPTION: build_description(name, backend.sources)} if fmi == 3 else {}),
         }
     )
-
-
-def _version(block: SystemBlock) -> str:
-    return hashlib.sha256(block.source("").encode("ascii")).hexdigest()[:12]

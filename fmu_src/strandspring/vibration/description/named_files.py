@@ -79,7 +79,7 @@ class HeldFiles:
 
     def model(self, file: str) -> ModelFile:
         """See `NamedFiles`."""
-        return _given(self.models[file])
+        return _given(self.models.get(file, f"{quoted(file)} is missing; put it beside the description."))
 
     def record(self, file: str) -> FileContent:
         """See `NamedFiles`."""

@@ -106,6 +106,7 @@ class SystemFile:
     options : RunOptions
     files : tuple of Path               All that were read besides it.
     models : mapping                    Content of each model file, by its path as the file has it: `MountAxis.model`.
+    text : str                          The file's; empty for a content that comes from elsewhere.
     """
 
     path: str
@@ -117,6 +118,7 @@ class SystemFile:
     options: RunOptions
     models: Mapping[str, ModelFile]
     files: tuple[Path, ...] = ()
+    text: str = ""
 
     def chosen_candidates(self, wanted: str | Sequence[str] | None) -> list[tuple[str, MountedSystem]]:
         """The candidates of these names, each with its own; all if None.
@@ -178,9 +180,10 @@ def load_system_file(path: str | os.PathLike[str]) -> SystemFile:
     ------
     MountedSystemError   If the file or one that it names is wrong; the message names file and field.
     """
-    name, content, files = readable(path), read_description(path), FilesOfFolder(Path(path).parent)
+    name, text, files = readable(path), _text_of(path), FilesOfFolder(Path(path).parent)
+    content = _content(text, name)
     try:
-        return replace(system_of_content(content, files, name), files=tuple(files.paths))
+        return replace(system_of_content(content, files, name), files=tuple(files.paths), text=text)
     except MountedSystemError as problem:
         raise MountedSystemError(f"{name}, {problem}") from None
 
@@ -192,11 +195,18 @@ def read_description(path: str | os.PathLike[str]) -> dict[str, Any]:
     ------
     MountedSystemError   If the file cannot be read or is not TOML; the message names it.
     """
-    text = read_text(path, _MAX_BYTES, "a description of a system (TOML)", MountedSystemError)
+    return _content(_text_of(path), readable(path))
+
+
+def _text_of(path: str | os.PathLike[str]) -> str:
+    return read_text(path, _MAX_BYTES, "a description of a system (TOML)", MountedSystemError)
+
+
+def _content(text: str, name: str) -> dict[str, Any]:
     try:
         return parse_toml(text)
     except ValueError as problem:
-        raise MountedSystemError(f"{readable(path)}: is not valid TOML ({problem}); correct it.") from None
+        raise MountedSystemError(f"{name}: is not valid TOML ({problem}); correct it.") from None
 
 
 def system_of_content(content: Mapping[str, Any], files: NamedFiles, name: str = "") -> SystemFile:

@@ -75,12 +75,13 @@ FmuStatus fmu_free_snapshot(const Instance *instance, const char *call, void **h
 {
     if (held == NULL || *held == NULL)
         return FMU_OK;
-    Snapshot *snapshot = *held;
+    /* Some hosts, fmusim among them, give the state in place of its address. */
+    Snapshot *snapshot = *held == fmu_identity() ? (void *)held : *held;
     if (require_snapshot(instance, call, snapshot) != FMU_OK)
         return FMU_ERROR;
+    *held = NULL;
     snapshot->of = NULL;
     free(snapshot);
-    *held = NULL;
     return FMU_OK;
 }
 

@@ -2,12 +2,15 @@
 
 #include "../fmu/fmu_instance.h"
 
+enum { FIRST_COEFFICIENT = SPRING_FIRST_PARAMETER + SPRING_SCALARS };
+
+/* Those from the first coefficient on. */
 SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueReference reference)
 {
     const Settings *settings = &instance->state.settings;
     const SpringParameters *p = &settings->spring;
     const int arrays[] = {p->elastic, p->knots, p->forces, p->amplifier};
-    unsigned first = SPRING_FIRST_PARAMETER, left = reference - 1 - SPRING_FIRST_PARAMETER;
+    unsigned first = FIRST_COEFFICIENT, left = reference - 1 - FIRST_COEFFICIENT;
     for (size_t i = 0; settings->arrays && i < sizeof arrays / sizeof *arrays; i++) {
         if (arrays[i] > 0 && left-- == 0)
             return (Elements){first, (unsigned)arrays[i]};
@@ -19,7 +22,7 @@ SPRING_APART Elements elements_of_other(const Instance *instance, fmi3ValueRefer
 
 Elements fmi3_elements(const Instance *instance, fmi3ValueReference reference)
 {
-    return reference - 1 < SPRING_FIRST_PARAMETER ? (Elements){reference - 1, 1} : elements_of_other(instance, reference);
+    return reference - 1 < FIRST_COEFFICIENT ? (Elements){reference - 1, 1} : elements_of_other(instance, reference);
 }
 
 VariableName fmi3_name(const Instance *instance, unsigned element)

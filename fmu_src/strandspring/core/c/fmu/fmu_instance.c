@@ -234,7 +234,7 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
     return status;
 }
 
-static FmuStatus require_settable(const Instance *instance, unsigned reference)
+static FmuStatus require_settable(const Instance *instance, unsigned reference, double value)
 {
     VariableCausality causality = fmu_causality(&instance->state.settings, reference);
     if (causality == VARIABLE_INPUT || fmu_is_state(&instance->state.settings, reference))
@@ -242,7 +242,9 @@ static FmuStatus require_settable(const Instance *instance, unsigned reference)
     if (causality != VARIABLE_PARAMETER)
         return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.",
                           fmu_name(&instance->state.settings, reference).text);
-    if (instance->state.mode & (INSTANTIATED | INITIALIZATION))
+    /* Some hosts, OpenModelica before August 2026 among them, set all parameters to what they are. */
+    if (instance->state.mode & (INSTANTIATED | INITIALIZATION) ||
+        memcmp(fmu_setting((Settings *)&instance->state.settings, reference), &value, sizeof value) == 0)
         return FMU_OK;
     if (!fmu_is_tunable(&instance->state.settings, reference))
         return FMU_REFUSE(&instance->log,
@@ -273,7 +275,7 @@ static FmuStatus require_value(const Instance *instance, unsigned reference, dou
 
 FmuStatus fmu_require_other_change(const Instance *instance, unsigned reference, double value)
 {
-    FmuStatus status = require_settable(instance, reference);
+    FmuStatus status = require_settable(instance, reference, value);
     return status != FMU_OK ? status : require_value(instance, reference, value);
 }
 

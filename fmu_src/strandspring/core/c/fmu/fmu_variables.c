@@ -31,7 +31,7 @@ enum { TUNABLE_SCALARS = 4 };
 
 /* The place of a parameter in its list, and of its value and of the derivative by it. */
 typedef struct {
-    enum { ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, SCALAR, OWN } list;
+    enum { SCALAR, ELASTIC, KNOT, KNOT_FORCE, AMPLIFIER, OWN, NO_PARAMETER } list;
     int index;
     size_t value, derivative;
 } ParameterPlace;
@@ -39,14 +39,16 @@ typedef struct {
 static ParameterPlace parameter_place(const Settings *settings, unsigned reference)
 {
     const SpringParameters *p = &settings->spring;
-    const int counts[OWN] = {p->elastic, p->knots, p->forces, p->amplifier, SPRING_SCALARS};
-    int index = (int)reference - SPRING_FIRST_PARAMETER, list = 0;
+    const int counts[OWN] = {SPRING_SCALARS, p->elastic, p->knots, p->forces, p->amplifier};
+    if (reference < SPRING_FIRST_PARAMETER)
+        return (ParameterPlace){.list = NO_PARAMETER};
+    int index = (int)reference - SPRING_FIRST_PARAMETER, list = SCALAR;
     while (list < OWN && index >= counts[list])
         index -= counts[list++];
     if (list == OWN)
         return (ParameterPlace){
             list, index, offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)};
-    const Parameter *parameter = list == SCALAR ? &SCALARS[index] : &LISTS[list];
+    const Parameter *parameter = list == SCALAR ? &SCALARS[index] : &LISTS[list - ELASTIC];
     size_t before = list == SCALAR ? 0 : (size_t)index * sizeof(double);
     return (ParameterPlace){list, index, parameter->value + before, parameter->derivative + before};
 }
@@ -54,13 +56,13 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
 int fmu_is_tunable(const Settings *settings, unsigned reference)
 {
     ParameterPlace place = parameter_place(settings, reference);
+    if (place.list == AMPLIFIER && !settings->arrays)
+        return place.index > 0; /* kA_0 is 1 */
     return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT && place.list != OWN;
 }
 
 int fmu_shapes_path(const Settings *settings, unsigned reference)
 {
-    if (reference < SPRING_FIRST_PARAMETER)
-        return 0;
     ParameterPlace place = parameter_place(settings, reference);
     return place.list == OWN || (place.list == SCALAR && place.index > 0 && place.index < TUNABLE_SCALARS);
 }
@@ -69,14 +71,14 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
 {
     VariableName name;
     ParameterPlace place = parameter_place(settings, reference);
-    if (reference < SPRING_FIRST_PARAMETER)
+    if (place.list == NO_PARAMETER)
         snprintf(name.text, sizeof name.text, "%s", NAMES[reference]);
     else if (place.list == SCALAR)
         snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
     else if (place.list == OWN)
         snprintf(name.text, sizeof name.text, "%s", settings->has_states ? OWN_NAMES[place.index] : "omega_start");
     else
-        snprintf(name.text, sizeof name.text, "%s_%d", LISTS[place.list].name, place.index);
+        snprintf(name.text, sizeof name.text, "%s_%d", LISTS[place.list - ELASTIC].name, place.index);
     return name;
 }
 

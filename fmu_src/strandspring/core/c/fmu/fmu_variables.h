@@ -1,6 +1,6 @@
 /* The variables of the FMU, in the order of core/variables.py, which is that of their value references: six that every
- * spring has, the coefficients kE_i or the knots and forces of FE, the coefficients kA_i, of all of which springs have
- * different numbers, the scalar parameters, and those that only one form of the FMU has.
+ * spring has, the scalar parameters, the coefficients kE_i or the knots and forces of FE, the coefficients kA_i, of all
+ * of which springs have different numbers, and those that only one form of the FMU has.
  *
  * In the usual form the spring remembers its path. In the form with states omega and absorbed_energy are continuous
  * states of model exchange, velocity is a second input, nothing else is remembered, and omega begins where it is set.

@@ -243,15 +243,15 @@ FmuStatus fmu_read_extrapolating(Instance *instance, int *extrapolating)
     return status;
 }
 
-/* Whether a variable may be set now. */
-static FmuStatus require_settable(const Instance *instance, unsigned reference)
+/* Whether a variable may be set now; what is fixed, to the value that it has. */
+static FmuStatus require_settable(const Instance *instance, unsigned reference, double value)
 {
     VariableCausality causality = system_causality(instance, reference);
     if (causality == VARIABLE_INPUT)
         return FMU_OK;
     if (causality != VARIABLE_PARAMETER)
         return FMU_REFUSE(&instance->log, "`%s` is calculated and cannot be set.", system_name(reference).text);
-    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)))
+    if (!(instance->state.mode & (INSTANTIATED | INITIALIZATION)) && *given((Instance *)instance, reference) != value)
         return FMU_REFUSE(&instance->log, "`%s` is fixed after initialization; reset the instance to change it.",
                           system_name(reference).text);
     return FMU_OK;
@@ -278,14 +278,14 @@ static FmuStatus require_value(const Instance *instance, unsigned reference, dou
 
 FmuStatus fmu_require_change(const Instance *instance, unsigned reference, double value)
 {
-    return require_settable(instance, reference) == FMU_OK ? require_value(instance, reference, value) : FMU_ERROR;
+    return require_settable(instance, reference, value) == FMU_OK ? require_value(instance, reference, value) : FMU_ERROR;
 }
 
 void fmu_change(Instance *instance, unsigned reference, double value)
 {
-    *given(instance, reference) = value;
-    if (reference >= instance->first.parameter)
+    if (reference >= instance->first.parameter && *given(instance, reference) != value)
         instance->state.is_at_rest = 0;
+    *given(instance, reference) = value;
     instance->has_points = 0;
 }
 
