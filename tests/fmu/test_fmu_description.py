@@ -20,7 +20,6 @@ from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import spring_parameters, start_values, units, variables
 from strandspring.errors import StrandspringError
 from strandspring.fmu.check_plot import loops_svg
-from strandspring.fmu.documentation import flat
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
 from strandspring.fmu.related_files import slow_cycles
 from strandspring.kernel.path import PathSolver
@@ -230,7 +229,11 @@ def test_an_fmu_named_like_a_keyword_runs(tmp_path):
 
 def test_awkward_texts(tmp_path):
     model = ModelFile(
-        "awkward", SPRING, AWKWARD, fit={"<i>rmse</i>": 1.25}, provenance={"records": [{"path": AWKWARD}]}
+        "awkward",
+        SPRING,
+        AWKWARD,
+        fit={"outcomes": [{"sentence": "<i>rmse"}]},
+        provenance={"records": [{"file": AWKWARD}]},
     )
     path = build_python_fmu(model, tmp_path)
     assert validate_fmu(str(path)) == []
@@ -245,15 +248,27 @@ def test_awkward_texts(tmp_path):
 
 
 def test_documentation_tells_the_model():
-    model = ModelFile("documented", SPRING, fit={"rmse": 1.23456789, "records": [{"path": "a.csv", "rnl": 0.98}]})
+    sentence = "The energy of small loops is left undecided by these records."
+    model = ModelFile(
+        "documented",
+        SPRING,
+        fit={"outcomes": [{"name": "small_loops", "sentence": sentence}]},
+        uncertainty={"rho": 12.34, "interval_95": {"rho": [90.0, None]}},
+        provenance={"records": [{"file": "a.csv", "samples": 2336, "sha256": "e6" * 32}, 7]},
+    )
     page = fmu_contents(model)["documentation/index.html"].decode()
     for variable in variables(len(SPRING.kE), len(SPRING.kA)):
         assert f"<td>{variable.name}</td>" in page
-    assert "1.23457" in page
-    assert "records[0].rnl" in page
-    assert "Provenance" not in page
+    # What to be careful with comes before all else.
+    assert page.index(sentence) < page.index("<h2>")
+    for told in ("90 to open", ">12<", "a.csv", ">2336<", "e6" * 32):
+        assert told in page, told
+    by_hand = fmu_contents(ModelFile("by_hand", SPRING))["documentation/index.html"].decode()
+    for title in ("<b>Caution", "<h2>Uncertainty", "<h2>Records"):
+        assert title not in by_hand
     svg = ElementTree.fromstring(page[page.index("<svg") : page.index("</svg>") + 6])
     assert len(svg.findall("polyline")) == 3
+    assert [text.text for text in svg.findall("text")][-3:] == ["±24.5 mm", "±16.3 mm", "±8.17 mm"]
 
 
 def test_documentation_shows_both_figures_of_each_record():
@@ -280,8 +295,3 @@ def test_loops_of_no_height_are_drawn(force: float) -> None:
     svg = ElementTree.fromstring(loops_svg(replace(SPRING, kE=(force,), kappa_omega=1e-15)))
     assert len(svg.findall("polyline")) == 3
     assert "nan" not in ElementTree.tostring(svg, encoding="unicode")
-
-
-def test_flat_rows():
-    content = {"a": 1, "b": {"c": [1.5, "x"]}, "d": [{"e": None}, {"e": True}]}
-    assert flat(content) == [("a", "1"), ("b.c", "1.5, x"), ("d[0].e", "None"), ("d[1].e", "True")]

@@ -13,7 +13,7 @@ from ..kernel.path import PathSolver
 from ..kernel.steady import steady_omega
 
 _SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the identified range
-_COLOURS = ("#1f5fa8", "#c8601a", "#3d8b46")
+_COLOURS = ("--first", "--second", "--third")  # of page.css
 _WIDTH, _HEIGHT = 640.0, 420.0
 _LEFT, _RIGHT, _TOP, _BOTTOM = 76.0, 624.0, 14.0, 366.0
 _ROUNDING = 1e-12  # span that is drawn as none, share of the larger end
@@ -43,8 +43,9 @@ def loops_svg(parameters: SpringParameters) -> str:
     svg = Element(
         "svg",
         {
-            "viewBox": f"0 0 {_WIDTH:g} {_HEIGHT:g}", "role": "img", "font-family": "sans-serif",
-            "font-size": "13", "aria-label": "Steady force-displacement loops at three amplitudes",
+            "viewBox": f"0 0 {_WIDTH:g} {_HEIGHT + 20.0:g}", "role": "img", "font-family": "sans-serif",
+            "font-size": "13", "fill": "currentColor",
+            "aria-label": "Steady force-displacement loops at three amplitudes",
         },
     )  # fmt: skip
     for value, at in zip(x_ticks, across(x_ticks), strict=True):
@@ -55,9 +56,14 @@ def loops_svg(parameters: SpringParameters) -> str:
         _label(svg, _LEFT - 8.0, at + 4.0, f"{value:g}", "end")
     _label(svg, 0.5 * (_LEFT + _RIGHT), _HEIGHT - 12.0, "displacement [mm]", "middle")
     _label(svg, 16.0, 0.5 * (_TOP + _BOTTOM), "force [N]", "middle", turned=True)
-    for (x, force), colour in zip(loops, _COLOURS, strict=True):
+    for place, (share, (x, force), colour) in enumerate(zip(_SHARES, loops, _COLOURS, strict=True)):
         points = " ".join(f"{a:.2f},{b:.2f}" for a, b in zip(across(1e3 * x), up(force), strict=True))
-        SubElement(svg, "polyline", {"points": points, "fill": "none", "stroke": colour, "stroke-width": "1.6"})
+        stroke = {"style": f"stroke: var({colour})", "stroke-width": "1.6"}
+        SubElement(svg, "polyline", {"points": points, "fill": "none", **stroke})
+        left, height = _LEFT + 180.0 * place, _HEIGHT + 8.0
+        ends = {"x1": f"{left:g}", "x2": f"{left + 24.0:g}", "y1": f"{height - 4.0:g}", "y2": f"{height - 4.0:g}"}
+        SubElement(svg, "line", {**ends, **stroke})
+        _label(svg, left + 30.0, height, f"±{1e3 * share * half_range:.3g} mm", "start")
     return tostring(svg, encoding="unicode")
 
 
@@ -77,11 +83,11 @@ def _ticks(low: float, high: float) -> FloatArray:
 
 def _line(svg: Element, x1: float, y1: float, x2: float, y2: float) -> None:
     ends = {"x1": x1, "y1": y1, "x2": x2, "y2": y2}
-    SubElement(svg, "line", {**{k: f"{v:.2f}" for k, v in ends.items()}, "stroke": "#d5d9de"})
+    SubElement(svg, "line", {**{k: f"{v:.2f}" for k, v in ends.items()}, "style": "stroke: var(--grid)"})
 
 
 def _label(svg: Element, x: float, y: float, text: str, anchor: str, turned: bool = False) -> None:
-    place = {"x": f"{x:.2f}", "y": f"{y:.2f}", "text-anchor": anchor, "fill": "#333"}
+    place = {"x": f"{x:.2f}", "y": f"{y:.2f}", "text-anchor": anchor}
     if turned:
         place["transform"] = f"rotate(-90 {x:g} {y:g})"
     SubElement(svg, "text", place).text = text

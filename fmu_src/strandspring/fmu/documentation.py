@@ -8,7 +8,9 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
-from ..model.modelfile import ModelFile
+from ..model.joint import HYSTERETIC_PARAMETERS
+from ..model.modelfile import MODEL_IN_FMU, ModelFile
+from ..model.stated_cautions import stated_cautions
 from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
 from .check_plot import loops_svg
 from .description.array_variables import StartValue
@@ -44,17 +46,17 @@ def documentation_page(
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
         followed=[_followed(fit) for fit in stated_fits(model)],
-        facts={
-            "Fit": flat(model.fit),
-            "Uncertainty": flat({name: value for name, value in model.uncertainty.items() if name != "joint"}),
-            "Provenance": flat(model.provenance),
-        },
+        cautions=list(stated_cautions(model).values()),
+        hysteresis=_hysteresis(model),
+        records=[entry for entry in _entries(model.provenance.get("records")) if "file" in entry],
+        model_path=MODEL_IN_FMU,
     )
 
 
 def template(package: str, name: str) -> Template:
     """A page among the assets of a package, which needs every value that it names."""
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    environment.globals["style"] = Markup((files(__package__) / "assets" / "page.css").read_text(encoding="utf-8"))  # noqa: S704
     return environment.from_string((files(package) / "assets" / name).read_text(encoding="utf-8"))
 
 
@@ -74,17 +76,20 @@ def _start(value: StartValue | None) -> str:
     return ", ".join(f"{number:.9g}" for number in (value if isinstance(value, tuple) else (value,)))
 
 
-def flat(content: Any, name: str = "") -> list[tuple[str, str]]:
-    """Nested JSON as rows of name and text, such as ("records[0].sha256", "...")."""
-    if isinstance(content, dict):
-        prefix = f"{name}." if name else ""
-        return [row for key, value in content.items() for row in flat(value, f"{prefix}{key}")]
-    if isinstance(content, list | tuple):
-        if any(isinstance(value, dict | list | tuple) for value in content):
-            return [row for k, value in enumerate(content) for row in flat(value, f"{name}[{k}]")]
-        return [(name, ", ".join(_text(value) for value in content))]
-    return [(name, _text(content))]
+def _hysteresis(model: ModelFile) -> list[tuple[str, ...]]:
+    """Rows of the hysteretic parameters of which an error is stated: name, value, error, 95 % interval, unit."""
+    intervals = model.uncertainty.get("interval_95")
+    stated = intervals if isinstance(intervals, dict) else {}
+    rows = []
+    for column in HYSTERETIC_PARAMETERS:
+        name, error = column.key, model.uncertainty.get(column.key)
+        ends = ("open" if end is None else f"{end:.4g}" for end in stated.get(name, ()))
+        if isinstance(error, float):
+            value = f"{getattr(model.parameters, name):.6g}"
+            rows.append((name, value, f"{float(f'{error:.2g}'):g}", " to ".join(ends), column.unit))
+    return rows
 
 
-def _text(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
+def _entries(content: Any) -> list[dict[str, Any]]:
+    """The objects of a list of free JSON."""
+    return [entry for entry in content if isinstance(entry, dict)] if isinstance(content, list) else []
