@@ -80,7 +80,7 @@ def _hysteresis(model: ModelFile) -> list[tuple[str, ...]]:
     """Rows of the hysteretic parameters of which an error is stated: name, value, error, 95 % interval, unit."""
     intervals = model.uncertainty.get("interval_95")
     stated = intervals if isinstance(intervals, dict) else {}
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for column in HYSTERETIC_PARAMETERS:
         name, error = column.key, model.uncertainty.get(column.key)
         ends = ("open" if end is None else f"{end:.4g}" for end in stated.get(name, ()))
