@@ -1,6 +1,6 @@
 """Write fmu_src/THIRD_PARTY.md: the licences of all dependencies, from the metadata of what is installed.
 
-usage: python .ci/licences.py, after .ci/constraints.py, where strandspring[test] is installed by constraints.txt
+usage: python .ci/licences.py, after .ci/constraints.py, where strandspring[dev] is installed by constraints.txt
 """
 
 import re
@@ -33,6 +33,8 @@ KNOWN = {
     "tomli": "MIT",
     "types-pytz": "Apache-2.0",
 }
+# Extras that only tests and checks of the sources need.
+OF_TESTS = {"browser", "checkers", "dev", "notebooks", "simulators", "test"}
 # Names that metadata of old form use for licences of the SPDX list.
 SPDX = {
     "Apache 2.0": "Apache-2.0",
@@ -114,7 +116,7 @@ def page() -> str:
     needed = constrained()
     uses: dict[str, list[str]] = {name: [] for name in sorted(needed)}
     for extra, requirements in project().items():
-        if extra != "test":
+        if extra not in OF_TESTS:
             for name in closure(requirements, needed):
                 uses[name].append(extra or "always")
     rows = {name: (licence(name), ", ".join(found) or "test") for name, found in uses.items()}

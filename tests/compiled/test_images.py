@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 import time
@@ -16,6 +15,7 @@ from strandspring.compiled import images, zig
 from strandspring.compiled.images import KERNEL, OF_FMUS, PACKAGED, image
 from strandspring.compiled.targets import FMU_TARGETS, LINUX_X86, Target, host_target, wheel_platform
 from strandspring.errors import BuildError
+from tools import program, tool
 
 # Everything that a user's program does to get the kernel.
 ROOT = Path(__file__).resolve().parents[2]
@@ -153,6 +153,7 @@ def test_images_of_old_sources_are_discarded_after_a_month(cache: Path, compiler
 
 @pytest.mark.slow
 def test_processes_that_compile_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
+    tool("ziglang")
     # The source checkout, which carries no images.
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT / "fmu_src")}
     environment.setdefault("ZIG_GLOBAL_CACHE_DIR", str(Path("~/.cache/zig").expanduser()))
@@ -195,8 +196,7 @@ def test_headers_of_fmi_are_those_of_fmpy(monkeypatch: pytest.MonkeyPatch) -> No
 
 @pytest.mark.skipif(host_target() != LINUX_X86, reason="emulates an x86 processor on Linux")
 def test_the_kernel_runs_on_a_processor_without_avx() -> None:
-    emulator = shutil.which("qemu-x86_64")
-    assert emulator, "qemu-x86_64 is missing; install Debian's qemu-user."
+    emulator = program("qemu-x86_64", package="qemu-user")
     # The oldest that NumPy runs on. On a computer of AMD the emulator keeps the maker, by which OpenBLAS would choose.
     environment = {**os.environ, "OPENBLAS_CORETYPE": "Nehalem"}
     subprocess.run([emulator, "-cpu", "Nehalem", sys.executable, "-c", RESPONSE], check=True, env=environment)

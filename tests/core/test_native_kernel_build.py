@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import subprocess
-import sys
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
@@ -18,6 +17,7 @@ from kernel_tools import SOURCES, Kernel, c_parameters, compiled
 from springs import TABLE, spring
 from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
+from tools import ziglang
 
 BAD = {
     "kA[0]": {"kA": (1.5, 2.0)},
@@ -154,7 +154,7 @@ def test_objects_hold_no_variable_and_ask_for_the_c_library_only() -> None:
 @pytest.mark.parametrize("source", SOURCES, ids=lambda source: source.stem)
 @pytest.mark.parametrize("target", ["x86_64-linux-gnu.2.17", "x86_64-windows-gnu", "aarch64-macos.11.0"])
 def test_every_target_compiles_without_a_warning(target: str, source: Path) -> None:
-    clang = (sys.executable, "-m", "ziglang", "cc", "-target", target)
+    clang = (*ziglang("cc"), "-target", target)
     # A frame above one page would ask for the compiler's own library on Windows.
     compiled(
         kernel_tools.build_folder() / f"{source.stem}-{target}.o",

@@ -81,8 +81,8 @@ def test_simulate_prints_what_the_page_shows(tmp_path: Path) -> None:
 
 def test_the_first_command_is_the_main_job_and_the_second_the_tests() -> None:
     first, second = blocks("README", "sh")[0].splitlines()
-    assert first == 'pip install ".[test]" && python build_fmu.py'
-    assert second == "python -m pytest"
+    assert first == "pip install . && python build_fmu.py"
+    assert second == 'pip install ".[test]" && python -m pytest'
 
 
 @pytest.mark.slow

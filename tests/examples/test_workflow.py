@@ -9,9 +9,9 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from nbclient import NotebookClient
 
 from notebook import NOTEBOOK, notebook
+from tools import tool
 
 
 def test_the_notebook_is_the_script() -> None:
@@ -21,7 +21,9 @@ def test_the_notebook_is_the_script() -> None:
 
 @pytest.mark.slow
 def test_the_notebook_runs() -> None:
-    cells = NotebookClient(nbformat.read(NOTEBOOK, as_version=4), timeout=300).execute().cells
+    tool("ipykernel")
+    client = tool("nbclient").NotebookClient
+    cells = client(nbformat.read(NOTEBOOK, as_version=4), timeout=300).execute().cells
     assert [cell for cell in cells if cell.cell_type == "code" and not cell.outputs] == []
 
 

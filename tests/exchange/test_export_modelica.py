@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rumoca
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -31,6 +30,9 @@ from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import ModelFile, load_model
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
+from tools import tool
+
+rumoca = tool("rumoca")
 
 TESTS = Path(__file__).resolve().parents[1]
 HINGE = load_model(TESTS.parent / "models/rubber_hinge.json").parameters

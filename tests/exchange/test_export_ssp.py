@@ -24,6 +24,7 @@ from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import load_model
 from terminal import Terminal
+from tools import tool
 
 HINGE = Path(__file__).resolve().parents[2] / "models/rubber_hinge.json"
 MASS = 0.01
@@ -100,6 +101,8 @@ def run_ecos(ssp: Path) -> np.ndarray:
 
 @pytest.mark.slow
 def test_tools_without_arguments_move_as_our_own_master(ssp: Path, tmp_path: Path) -> None:
+    tool("libcosimpy")
+    tool("ecospy")
     plant, motion = own(tmp_path, Jacobi())
     # The case: 1.05 mm, against 9.97 and 12.4 mm with the start values that the plant had.
     _, exact = own(tmp_path, Iterative())

@@ -31,6 +31,7 @@ from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
 from strandspring.model.modelfile import ModelFile
+from tools import tool
 
 AWKWARD = (
     "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- --> \n#error newline\r\n*/ int evil = 1; /* \\ \\\n ?/ %s %n "
@@ -181,6 +182,7 @@ def test_sizes(native_fmu: Path) -> None:
 def test_images_have_the_same_bytes_from_another_folder_and_an_empty_cache(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    tool("ziglang")
     elsewhere = tmp_path / "a longer name" / "of a folder"
     elsewhere.mkdir(parents=True)
     monkeypatch.setattr("tempfile.tempdir", str(elsewhere))
@@ -234,6 +236,7 @@ def test_an_image_without_exactly_one_block_is_refused() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("home", ["", "/dev/null/home"])
 def test_builds_where_no_cache_can_be_kept(home: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    tool("ziglang")
     for variable in ("ZIG_GLOBAL_CACHE_DIR", "XDG_CACHE_HOME", "LOCALAPPDATA"):
         monkeypatch.delenv(variable, raising=False)
     monkeypatch.setenv("HOME", home)
@@ -242,6 +245,7 @@ def test_builds_where_no_cache_can_be_kept(home: str, monkeypatch: pytest.Monkey
 
 
 def test_headers_and_libraries_of_the_machine_are_not_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tool("ziglang")
     (tmp_path / "math.h").write_text("#error of the machine")
     for variable in ("CPATH", "C_INCLUDE_PATH"):
         monkeypatch.setenv(variable, str(tmp_path))
@@ -414,6 +418,7 @@ def test_without_image_and_ziglang_one_sentence_says_what_to_do(
 
 @pytest.mark.slow
 def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, other_sources: Callable[[bytes], None]) -> None:
+    tool("ziglang")
     (tmp_path / "spring.fmu").write_text("kept")
     other_sources(b'#error "broken here"\n')
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*broken here"):
@@ -422,6 +427,7 @@ def test_a_failing_compiler_leaves_the_old_fmu(tmp_path: Path, other_sources: Ca
 
 
 def test_warnings_are_refused() -> None:
+    tool("ziglang")
     with pytest.raises(BuildError, match="unused"):
         zig.shared_library(LINUX_X86, {"a.c": b"int f(void);\nint f(void) { int unused; return 1; }\n"}, "a.c", "a", ())
 

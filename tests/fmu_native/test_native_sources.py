@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from strandspring.fmu.system.system_check import examine_system_fmu
 from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.model.modelfile import ModelFile
 from system_fmu_tools import BOX, BOX_OPTIONS
+from tools import ziglang
 
 KINDS = ("spring 2", "spring 3", "system 2", "system 3")
 UNITS = ("fmi2_all.c", "fmi3_all.c", "fmu/system/c/system_all.c", "fmu/system/c/system_all3.c")
@@ -41,7 +41,7 @@ def test_sources_are_c99_whatever_customary_macros_a_tool_defines(kind: str, uni
         archive.extractall(tmp_path)
     for target in ("x86_64-linux-gnu", "x86-linux-gnu"):
         for macros in MACROS:
-            command = [sys.executable, "-m", "ziglang", "cc", "-target", target, "-std=c99", "-c", "-o"]
+            command = [*ziglang("cc"), "-target", target, "-std=c99", "-c", "-o"]
             command += [str(tmp_path / "unit.o"), *(f"-D{macro}" for macro in macros)]
             command += [f"-I{Path(fmpy.__file__).parent / 'c-code'}", str(tmp_path / "sources" / unit)]
             done = subprocess.run(command, capture_output=True, text=True, check=False)

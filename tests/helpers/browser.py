@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from playwright.sync_api import Browser, Page, sync_playwright
+from tools import program, tool
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
 # Texts of one figure that lie over each other, in words.
 _OVERLAPS = """() => [...document.querySelectorAll("figure")].flatMap((figure) => {
@@ -66,9 +69,9 @@ class Sight:
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """The browser of the system; a missing one fails the test."""
-    path = shutil.which("chromium") or shutil.which("chromium-browser")
-    assert path, "The tests of reports need Chromium: apt-get install chromium fonts-dejavu-core"
+    """The browser of the system."""
+    sync_playwright = tool("playwright.sync_api").sync_playwright
+    path = program("chromium", "chromium-browser", package="chromium fonts-dejavu-core")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
         yield browser

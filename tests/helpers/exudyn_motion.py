@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis
+from tools import tool
 
 FloatArray = NDArray[np.float64]
 
@@ -87,8 +88,7 @@ def exudyn_motion(
     pose : ndarray, (6,)       Displacement and rotation vector of the body at the beginning.
     every : int                Steps from one result to the next.
     """
-    import exudyn
-    import exudyn.itemInterface as items  # noqa: N813
+    exudyn, items = tool("exudyn"), tool("exudyn.itemInterface")
 
     (body,) = system.bodies
     assert body.motion is MotionKind.SIX

@@ -25,6 +25,7 @@ from strandspring import SpringParameters
 from strandspring.core.parameters import KNOTS, MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import packed
 from strandspring.kernel.structures import structures
+from tools import program
 
 FloatArray = NDArray[np.float64]
 
@@ -48,7 +49,8 @@ class Gradient(Structure):
 
 
 def compiled(output: Path, *arguments: str | Path, compiler: tuple[str, ...] = ("cc",)) -> Path:
-    """Run a C compiler; a warning, like the compiler's absence, is an error."""
+    """Run a C compiler; a warning is an error."""
+    compiler = program(compiler[0], package="gcc libc6-dev"), *compiler[1:]
     command = [*compiler, *FLAGS, f"-I{KERNEL}", "-o", str(output), *map(str, arguments)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

@@ -14,6 +14,7 @@ import fmpy
 import numpy as np
 
 from native_tools import HEADERS
+from tools import program, ziglang
 
 SOURCE = Path(__file__).with_name("portable_host.c")
 
@@ -33,7 +34,7 @@ def compiled_host(folder: Path) -> list[str]:
     """The command that runs it here."""
     host = folder / "host"
     flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    run(["cc", *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host), "-ldl"])
+    run([program("cc", package="gcc libc6-dev"), *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host), "-ldl"])
     return [str(host)]
 
 
@@ -46,7 +47,7 @@ def windows_host(folder: Path, program: str) -> tuple[list[str], dict[str, str]]
     """The command that runs it for Windows by wine, and the environment for that."""
     host = folder / "host.exe"
     flags = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s"]
-    run([sys.executable, "-m", "ziglang", "cc", *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host)])
+    run([*ziglang("cc"), *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host)])
     # A prefix of its own, and no offer to install Mono and Gecko.
     settings = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
     return [program, str(host)], {**environment(), **settings}

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from springs import TABLE, spring
 from strandspring import SpringParameters
 from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sources
 from strandspring.model.modelfile import ModelFile
+from tools import program, ziglang
 
 HERE = Path(__file__).parents[1] / "realtime"
 # FA as wild as a polynomial of degree 8 can be.
@@ -28,7 +27,6 @@ SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
 MOST_STACK = 512  # of a step, as strandspring.h says [B]
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
 FLAGS = ("-std=c11", "-ffp-contract=off")
-ZIG = (sys.executable, "-m", "ziglang")
 # Compilers call these by themselves; those of Arm's ABI are the same.
 MEMORY = {"memcpy", "memmove", "memset"} | {
     f"__aeabi_mem{what}{width}" for what in ("cpy", "set", "clr", "move") for width in ("", "4", "8")
@@ -52,7 +50,7 @@ class Machine:
     def compiled(self, output: Path, *arguments: str | Path) -> Path:
         """Compile without a C library and an operating system."""
         freestanding = ("-ffreestanding", "-nostdlib", "-fno-unwind-tables")
-        return cc(output, *self.flags, *FLAGS, *freestanding, *arguments, compiler=(*ZIG, "cc"))
+        return cc(output, *self.flags, *FLAGS, *freestanding, *arguments, compiler=ziglang("cc"))
 
     def run(self, sources: Path, folder: Path) -> str:
         """What tests/realtime/steps.c says on the machine."""
@@ -61,8 +59,7 @@ class Machine:
             f"-I{sources.parent}", "-T", HERE / f"{self.name}.ld", HERE / f"{self.name}.c", HERE / "steps.c", sources,
             *steps(sources), "-lcompiler_rt",
         )  # fmt: skip
-        emulator = shutil.which(self.emulator[0])
-        assert emulator, f"{self.emulator[0]} is missing; install Debian's qemu-system-arm."
+        emulator = program(self.emulator[0], package="qemu-system-arm")
         semihosting = ("-nographic", "-semihosting-config", "enable=on,target=native")
         command = [emulator, *self.emulator[1:], *semihosting, "-kernel", str(image)]
         done = subprocess.run(
@@ -92,6 +89,7 @@ MACHINES = {
 
 def cc(output: Path, *arguments: str | Path, compiler: tuple[str, ...] = ("cc",)) -> Path:
     """Run a C compiler; a warning is an error."""
+    compiler = program(compiler[0], package="gcc libc6-dev"), *compiler[1:]
     command = [*compiler, *WARNINGS, *map(str, arguments), "-o", str(output)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:

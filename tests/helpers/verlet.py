@@ -14,6 +14,7 @@ from strandspring.compiled.targets import host_target
 from strandspring.compiled.zig import shared_library
 from strandspring.kernel.path import Law
 from strandspring.vibration.one_mass.system import IsolatedMass, static_equilibrium
+from tools import tool
 
 REPEAT, MOST_PERIODS = 1e-5, 100_000
 
@@ -31,6 +32,7 @@ class Verlet:
     """A mass on springs under base displacement, stepped from rest; compiled as the kernel is."""
 
     def __init__(self, system: IsolatedMass) -> None:
+        tool("ziglang")
         unit = "kernel/c/verlet.c"
         sources = KERNEL.sources() | {unit: (Path(__file__).parent / "verlet.c").read_bytes()}
         target = host_target()

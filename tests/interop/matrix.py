@@ -84,6 +84,7 @@ class Tool:
                              kind where that differs.
     fmi_3 : str or None      In words why it does not run FMUs of FMI 3.0; None if they give the bits of FMI 2.0.
     missing : callable       Why it cannot be run on this computer, or None.
+    module : str or None     That brings it, of the extra `dev`.
     """
 
     title: str
@@ -91,6 +92,7 @@ class Tool:
     results: Mapping[Kind | str, Sampling | str]
     fmi_3: str | None = None
     missing: Callable[[], str | None] = lambda: None
+    module: str | None = None
 
     def result(self, kind: Kind) -> Sampling | str:
         return self.results[kind if kind in self.results else kind.interface]
@@ -116,15 +118,20 @@ TOOLS = (
     Tool(
         "PathSim (pathsim-fmi)", "with_pathsim",
         _SAME | {EXCHANGE: "needs continuous states", STATES: Sampling.SAME_TIME},
+        module="pathsim_fmi",
     ),
     Tool(
         "CasADi", "with_casadi",
         {CO_SIMULATION: "has no co-simulation", EXCHANGE: "knows states only", STATES: Sampling.SAME_TIME},
+        module="casadi",
     ),
     Tool("CoFMUPy", "with_cofmupy", _SAME, missing=_without_cofmupy),
-    Tool("FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE),
-    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME, "\"Unsupported FMI version\""),
-    Tool("Ecos (ecospy)", "with_ecospy", _SAME),
+    Tool(
+        "FMU Manipulation Toolbox: check, and container in FMPy", "with_container", _LATE,
+        module="fmu_manipulation_toolbox",
+    ),
+    Tool("libcosim (libcosimpy)", "with_libcosimpy", _SAME, "\"Unsupported FMI version\"", module="libcosimpy"),
+    Tool("Ecos (ecospy)", "with_ecospy", _SAME, module="ecospy"),
     Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "must preload libpython"}, "not written for it"),
     Tool(
         "the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "must load Python first"},

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import casadi
 import fmpy
 import numpy as np
 import pytest
@@ -15,6 +14,9 @@ from matrix import build_with_states
 from strandspring.cosimulation import FmuSpring, one_mass, simulate
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.model.modelfile import ModelFile
+from tools import tool
+
+casadi = tool("casadi")
 
 MASS, SPEED, STOP, STEP = 5.0, 0.6, 1.0, 1e-3  # kg, m/s, s, s
 CENTRED = replace(SPRING, displacement_offset=0.0, displacement_min=-0.03, displacement_max=0.03)

@@ -20,6 +20,7 @@ from matrix import KINDS, TOOLS, Kind, Sampling, Tool, table
 from pages import ROOT, TEXTS
 from strandspring import Spring
 from strandspring.model.modelfile import load_model
+from tools import tool as needed
 
 MODEL = ROOT / "models" / "rubber_hinge.json"
 HOSTS = Path(__file__).with_name("hosts")
@@ -69,6 +70,8 @@ def test_a_tool_gives_force_and_energy_of_the_model(
 ) -> None:
     if reason := tool.missing():
         pytest.skip(reason)
+    if tool.module:
+        needed(tool.module)
     time, *outputs = rows_of(tool, kind, fmus[kind, 2], tmp_path)
     if kind.build_by_fmi_3 and not tool.fmi_3:
         assert all(map(np.array_equal, rows_of(tool, kind, fmus[kind, 3], tmp_path), (time, *outputs)))

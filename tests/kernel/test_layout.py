@@ -12,6 +12,7 @@ from strandspring.compiled.images import KERNEL
 from strandspring.compiled.targets import FMU_TARGETS, Target
 from strandspring.errors import BuildError
 from strandspring.kernel.structures import constants, rows, structures
+from tools import tool
 
 
 def comparisons() -> Iterator[str]:
@@ -24,6 +25,7 @@ def comparisons() -> Iterator[str]:
 
 
 def compile_with(sources: dict[str, bytes], target: Target) -> None:
+    tool("ziglang")
     included = (f'#include "kernel/c/{header}.h"' for header in ("balance/balance", "motion/motion"))
     unit = "\n".join([*included, *comparisons(), "int compared;"])
     zig.shared_library(target, {**sources, "compared.c": unit.encode()}, "compared.c", KERNEL.name, ("-O1",))

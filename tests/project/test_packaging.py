@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 import strandspring
+from tools import tool
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -31,6 +32,7 @@ Spring.load(3.0)
 
 @pytest.mark.slow
 def test_type_checkers_know_the_package(tmp_path: Path) -> None:
+    tool("mypy")
     (tmp_path / "user.py").write_text(USER, encoding="utf-8")
     package = Path(strandspring.__file__).parent
     installed = package.parent == Path(sysconfig.get_path("purelib"))

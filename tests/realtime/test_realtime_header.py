@@ -14,12 +14,13 @@ import pytest
 
 from fmu_tools import SPRING
 from pages import blocks
-from realtime_tools import FLAGS, ZIG, cc, exported, steps
+from realtime_tools import FLAGS, cc, exported, steps
 from springs import TABLE
 from strandspring import Spring, export
 from strandspring.core.parameters import N_RANGE
 from strandspring.exchange import c_sources
 from strandspring.model.modelfile import ModelFile
+from tools import ziglang
 
 HEADER = (files("strandspring.exchange") / "assets" / "strandspring.h").read_text(encoding="utf-8")
 
@@ -38,7 +39,7 @@ def test_the_example_in_the_header_runs_as_it_stands_there(tmp_path: Path) -> No
 
 def test_the_example_in_cpp(tmp_path: Path) -> None:
     law = exported(tmp_path, SPRING)
-    zig_cc, zig_cpp = (*ZIG, "cc"), (*ZIG, "c++")
+    zig_cc, zig_cpp = ziglang("cc"), ziglang("c++")
     flags = ("-O1", *FLAGS)
     kernel = [cc(tmp_path / f"{path.stem}.o", *flags, "-c", path, compiler=zig_cc) for path in (law, *steps(law))]
     example = law.parent / "mount_example.c"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import Browser, Page
 from pypdf import PdfReader
 
 import reports
@@ -15,6 +15,9 @@ from browser import chromium, opened
 from strandspring import Identification
 from strandspring.report.details import ReportDetails
 from strandspring.report.report_content import write_report
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
 
 DETAILS = ReportDetails(
     date=reports.HOSTILE, specimen="s" * 400, fields=((reports.HOSTILE, reports.HOSTILE),), mass=3.0

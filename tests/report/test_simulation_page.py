@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import Browser
 
 from browser import chromium, opened
 from strandspring import simulate
 from strandspring.examples import systems
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 BOX = Path(systems.__path__[0]) / "electronics_box.toml"
 

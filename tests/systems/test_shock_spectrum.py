@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-from importlib import import_module
-from importlib.util import find_spec
 
 import mpmath
 import numpy as np
@@ -16,6 +13,7 @@ from strandspring.errors import MountedSystemError
 from strandspring.kernel.shock import largest_responses
 from strandspring.vibration.signals.pulses import CORNERS, StraightPulse
 from strandspring.vibration.signals.shock_spectra import octave_frequencies, shock_spectrum
+from tools import tool
 
 N = 2000
 HALF_SINE = np.sin(np.pi * np.arange(N + 1) / N)  # of a duration of 1 s: frequencies are the products f*T
@@ -126,12 +124,9 @@ def test_residual_is_what_follows_in_a_longer_record(zeta: float) -> None:
     assert longer.extrema[1] / scale == pytest.approx(short.extrema[[1, 3]].min(axis=0) / scale, abs=1e-8)
 
 
-@pytest.mark.skipif(
-    find_spec("pyyeti") is None and "STRANDSPRING_ALL_TOOLS" not in os.environ, reason="pyyeti is not installed"
-)
 @pytest.mark.parametrize("quality", [5.0, 50.0])
 def test_pyyeti_finds_the_same(quality: float) -> None:
-    srs = import_module("pyyeti.srs").srs
+    srs = tool("pyyeti.srs").srs
     rng, step = np.random.default_rng(SEED), 1e-5
     time = step * np.arange(12_000)
     frequencies = octave_frequencies(5.0, 500.0, 6)

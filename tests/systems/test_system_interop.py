@@ -14,6 +14,7 @@ from native_tools import OK
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.system.system_native import build_system_fmu
 from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem
+from tools import tool
 
 # Exact in binary and a whole number of nanoseconds, so that no tool's clock drifts.
 STEP, COUNT = 2.0**-9, 60
@@ -89,9 +90,9 @@ def with_ecos(fmu: Path) -> np.ndarray:
 )
 def test_importers_get_the_motion(importer: Callable[[Path], np.ndarray], fmi: int, tmp_path: Path) -> None:
     if importer is with_libcosim:
-        pytest.importorskip("libcosimpy")
+        tool("libcosimpy")
     if importer is with_ecos:
-        pytest.importorskip("ecospy")
+        tool("ecospy")
     fmu = build_system_fmu(BOX, tmp_path, replace(BOX_OPTIONS, fmi=fmi), chosen_platforms("host"))
     with NativeSystem().begin() as one:
         expected = []

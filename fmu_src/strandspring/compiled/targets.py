@@ -38,10 +38,12 @@ _UCRT = (
     *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("convert", "heap", "math", "private", "stdio", "string")),
     "-lcompiler_rt",  # probes the stack for large frames
 )
+# Only the system's libraries are linked. The compiler's own, which our sources need on Windows only, would first be
+# compiled for each target, which takes seconds.
 _SYSTEMS = {
-    "linux": System(".so", "manylinux_2_17_{}", ("-lm", "-Wl,--build-id=none")),
+    "linux": System(".so", "manylinux_2_17_{}", ("-nostdlib", "-lc", "-lm", "-Wl,--build-id=none")),
     "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c"),
-    "macos": System(".dylib", "macosx_11_0_{}"),
+    "macos": System(".dylib", "macosx_11_0_{}", ("-nostdlib", "-lc")),
 }
 
 
