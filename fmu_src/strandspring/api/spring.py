@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .identifying.information import info as _info
     from .identifying.prediction import predict as _predict
     from .identifying.synthesis import synthesize as _synthesize
+    from .responses import responses as _responses
     from .studies.studying import study as _study
     from .vibration.isolation import isolate as _isolate
 
@@ -138,10 +139,10 @@ class Spring:
     # The functions of these names, of which the spring is the first argument.
     if TYPE_CHECKING:
         predict, info, synthesize, compare = _predict, _info, _synthesize, _compare
-        isolate, study, build_fmu, export = _isolate, _study, _build_fmu, _export
+        isolate, study, build_fmu, export, responses = _isolate, _study, _build_fmu, _export, _responses
     else:
-        predict, info, synthesize, compare = _Function(), _Function(), _Function(), _Function()
-        isolate, study, build_fmu, export = _Function(), _Function(), _Function(), _Function()
+        predict, info, synthesize, compare = (_Function() for _ in range(4))
+        isolate, study, build_fmu, export, responses = (_Function() for _ in range(5))
 
 
 def _checked_omega(omega_start: float) -> float:
