@@ -30,7 +30,7 @@ X, F = RECORD.displacement, RECORD.force
 
 
 def test_millimetres_without_a_unit_are_noticed() -> None:
-    with pytest.raises(RecordError, match=r"at most 10 m, found .* units=\{\"displacement\": \"mm\"\}"):
+    with pytest.raises(RecordError, match=r"must be within \+-0.5 m, found .* units=\{\"displacement\": \"mm\"\}"):
         predict(SPRING, 1e3 * X, F)
     assert predict(SPRING, 1e3 * X, F, units={"displacement": "mm"}).rnl == pytest.approx(predict(SPRING, X, F).rnl)
 

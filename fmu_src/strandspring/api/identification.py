@@ -214,8 +214,9 @@ def identify(
         Arrays with an array of displacement; columns with files and tables, which are found by name or unit if None.
     displacement : array_like or the column of displacement   Likewise.
     units : mapping or None
-        Unit of "displacement", "force" and "time". Arrays are in m, N and s where none is given; files and tables in
-        the units that they name, else in mm, N and s.
+        Unit of "displacement", "force" and "time". Where none is given, the one in the name of a column or a Series,
+        such as "x [mm]". Else files are in mm, N and s, and arrays and DataFrames in m, N and s, with displacements
+        within +-0.5 m; `summary` says what was assumed.
     reverse : "displacement", "force" or None    The one to negate.
     method : "refined", "two-stage", "scan", "ni" or None
         The method with its defaults; the refined method if None.
