@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from decimal import Decimal
+from inspect import Parameter, signature
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import strandspring
 from strandspring import (
+    RefinedOptions,
     Spring,
     SpringParameters,
     compare,
@@ -25,7 +28,7 @@ from strandspring import (
     synthesize_ni,
 )
 from strandspring.examples.system_models import SYSTEMS
-from strandspring.ground.arguments import limits, number, numbers, whole
+from strandspring.ground.arguments import flag, limits, number, numbers, whole
 
 SPRING = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
 CRADLE = SYSTEMS / "gun_cradle.toml"
@@ -69,6 +72,25 @@ def test_whole_numbers() -> None:
             whole("draws", value)
 
 
+def test_truth_values() -> None:
+    assert flag("robust", True) is flag("robust", np.bool_(True)) is True
+    for value in ("no", 0, 1.0, None, [True], np.array([True])):
+        with pytest.raises(TypeError, match="`robust` must be True or False, got"):
+            flag("robust", value)
+
+
+def test_methods_of_a_spring_are_the_functions_of_these_names() -> None:
+    for name in ("predict", "info", "synthesize", "compare", "isolate", "study", "build_fmu", "export"):
+        function = getattr(strandspring, name)
+        assert getattr(Spring, name) is function
+        assert getattr(SPRING, name).__func__ is function
+        assert getattr(SPRING, name).__self__ is SPRING
+    kinds = {parameter.kind for parameter in signature(SPRING.isolate).parameters.values()}
+    assert Parameter.VAR_KEYWORD not in kinds
+    with pytest.raises(TypeError):
+        SPRING.synthesize(0.01, 0.02)  # the mean displacement is named
+
+
 @pytest.mark.parametrize(
     ("call", "what"),
     [
@@ -91,6 +113,13 @@ def test_whole_numbers() -> None:
         (lambda: compare(SPRING, SPRING, draws=float("nan")), "`draws` must be a whole number"),
         (lambda: compare(SPRING, SPRING, amplitudes="13"), "`amplitudes` must be numbers"),
         (lambda: SPRING.response([0.0, 0.01], omega_start="1"), "`omega_start` must be a number"),
+        (lambda: SPRING.export("nowhere", ssv="no"), "`ssv` must be True or False"),
+        (lambda: SPRING.build_fmu("nowhere", arrays=1), "`arrays` must be True or False"),
+        (lambda: isolate(SPRING, 5.0, extrapolate="no"), "`extrapolate` must be True or False"),
+        (lambda: study(SPRING, 5.0, draws=0, extrapolate=0), "`extrapolate` must be True or False"),
+        (lambda: isolate_system(CRADLE, extrapolate=None), "`extrapolate` must be True or False"),
+        (lambda: simulate(CRADLE, courses="yes"), "`courses` must be True or False"),
+        (lambda: RefinedOptions(robust="no"), "`robust` must be True or False"),  # type: ignore[arg-type]
         (lambda: SPRING.export("nowhere", ssp_mass="1"), "`ssp_mass` must be a number"),
         (lambda: simulate(CRADLE, draws=-1), "`draws` must be >= 16"),
         (lambda: simulate(CRADLE, step=0), "`step` must be finite and > 0"),

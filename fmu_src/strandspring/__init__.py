@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from .api.identifying.prediction import predict as predict
     from .api.identifying.synthesis import synthesize as synthesize
     from .api.identifying.synthesis import synthesize_ni as synthesize_ni
+    from .api.responses import Responses as Responses
+    from .api.responses import responses as responses
     from .api.showing import show as show
     from .api.spring import Spring as Spring
     from .api.studies.studying import StudyResult as StudyResult
@@ -93,6 +95,7 @@ _NAMES = {
     "api.identifying.many": ("ManyResult", "identify_many"),
     "api.identifying.prediction": ("Prediction", "predict"),
     "api.identifying.synthesis": ("synthesize", "synthesize_ni"),
+    "api.responses": ("Responses", "responses"),
     "api.showing": ("show",),
     "api.spring": ("Spring",),
     "api.studies.studying": ("StudyResult", "study"),

@@ -18,4 +18,4 @@ def load_lazily(content: dict[str, Any], names: Mapping[str, Sequence[str]]) -> 
         content[name] = getattr(import_module(f".{modules[name]}", package), name)
         return content[name]
 
-    content |= {"__getattr__": load, "__dir__": lambda: sorted({*content, *modules}), "__all__": sorted(modules)}
+    content |= {"__getattr__": load, "__dir__": lambda: sorted(modules), "__all__": sorted(modules)}

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from strandspring import Record, RecordError, identify, synthesize_ni
-from strandspring.records.given import as_records, record_of_arrays
+from strandspring.records.given import as_records, given_records, record_of_arrays
 
 NI = synthesize_ni()
 
@@ -48,12 +48,41 @@ def test_series_are_not_paired_across_indexes() -> None:
 
 
 def test_assumed_units_are_noted() -> None:
-    assert record_of_arrays([0.0, 1.0], [0.0, 1.0]).notes == (
-        "units assumed: displacement in m, force in N, time in s",
+    assumed = "the unit of displacement is m (assumed, as none is given)"
+    assert record_of_arrays([0.0, 0.1], [0.0, 1.0]).notes == (
+        assumed,
+        "the unit of force is N (assumed, as none is given)",
     )
-    (record,) = as_records(pd.DataFrame({"x": [0.0, 1.0], "F": [0.0, 1.0]}))
-    assert "the unit of displacement is m (assumed, as none is given)" in record.notes
-    assert record.displacement.tolist() == [0.0, 1.0]
+    (record,) = as_records(pd.DataFrame({"x": [0.0, 0.1], "F": [0.0, 1.0]}))
+    assert assumed in record.notes
+    assert record.displacement.tolist() == [0.0, 0.1]
+    result = identify(NI.displacement, NI.force, units={"force": "N"})
+    assert f"Note: <arrays>: {assumed}" in result.summary().splitlines()
+    assert f"Note: <arrays>: {assumed}" in result.spring().predict(NI.displacement, NI.force).summary().splitlines()
+    assert "assumed" not in identify(NI).summary()
+
+
+def test_units_in_names_of_series() -> None:
+    x, force = pd.Series(1e3 * NI.displacement, name="stroke [mm]"), pd.Series(1e-3 * NI.force, name="F_kN")
+    record = record_of_arrays(x, force)
+    assert record.displacement.tolist() == pytest.approx(NI.displacement.tolist(), rel=1e-15)
+    assert record.force.tolist() == pytest.approx(NI.force.tolist(), rel=1e-15)
+    assert record.notes[0] == "the unit of displacement is mm (found in the file)"
+    assert record_of_arrays(x, force, units={"displacement": "um"}).displacement[5] == pytest.approx(1e-6 * x[5])
+    with pytest.raises(RecordError, match="must be a displacement, but the file gives it the unit 'kN' of a force"):
+        record_of_arrays(force, x)
+
+
+@pytest.mark.parametrize("end", [-4.0, 0.51])
+def test_displacements_beyond_half_a_metre_need_a_unit(end: float) -> None:
+    x, force = [0.0, end], [0.0, np.sign(end)]
+    told = r"without a unit is in m and must be within \+-0.5 m, found .*; give its unit, such as units="
+    for data in ((x, force), (pd.DataFrame({"x": x, "F": force}),)):
+        with pytest.raises(RecordError, match=told):
+            given_records(*data)
+        for unit in ("mm", "m"):
+            (record,) = given_records(*data, units={"displacement": unit})
+            assert record.displacement[1] == pytest.approx(end * {"mm": 1e-3, "m": 1.0}[unit])
 
 
 def test_wrong_arguments_get_a_sentence() -> None:

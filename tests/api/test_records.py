@@ -12,8 +12,10 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     ReportDetails,
+    ScanOptions,
     Spring,
     StrandspringError,
+    TwoStageOptions,
     compare,
     identify,
     identify_many,
@@ -28,7 +30,7 @@ X, F = RECORD.displacement, RECORD.force
 
 
 def test_millimetres_without_a_unit_are_noticed() -> None:
-    with pytest.raises(RecordError, match=r"at most 10 m, found .* units=\{\"displacement\": \"mm\"\}"):
+    with pytest.raises(RecordError, match=r"must be within \+-0.5 m, found .* units=\{\"displacement\": \"mm\"\}"):
         predict(SPRING, 1e3 * X, F)
     assert predict(SPRING, 1e3 * X, F, units={"displacement": "mm"}).rnl == pytest.approx(predict(SPRING, X, F).rnl)
 
@@ -40,6 +42,9 @@ def test_millimetres_without_a_unit_are_noticed() -> None:
         ({"units": {"disp": "mm"}}, RecordError, "got 'disp'"),
         ({"reverse": "time"}, RecordError, "`reverse` must be 'displacement' or 'force', got 'time'"),
         ({"options": "refined"}, TypeError, "such as RefinedOptions\\(\\), got 'refined'"),
+        ({"method": "two_stage"}, ValueError, "`method` must be refined, two-stage, scan, ni, got 'two_stage'"),
+        ({"method": "scan", "options": ScanOptions()}, TypeError, "`method` and `options` exclude each other"),
+        ({"save_anyway": "no"}, TypeError, "`save_anyway` must be True or False, got 'no'"),
     ],
 )
 def test_wrong_arguments_of_identify(arguments: dict[str, Any], error: type[Exception], told: str) -> None:
@@ -63,6 +68,10 @@ def test_wrong_arguments_of_a_batch_are_not_blamed_on_the_files(
     with pytest.raises(error, match=told):
         identify_many(tmp_path / "a.csv", tmp_path / "models", **arguments)
     assert not (tmp_path / "models").exists()
+
+
+def test_a_method_by_its_name() -> None:
+    assert identify(RECORD, method="two-stage").parameters == identify(RECORD, TwoStageOptions()).parameters
 
 
 def test_other_wrong_arguments() -> None:

@@ -21,7 +21,7 @@ def test_the_record_is_the_response_of_the_spring() -> None:
     assert record.time is not None
     assert record.time[-1] == pytest.approx(8.0)
     assert record.notes == ()
-    assert np.array_equal(SPRING.synthesize(0.01, 0.02, cycles=2, samples=100).force, record.force)
+    assert np.array_equal(SPRING.synthesize([0.01, 0.02], cycles=2, samples=100).force, record.force)
 
 
 def test_noise_and_what_lies_outside_the_range_are_noted() -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
+from ..ground.arguments import flag
 from ..identification.identified_model import IdentifiedModel
 from ..identification.identify_records import identify_records
 from ..identification.methods.method import Method
@@ -18,6 +19,7 @@ from ..model.joint import HYSTERETIC_UNITS
 from ..model.outcomes import Outcome, by_harm
 from ..model.stated_figures import differ, in_words
 from ..records.given import Source, given_records
+from .common.methods import MethodName, chosen_method
 from .common.result import Result
 from .common.text import counted, fit_json, fit_lines, parameter_lines
 from .spring import Spring
@@ -196,6 +198,7 @@ def identify(
     displacement: ArrayLike | str | int | None = None,
     units: Mapping[str, str] | None = None,
     reverse: Literal["displacement", "force"] | None = None,
+    method: MethodName | None = None,
     options: Method | None = None,
     save_anyway: bool = False,
 ) -> Identification:
@@ -211,11 +214,14 @@ def identify(
         Arrays with an array of displacement; columns with files and tables, which are found by name or unit if None.
     displacement : array_like or the column of displacement   Likewise.
     units : mapping or None
-        Unit of "displacement", "force" and "time". Arrays are in m, N and s where none is given; files and tables in
-        the units that they name, else in mm, N and s.
+        Unit of "displacement", "force" and "time". Where none is given, the one in the name of a column or a Series,
+        such as "x [mm]". Else files are in mm, N and s, and arrays and DataFrames in m, N and s, with displacements
+        within +-0.5 m; `summary` says what was assumed.
     reverse : "displacement", "force" or None    The one to negate.
+    method : "refined", "two-stage", "scan", "ni" or None
+        The method with its defaults; the refined method if None.
     options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
-        The method with its options; the refined method with its defaults if None.
+        Instead of `method`, a method with its options.
     save_anyway : bool
         Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.
 
@@ -228,7 +234,8 @@ def identify(
     IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
                           alone follows them worse than a straight line does.
     RecordError           If the data are no records, a record is given twice, or does not suit the method.
-    ValueError            If no record is given.
+    ValueError            If no record is given, or the method is unknown.
+    TypeError             If `method` and `options` are given, or `save_anyway` is not a truth value.
 
     Examples
     --------
@@ -241,6 +248,6 @@ def identify(
     """
     if isinstance(force, Method):
         force, options = None, force
-    return Identification.from_model(
-        identify_records(given_records(data, force, time, displacement, units, reverse), options, save_anyway)
-    )
+    chosen, anyway = chosen_method(method, options), flag("save_anyway", save_anyway)
+    records = given_records(data, force, time, displacement, units, reverse)
+    return Identification.from_model(identify_records(records, chosen, anyway))

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
-from ..records.given import Source, as_records
+from ..records.given import Source, given_records
 
 
-def show(records: Source | Sequence[Source], path: str | os.PathLike[str], **columns: Any) -> Path:
+def show(
+    records: Source | Sequence[Source],
+    path: str | os.PathLike[str],
+    *,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
+    units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+) -> Path:
     """Draw loops, strokes and cycles of records on a page, which prints the options that choose a part of them.
 
     Parameters
     ----------
     records : path, Record, DataFrame, or a sequence of these
     path : path-like     The page to write, ending in .html; it opens offline.
-    **columns            Arguments of `read_record`, for files and tables.
+    displacement, force, time, units, reverse   How files and tables are read, as for `identify`.
 
     Returns
     -------
@@ -41,5 +50,5 @@ def show(records: Source | Sequence[Source], path: str | os.PathLike[str], **col
     from ..report.record_page import write_record_page
 
     target = Path(path)
-    write_record_page(target, as_records(records, **columns))
+    write_record_page(target, given_records(records, force, time, displacement, units, reverse))
     return target

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from types import MethodType
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
@@ -15,12 +17,26 @@ from ..kernel.path import PathSolver, as_path
 from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
-    from ..records.record import Record
-    from .comparing.comparison import Comparison
-    from .identifying.information import Information
-    from .identifying.prediction import Prediction
-    from .studies.studying import StudyResult
-    from .vibration.isolation import Isolation
+    from .comparing.comparison import compare as _compare
+    from .fmus.building import build_fmu as _build_fmu
+    from .fmus.exporting import export as _export
+    from .identifying.information import info as _info
+    from .identifying.prediction import predict as _predict
+    from .identifying.synthesis import synthesize as _synthesize
+    from .responses import responses as _responses
+    from .studies.studying import study as _study
+    from .vibration.isolation import isolate as _isolate
+
+
+class _Function:
+    """A function of the package as a method of the same name, whose module is loaded when it is asked for."""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        self._name = name
+
+    def __get__(self, spring: Any, owner: type[Any]) -> Callable[..., Any]:
+        function: Callable[..., Any] = getattr(import_module("strandspring"), self._name)
+        return function if spring is None else MethodType(function, spring)
 
 
 class Spring:
@@ -120,55 +136,13 @@ class Spring:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
         return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
 
-    # Functions of other modules, which are imported when they are asked for.
-
-    def predict(self, *data: Any, **how: Any) -> Prediction:
-        """Compare records with the spring's prediction; arguments as for `strandspring.predict`."""
-        from .identifying.prediction import predict
-
-        return predict(self, *data, **how)
-
-    def info(self, *data: Any, **how: Any) -> Information:
-        """Figures of the spring's loops, beside those of records; arguments as for `strandspring.info`."""
-        from .identifying.information import info
-
-        return info(self, *data, **how)
-
-    def synthesize(self, *amplitudes: float, **how: Any) -> Record:
-        """The spring's record under sines of these amplitudes [m]; other arguments as for `strandspring.synthesize`."""
-        from .identifying.synthesis import synthesize
-
-        return synthesize(self, amplitudes or None, **how)
-
-    def compare(self, other: Any, *data: Any, **how: Any) -> Comparison:
-        """Compare the spring with another; arguments as for `strandspring.compare`."""
-        from .comparing.comparison import compare
-
-        return compare(self, other, *data, **how)
-
-    def isolate(self, mass: float, **options: Any) -> Isolation:
-        """Transmissibility and resonance of a mass [kg] on it; `options` are those of `strandspring.isolate`."""
-        from .vibration.isolation import isolate
-
-        return isolate(self, mass, **options)
-
-    def study(self, mass: ArrayLike, **options: Any) -> StudyResult:
-        """Resonance and isolation over masses and the uncertainty; `options` are those of `strandspring.study`."""
-        from .studies.studying import study
-
-        return study(self, mass, **options)
-
-    def build_fmu(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> Path:
-        """Build, validate and run the FMU of this spring; `options` are those of `strandspring.build_fmu`."""
-        from .fmus.building import build_fmu
-
-        return build_fmu(self, folder, **options)
-
-    def export(self, folder: str | os.PathLike[str] = "dist", **options: Any) -> list[Path]:
-        """Write the parameters for other tools; `options` are those of `strandspring.export`."""
-        from .fmus.exporting import export
-
-        return export(self, folder, **options)
+    # The functions of these names, of which the spring is the first argument.
+    if TYPE_CHECKING:
+        predict, info, synthesize, compare = _predict, _info, _synthesize, _compare
+        isolate, study, build_fmu, export, responses = _isolate, _study, _build_fmu, _export, _responses
+    else:
+        predict, info, synthesize, compare = (_Function() for _ in range(4))
+        isolate, study, build_fmu, export, responses = (_Function() for _ in range(5))
 
 
 def _checked_omega(omega_start: float) -> float:

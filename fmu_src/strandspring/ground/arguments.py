@@ -89,6 +89,20 @@ def optional_whole(name: str, value: Any) -> int | None:
     return None if value is None else whole(name, value)
 
 
+def flag(name: str, value: Any) -> bool:
+    """A truth value, which may be that of NumPy; raises TypeError for anything else.
+
+    Examples
+    --------
+    >>> flag("extrapolate", "no")
+    Traceback (most recent call last):
+    TypeError: `extrapolate` must be True or False, got 'no'.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"`{name}` must be True or False, got {_shown(value)}.")
+    return bool(value)
+
+
 def workers_of(value: Any) -> int | None:
     """The number of workers, None for one per core; raises TypeError unless it is whole, ValueError below 1."""
     count = optional_whole("workers", value)

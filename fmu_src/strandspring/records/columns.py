@@ -16,6 +16,7 @@ from .units import Quantity, kind_of_unit, unit_factor, words
 
 Asked = Mapping[Quantity, int | str | None]
 
+ASSUMED = "assumed, as none is given"  # of a unit
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 
 # Lower case, without blanks. Words in scripts that have no blanks are also found inside a name.
@@ -124,7 +125,7 @@ def choose_unit(
         )
     unit, source = (asked, "as given") if asked is not None else (stated, "found in the file")
     if unit is None:
-        unit, source = default_units[quantity], "assumed, as none is given"
+        unit, source = default_units[quantity], ASSUMED
     elif asked is not None and stated is not None and stated != asked:
         source = f"as given, though the file says {quoted(stated)}"
     try:

@@ -14,11 +14,12 @@ from numpy.typing import ArrayLike
 from ..errors import RecordError
 from ..ground.files import bundled_file
 from .channels import Channel, ChannelTable
+from .columns import ASSUMED, Column, choose_unit
 from .formats.named_arrays import seconds
-from .reading import MAX_TRAVEL, check_reverse, read_record, record_of_tables
+from .reading import check_reverse, read_record, record_of_tables
 from .record import FloatArray, Record
 from .tables import FileTables
-from .units import Quantity, unit_factor
+from .units import Quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,6 +30,7 @@ _BUNDLED = Path("records") / "rubber_stretch.csv"
 Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
 _QUANTITIES: tuple[Quantity, ...] = ("displacement", "force", "time")
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N", "time": "s"}
+_MOST_METRES = 0.5  # of a displacement whose unit is assumed: beyond, it is in mm more often than in m
 
 
 def record_of_arrays(
@@ -44,12 +46,14 @@ def record_of_arrays(
     ----------
     displacement, force : array_like, shape (K,)
     time : array_like, shape (K,), or None
-    units : mapping or None     Unit of "displacement", "force" and "time"; m, N and s where none is given.
+    units : mapping or None     Unit of "displacement", "force" and "time"; if None that in the name of a Series, such
+                                as "x [mm]", else m, N and s, for displacements within +-0.5 m.
     reverse : "displacement", "force" or None   The array to negate.
 
     Raises
     ------
-    RecordError                 If the arrays do not make a record, a unit is unknown, or the indexes of Series differ.
+    RecordError                 If the arrays do not make a record, a unit is unknown, the indexes of Series differ, or
+                                a displacement without a unit is beyond 0.5 m.
 
     Examples
     --------
@@ -58,25 +62,29 @@ def record_of_arrays(
     """
     given = checked_units(units)
     check_reverse(reverse)
-    _refuse_other_index({"displacement": displacement, "force": force, "time": time})
+    series = {"displacement": displacement, "force": force, "time": time}
+    _refuse_other_index(series)
     record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
-    factors = {name: unit_factor(given.get(name, _SI[name]), name) for name in _QUANTITIES}
-    if reverse is not None:
-        factors[reverse] *= -1.0
-    needed = _QUANTITIES if not given or time is not None else _QUANTITIES[:2]
-    assumed = [f"{name} in {_SI[name]}" for name in needed if name not in given]
-    record = Record(
-        factors["displacement"] * record.displacement,
-        factors["force"] * record.force,
-        None if record.time is None else factors["time"] * record.time,
-        path=record.path,
-        notes=(f"units assumed: {', '.join(assumed)}",) if assumed else (),
-    )
-    travel = float(np.ptp(record.displacement))
-    if "displacement" not in given and travel > MAX_TRAVEL:
+    values: dict[str, Any] = {}
+    notes = []
+    for number, name in enumerate(_QUANTITIES if time is not None else _QUANTITIES[:2], start=1):
+        label = getattr(series[name], "name", None)
+        column = Column.from_header(number, label if isinstance(label, str) else "", None)
+        _, factor, note = choose_unit(column, name, given.get(name), record.path, _SI)
+        values[name] = (-factor if name == reverse else factor) * getattr(record, name)
+        notes.append(note)
+    return _within_metres(Record(**values, path=record.path, notes=tuple(notes)))
+
+
+def _within_metres(record: Record) -> Record:
+    """The record, unless its displacement is so large that the assumed unit is hardly right."""
+    largest = float(np.abs(record.displacement).max())
+    if largest > _MOST_METRES and any(
+        note.startswith("the unit of displacement") and ASSUMED in note for note in record.notes
+    ):
         raise RecordError(
-            f"{record.path}: the displacement must range over at most {MAX_TRAVEL:g} m, found {travel:.6g} m; arrays "
-            'are in m and N, or in the units given with them, such as units={"displacement": "mm"}.'
+            f"{record.path}: a displacement without a unit is in m and must be within +-{_MOST_METRES:g} m, found "
+            f'{largest:.6g}; give its unit, such as units={{"displacement": "mm"}}, or "m" if it is that large.'
         )
     return record
 
@@ -181,7 +189,7 @@ def _record_of_frame(
             f"<DataFrame>: must hold at least two columns of numbers, but {', '.join(others)} hold none; convert them "
             "with `pandas.to_numeric`."
         )
-    return record_of_tables(
+    record = record_of_tables(
         FileTables("<DataFrame>", [ChannelTable(channels, "<DataFrame>")]),
         {"displacement": displacement, "force": force, "time": time},
         {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
@@ -189,6 +197,7 @@ def _record_of_frame(
         reverse,
         _SI,
     )
+    return _within_metres(record)
 
 
 def _channel(name: str, values: FloatArray, unit: str | None) -> Channel:

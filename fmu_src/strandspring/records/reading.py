@@ -19,7 +19,7 @@ from .tables import FileTables, Table, choose_table
 from .units import Quantity, unit_factor
 
 # Beyond any rig: the unit is wrong.
-MAX_TRAVEL = 10.0  # [m]
+_MAX_TRAVEL = 10.0  # [m]
 _MAX_FORCE = 1e9  # [N]
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N"}
 
@@ -217,7 +217,7 @@ def _refuse_impossible(
         travel = float(np.ptp(values["displacement"]))
     largest = float(np.abs(values["force"]).max())
     sizes: Mapping[Quantity, tuple[float, float, str]] = {
-        "displacement": (travel, MAX_TRAVEL, "range over"),
+        "displacement": (travel, _MAX_TRAVEL, "range over"),
         "force": (largest, _MAX_FORCE, "be"),
     }
     for quantity, (size, limit, rule) in sizes.items():

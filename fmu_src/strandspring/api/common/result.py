@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from html import escape
 from typing import TYPE_CHECKING
 
+from ...records.columns import ASSUMED
 from .plotting import save_plot
 from .text import counted
 
@@ -33,10 +34,15 @@ class Result(ABC):
         return [*self.lines(width), *(f"Note: {sentence}" for sentence in getattr(self, "notes", ()))]
 
     def summary(self) -> str:
-        """The result in words, with cautions and notes."""
+        """The result in words, with cautions, notes, and units that were assumed."""
         cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
-        notes = (f"Note: {sentence}" for sentence in getattr(self, "notes", ()))
+        notes = (f"Note: {sentence}" for sentence in (*getattr(self, "notes", ()), *self._assumptions()))
         return "\n".join([*self.lines(), *cautions, *notes])
+
+    def _assumptions(self) -> list[str]:
+        """Units of the records, if it has any, that were assumed."""
+        records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
+        return [f"{record.path}: {note}" for record in records for note in record.notes if ASSUMED in note]
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()

@@ -17,6 +17,7 @@ from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.native.platforms import Platform, chosen_platforms
 from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
 from ...fmu.related_files import BuildSettings
+from ...ground.arguments import flag
 from ...ground.files import refuse_unwritable
 from ...identification.identified_model import IdentifiedModel
 from ...identification.identify_records import identify_records
@@ -256,6 +257,9 @@ def build_fmu(
     """
     checked_zero(zero)
     checked_author(author)
+    # FMUs hold these as JSON, which knows no bool of NumPy.
+    states, needs_execution_tool = flag("states", states), flag("needs_execution_tool", needs_execution_tool)
+    real_time, no_energy, arrays = flag("real_time", real_time), flag("no_energy", no_energy), flag("arrays", arrays)
     if name is not None:
         check_name(name)
     refuse_unwritable(Path(folder), is_folder=True)
@@ -272,10 +276,9 @@ def build_fmu(
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
-    # FMUs hold these as JSON, which knows no bool of NumPy.
-    flags = bool(real_time), bool(no_energy), bool(arrays)
     before = built_with(path)
-    options = BuildOptions(backend, author, bool(needs_execution_tool), fmi, *flags).with_those_of(before)
+    wanted = BuildOptions(backend, author, needs_execution_tool, fmi, real_time, no_energy, arrays)
+    options = wanted.with_those_of(before)
     kind: Any = "states" if states else options.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')

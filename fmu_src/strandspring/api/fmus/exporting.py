@@ -11,7 +11,7 @@ from ...errors import StrandspringError
 from ...exchange.c_sources import law_path, write_c_sources
 from ...exchange.modelica import LIBRARY, record_path, write_library
 from ...fmu.description.ssv import parameter_values
-from ...ground.arguments import optional_number
+from ...ground.arguments import flag, optional_number
 from ...ground.files import refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import placed
@@ -132,6 +132,7 @@ def export(
     ...     print([path.name for path in export(spring, folder, ssv=True, modelica=True)])
     ['mount.ssv', 'mount.mo']
     """
+    ssv, modelica, c = flag("ssv", ssv), flag("modelica", modelica), flag("c", c)
     if not (ssv or modelica or c or ssp_mass is not None):
         raise StrandspringError("Nothing to write; give `ssv`, `modelica`, `c` or `ssp_mass`.")
     ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from time import monotonic
+from typing import TYPE_CHECKING, Any, Literal
 
 from ...campaigns.batches.batch import BatchSummary, identify_batch
 from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
@@ -15,12 +15,12 @@ from ...campaigns.batches.sources import TABLE, find_springs
 from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...errors import RecordError
-from ...ground.arguments import optional_number
-from ...identification.methods.method import Method, checked_method
-from ...identification.methods.refined import RefinedOptions
+from ...ground.arguments import flag, optional_number
+from ...identification.methods.method import Method
 from ...loops.wanted import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...records.given import checked_units
+from ..common.methods import MethodName, chosen_method
 from ..common.progress import Progress, unseen
 from ..common.result import Result
 from ..common.text import counted
@@ -158,15 +158,27 @@ def identify_many(
     sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     folder: str | os.PathLike[str],
     *,
-    options: Method | None = None,
+    displacement: str | int | None = None,
+    force: str | int | None = None,
+    time: str | int | None = None,
     units: Mapping[str, str] | None = None,
+    reverse: Literal["displacement", "force"] | None = None,
+    displacement_offset: float | None = None,
+    force_offset: float | None = None,
+    displacement_scale: float | None = None,
+    force_scale: float | None = None,
+    cycles: str | int | None = None,
+    time_window: str | None = None,
+    displacement_range: str | None = None,
+    label: str | None = None,
+    method: MethodName | None = None,
+    options: Method | None = None,
     amplitude: float | None = None,
     workers: int | None = None,
     scheduler: str | Cluster | None = None,
     save_anyway: bool = False,
     progress: Progress = unseen,
     notify: Callable[[str], None] = lambda _: None,
-    **columns: Any,
 ) -> ManyResult:
     """Identify many springs, each from a file of its own, on all cores.
 
@@ -181,9 +193,12 @@ def identify_many(
         Files, and folders: of these the files in them that are named like records, in alphabetical order, and not those
         in folders within them.
     folder : path               Of the results, created if it does not exist.
-    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
-        The method with its options; the refined method with its defaults if None.
-    units : mapping or None     Unit of "displacement" and "force", for files that do not name them; mm and N if None.
+    displacement, force, time, units, reverse   How all files are read, as for `identify`.
+    displacement_offset, force_offset, displacement_scale, force_scale : float or None   As for `read_record`.
+    cycles, time_window, displacement_range : str or None
+        What is used of each file: cycles "2:5" or 3, "0.5:10" s, "-5:5" mm; all if None.
+    label : str or None         Name of the specimens or of the test.
+    method, options             As for `identify`.
     amplitude : float or None   Of the loops whose figures are compared [m]; the largest that all springs have in common
                                 if None.
     workers : int or None       Number of processes; 1 for this one alone, as many as cores if None.
@@ -193,7 +208,6 @@ def identify_many(
                                 caution, not refused.
     progress : callable         Called with what is being done, the number of finished files, and how many there are.
     notify : callable           Called with sentences while the files are identified.
-    **columns                   Fields of `strandspring.loops.wanted.Wanted`, for all files.
 
     Returns
     -------
@@ -204,7 +218,7 @@ def identify_many(
     RecordError                 If there is no file, or a unit or selection is none.
     ValueError                  If the number of workers is below 1.
     StrandspringError           If the results cannot be written, or the workers cannot work.
-    TypeError                   If a column argument is unknown, or workers and scheduler are given.
+    TypeError                   If workers and scheduler are given, or method and options.
 
     Examples
     --------
@@ -229,20 +243,35 @@ def identify_many(
     '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """
     runner = runner_of(workers, scheduler, notify, TypeError, default=None)
-    given = {**columns, **{f"{name}_unit": unit for name, unit in checked_units(units).items()}}
+    wanted = Wanted(
+        displacement=displacement,
+        force=force,
+        time=time,
+        **{f"{name}_unit": unit for name, unit in checked_units(units).items()},
+        reverse=reverse,
+        displacement_offset=displacement_offset,
+        force_offset=force_offset,
+        displacement_scale=displacement_scale,
+        force_scale=force_scale,
+        cycles=cycles,
+        time_window=time_window,
+        displacement_range=displacement_range,
+        label=label,
+    )
+    work = BatchWork(chosen_method(method, options), wanted, flag("save_anyway", save_anyway))
     amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
-    begin = time.monotonic()
+    begin = monotonic()
     target = Path(folder)
     springs, left_out = find_springs([sources] if isinstance(sources, str | os.PathLike) else sources, target)
     batch = identify_batch(
         springs,
         target,
-        BatchWork(RefinedOptions() if options is None else checked_method(options), Wanted(**given), save_anyway),
+        work,
         runner,
         amplitude,
         lambda done: progress("Identifying", done, len(springs)),
         notify,
     )
-    return ManyResult(target, batch, left_out, time.monotonic() - begin)
+    return ManyResult(target, batch, left_out, monotonic() - begin)

@@ -23,6 +23,7 @@ _MOST_SAMPLES = 20_000_000
 def synthesize(
     model: ModelSource,
     amplitudes: ArrayLike | None = None,
+    *,
     mean: float | None = None,
     cycles: int = 3,
     samples: int = 1000,

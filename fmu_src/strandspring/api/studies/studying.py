@@ -14,7 +14,7 @@ from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
-from ...ground.arguments import limits, number, numbers, optional_number, whole
+from ...ground.arguments import flag, limits, number, numbers, optional_number, whole
 from ...ground.files import readable
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.joint import JointCovariance
@@ -195,7 +195,7 @@ def study(
         damping=damping,
         band=None if band is None else limits("band", band, "Hz"),
         points=whole("points", points),
-        extrapolate=extrapolate,
+        extrapolate=flag("extrapolate", extrapolate),
     )
 
     execution = executed(planned, runner, output, progress, notify)

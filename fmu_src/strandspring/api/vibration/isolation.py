@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike, NDArray
 
-from ...ground.arguments import limits, number, optional_number, whole
+from ...ground.arguments import flag, limits, number, optional_number, whole
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
@@ -418,6 +418,7 @@ def isolate(
     mass, load = number("mass", mass, "kg"), optional_number("load", load, "N")
     parallel, series = whole("parallel", parallel), whole("series", series)
     damping, points = number("damping", damping, "N s/m"), checked_count("points", points)
+    extrapolate = flag("extrapolate", extrapolate)
     band = None if band is None else limits("band", band, "Hz")
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
     sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]

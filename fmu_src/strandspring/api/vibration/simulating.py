@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...campaigns.jobs.threads import in_threads
 from ...errors import MountedSystemError
-from ...ground.arguments import optional_number, optional_whole, workers_of
+from ...ground.arguments import flag, optional_number, optional_whole, workers_of
 from ...ground.files import refuse_unwritable, write_csv
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
@@ -219,7 +219,7 @@ def simulate(
     MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
     refuse_wrong_run(draws, seed, step)
-    workers = workers_of(workers)
+    workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
     chosen = file.chosen_candidates(candidates)
     loads = file.chosen_cases(cases)

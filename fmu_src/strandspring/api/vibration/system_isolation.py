@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from threadpoolctl import threadpool_limits
 
 from ...errors import MountedSystemError
-from ...ground.arguments import limits
+from ...ground.arguments import flag, limits
 from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem
@@ -259,6 +259,7 @@ def isolate_system(
     IsolationError       If an argument is out of bounds, or no steady motion is found.
     """
     checked_count("points", points)
+    extrapolate = flag("extrapolate", extrapolate)
     band = None if band is None else limits("band", band, "Hz")
     directions = [directions] if isinstance(directions, str) else directions
     description = source if isinstance(source, SystemFile) else load_system_file(source)

@@ -67,6 +67,9 @@ def identify_many(
     """
     method = method_options(options)
     scheduler = cluster_option(workers, options)
+    columns = asdict(wanted_of(options))
+    quantities = ("displacement", "force", "time")
+    units = {name: unit for name in quantities if (unit := columns.pop(f"{name}_unit")) is not None}
     with reporting_kept("files", Path(output) / JOURNAL, "springs/s") as report:
         many = identify_all(
             sources,
@@ -78,7 +81,8 @@ def identify_many(
             save_anyway=save_anyway,
             progress=report,
             notify=note,
-            **asdict(wanted_of(options)),
+            units=units,
+            **columns,
         )
     _print(many, as_json)
     if not many.is_complete:

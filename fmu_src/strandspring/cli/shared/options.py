@@ -11,19 +11,17 @@ from typing import Any, TypeVar
 
 import click
 
+from ...api.common.methods import METHODS
 from ...campaigns.jobs.cluster import PATIENCE, Cluster
 from ...campaigns.jobs.runners import JobError
 from ...errors import RecordError, StrandspringError
 from ...identification.methods.method import Method
 from ...identification.methods.refined import KEEP, RefinedOptions
-from ...identification.methods.scan_options import ScanOptions
 from ...identification.rig.effect_columns import STATES
 from ...loops.description_file import entries
 from ...loops.wanted import Wanted, is_window
 from ...model.names import check_name
 from ...model.names import identifier as identifier
-from ...peers.ni_method import NiOptions
-from ...peers.two_stage_options import TwoStageOptions
 from ...records.record import Record
 from .output import progress
 
@@ -78,10 +76,6 @@ def values_as_usage() -> Iterator[None]:
     except ValueError as problem:
         raise click.UsageError(str(problem)) from None
 
-
-METHODS: dict[str, type[Method]] = {
-    method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)
-}
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

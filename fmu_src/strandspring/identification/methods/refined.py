@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from ...core.parameters import SpringParameters
 from ...errors import RecordError
-from ...ground.arguments import seed_of, whole
+from ...ground.arguments import flag, seed_of, whole
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...model.outcomes import IdentificationError, Outcome
@@ -120,6 +120,7 @@ class RefinedOptions(Method):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        flag("robust", self.robust)
         for name in ("bootstrap", "posterior"):
             whole(name, getattr(self, name))
         if self.bootstrap != 0 and not 2 <= self.bootstrap <= 10_000:

@@ -7,6 +7,7 @@
 #include "../../core/c/spring/spline.c"
 #include "../../core/c/spring/spring.c"
 #include "path.c"
+#include "many_paths.c"
 #include "balance/steady.c"
 #include "balance/fourier.c"
 #include "balance/periodic.c"
