@@ -27,7 +27,7 @@ from strandspring.kernel.path import PathSolver
 NOT_FINITE = [math.nan, math.inf, -math.inf]
 
 # Sections 3.2.3 and 4.2.4 of FMI 2.0, without the states that no instance reaches: error, fatal, and a step in
-# progress, failed or cancelled.
+# progress, failed or cancelled; o: not legal there, but known from hosts, and does nothing.
 MODES = {
     "me instantiated": Native.__enter__,
     "me initialization": lambda one: one.enter_initialization(),
@@ -46,7 +46,7 @@ SetDebugLogging                x    x    x     x    x     x    x    x    x
 SetupExperiment                x    -    -     -    -     x    -    -    -
 EnterInitializationMode        x    -    -     -    -     x    -    -    -
 ExitInitializationMode         -    x    -     -    -     -    x    -    -
-Terminate                      -    -    x     x    -     -    -    x    -
+Terminate                      o    o    x     x    o     o    o    x    o
 Reset                          x    x    x     x    x     x    x    x    x
 GetReal                        -    x    x     x    x     -    x    x    x
 GetInteger                     -    x    x     x    x     -    x    x    x
@@ -141,7 +141,9 @@ def test_calls_are_legal_where_the_standard_says(mode):
             before = one.serialized()
             one.messages.clear()
             status = getattr(one, call)(*given)
-            if legal[column - 1] != "x":
+            if legal[column - 1] == "o":
+                assert (status, one.serialized(), one.messages) == (OK, before, [])
+            elif legal[column - 1] != "x":
                 assert status == ERROR, (call, mode)
                 assert one.serialized() == before
                 assert one.said.startswith(f"fmi2{call} must ")

@@ -306,7 +306,8 @@ def test_casadi_differentiates_by_states_inputs_and_parameters():
             (outputs_by_p, OUTPUTS, names),
         ):  # fmt: skip
             expected = np.transpose([one.derivatives(unknowns, **{name: 1.0}) for name in knowns])
-            assert np.array_equal(found, expected)
+            # CasADi multiplies and divides by the nominal values, which rounds.
+            np.testing.assert_allclose(found, expected, rtol=1e-15)
 
 
 # The velocity
@@ -422,7 +423,7 @@ def calls(one: Native) -> dict[str, partial[int]]:
 @pytest.mark.parametrize(
     ("mode", "allowed"),
     [
-        ("instantiated", {"EnterInitializationMode"}),
+        ("instantiated", {"EnterInitializationMode", "Terminate"}),
         ("in event mode", {"SetTime", "GetContinuousStates", "GetDerivatives", "EnterEventMode",
                            "EnterContinuousTimeMode", "Terminate"}),
         ("in continuous-time mode", {"SetTime", "SetContinuousStates", "GetContinuousStates", "GetDerivatives",

@@ -55,9 +55,32 @@ def rows_of(tool: Tool, kind: Kind, fmu: Path, folder: Path) -> list[np.ndarray]
         [sys.executable, str(HOSTS), tool.host, str(fmu), kind.interface, str(result)],
         capture_output=True, text=True, timeout=240, cwd=folder, env={**os.environ, "PYTHONPATH": paths}, check=False,
     )  # fmt: skip
+    # Nor while Python ends.
+    assert "[error]" not in (done.stdout + done.stderr).lower()
     assert done.returncode == 0, f"exit status {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     with np.load(result) as values:
         return [values[name] for name in ("time", "force", "absorbed_energy")]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fmi", [2, 3])
+def test_pathsim_ends_without_an_error_what_never_began_or_has_ended(
+    fmus: dict[tuple[Kind, int], Path], fmi: int
+) -> None:
+    """It terminates what it has when Python ends, whatever the state."""
+    script = """
+import sys
+from pathsim_fmi.wrapper import FMUWrapper
+unused, ended = (FMUWrapper(sys.argv[1], mode="cosimulation") for _ in range(2))
+unused.instantiate()
+ended.initialize()
+ended.terminate()
+"""
+    fmu = fmus[next(kind for kind in KINDS if kind.interface == "CoSimulation"), fmi]
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(fmu)], capture_output=True, text=True, timeout=240, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 
 CELLS = [(tool, kind) for tool in TOOLS for kind in KINDS if isinstance(tool.result(kind), Sampling)]

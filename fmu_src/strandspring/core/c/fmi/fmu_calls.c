@@ -38,5 +38,7 @@ static inline FmuStatus change_all(
 }
 
 FMU_CALL(ExitInitializationMode, (FmiInstance c), fmu_end_initialization(instance))
-FMU_CALL(Terminate, (FmiInstance c), enter(instance, TERMINATED))
+/* Some hosts, PathSim among them, at their end terminate whatever they have, also what never began or has ended. */
+FMU_CALL(
+    Terminate, (FmiInstance c), instance->state.mode & INITIALIZED ? enter(instance, TERMINATED) : FMU_OK)
 FMU_CALL(Reset, (FmiInstance c), reset(instance))

@@ -51,7 +51,7 @@ static inline int fmu_of_kind(int mode, int modes)
     CALL(SetDebugLogging, ANY_MODE) \
     CALL(EnterInitializationMode, INSTANTIATED) \
     CALL(ExitInitializationMode, INITIALIZATION) \
-    CALL(Terminate, INITIALIZED) \
+    CALL(Terminate, ANY_MODE) \
     CALL(Reset, ANY_MODE) \
     CALL(SetBoolean, INSTANTIATED | INITIALIZATION | ME_EVENT | CS_STEP) \
     CALL(GetDirectionalDerivative, INITIALIZATION | INITIALIZED | TERMINATED) \
