@@ -79,7 +79,7 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         from ..peers.rivals.ranking import rank
 
-        ranking = rank(self.parts, advance=advance)
+        ranking = rank(self.steady_parts, advance=advance)
         if self.effects:
             removed = ", ".join(name.replace("_", " ") for name in self.effects)
             sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."

@@ -200,7 +200,7 @@ class Isolation(AnyIsolation):
     _size = (8.0, 8.0)
 
     @property
-    def parts(self) -> tuple[IsolatedModel, ...]:
+    def _parts(self) -> tuple[IsolatedModel, ...]:
         """The models."""
         return self.models
 

@@ -124,7 +124,7 @@ class SystemIsolation(AnyIsolation):
     _resonance = PointResonance
 
     @property
-    def parts(self) -> tuple[IsolatedSystem, ...]:
+    def _parts(self) -> tuple[IsolatedSystem, ...]:
         """The candidates."""
         return self.candidates
 
