@@ -63,7 +63,7 @@ def test_the_plot_and_the_words() -> None:
     assert points[:, 0] == pytest.approx([10.0, 20.0], rel=1e-3)
     line = axes[1].lines[0].get_xydata()
     assert line[-1, 1] == pytest.approx(points[-1, 1], rel=1e-3)
-    with pytest.raises(ValueError, match="`axes` must be 3, got 2"):
+    with pytest.raises(ValueError, match="`ax` must be 3 axes of matplotlib, got 2"):
         information.plot(axes[:2])
     text = information.summary()
     for expected in ("Model mount (mount): a mount", "secant N/mm", "loading paths", "counted from 50 mm"):

@@ -324,7 +324,7 @@ def errors_at_ends(found: Identification, share: float) -> tuple[float, float, b
     """Error beyond a fit of FE to the middle, by its tangent and by its cubic, and whether the cubic falls there."""
     p = found.parameters
     places, forces = [], []
-    for part, fit in zip(found.parts, found.fits, strict=True):
+    for part, fit in zip(found.steady_parts, found.fits, strict=True):
         path = part.strokes.displacement
         elastic = Spring(replace(p, kappa_omega=1e-300)).response(path)
         hysteresis = found.spring().response(path, fit.omega_start) - elastic
@@ -346,7 +346,7 @@ def errors_at_ends(found: Identification, share: float) -> tuple[float, float, b
         power_series = Polynomial(basis.elastic_parameters(coefficients)["kE"])
         slopes = [power_series.deriv(k)(end - basis.offset) for k in range(4)]
     terms = [slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes)]
-    scale = float(np.std(np.concatenate([part.record.force for part in found.parts])))
+    scale = float(np.std(np.concatenate([part.record.force for part in found.steady_parts])))
     tangent, cubic = (float(np.sqrt(np.mean((force[~inside] - sum(terms[:n])) ** 2))) for n in (2, 4))
     stiffness = sum(slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes[1:]))
     return tangent / scale, cubic / scale, bool(np.min(stiffness) < 0.0)

@@ -199,7 +199,7 @@ def test_the_band_holds_the_true_force() -> None:
     known = spring_of(1.0, 1.0)
     inside = []
     for seed in range(6):
-        band = identify(record_of(known, sine(), noise=0.03, seed=seed), CUBIC).band
+        band = identify(record_of(known, sine(), noise=0.03, seed=seed), CUBIC).prediction_band
         assert band is not None
         # The points of the band are the samples of the last two strokes, in their order.
         truth = Spring(known).response(sine())[-band.force.size :]

@@ -26,7 +26,9 @@ def test_effects_that_were_found_are_taken_out_of_every_sample(fault: str, share
     found = identify(case.records, RefinedOptions(state="first"))
     assert found.effects
     errors = []
-    for record, part in zip((*found.records, *(p.record for p in found.parts)), found.parts * 2, strict=True):
+    for record, part in zip(
+        (*found.records, *(p.record for p in found.steady_parts)), found.steady_parts * 2, strict=True
+    ):
         used = slice(part.first_sample, None)
         errors.append(np.std((record.force - Spring(spring).response(record.displacement))[used]))
     before, after = errors
@@ -40,7 +42,7 @@ def test_a_known_delay_is_taken_out_too() -> None:
     spring = draw_spring(generator, (0.5, 3.0), (0.6, 3.0), (6.0, 20.0), (0.2, 0.4), degrees=(3, 1))
     case = simulate(spring, STEPPED, generator, replace(FAULTS["force lags"], large=0.01), "large")
     delay = case.magnitude * case.experiment.period
-    (part,) = identify(case.records, RefinedOptions(delay=delay)).parts
+    (part,) = identify(case.records, RefinedOptions(delay=delay)).steady_parts
     error = (part.record.force - Spring(spring).response(part.record.displacement))[part.used]
     assert np.std(error[part.first_sample :]) < 0.006 * np.std(case.forces[0])
 
@@ -50,4 +52,4 @@ def test_without_effects_they_are_the_records() -> None:
     case = simulate(draw_spring(generator), STEPPED, generator)
     found = identify(case.records)
     assert not found.effects
-    assert [part.record for part in found.parts] == list(case.records)
+    assert [part.record for part in found.steady_parts] == list(case.records)

@@ -20,7 +20,7 @@ from ..model.outcomes import Outcome, by_harm
 from ..model.stated_figures import differ, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
-from .common.result import Result
+from .common.result import PlottedResult
 from .common.text import counted, fit_json, fit_lines, parameter_lines
 from .spring import Spring
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..report.details import ReportDetails
 
 
-class Identification(IdentifiedModel, Result):
+class Identification(IdentifiedModel, PlottedResult):
     """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
 
     Examples
@@ -47,6 +47,8 @@ class Identification(IdentifiedModel, Result):
     >>> result.to_frame().loc["rho", "unit"]
     '1/m'
     """
+
+    _size = (6.4, 4.8)
 
     @classmethod
     def from_model(cls, model: IdentifiedModel) -> Identification:
@@ -77,7 +79,7 @@ class Identification(IdentifiedModel, Result):
         """
         from ..peers.rivals.ranking import rank
 
-        ranking = rank(self.parts, advance=advance)
+        ranking = rank(self.steady_parts, advance=advance)
         if self.effects:
             removed = ", ".join(name.replace("_", " ") for name in self.effects)
             sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."
@@ -142,14 +144,14 @@ class Identification(IdentifiedModel, Result):
         numeric = frame.columns[1:]
         return frame.astype(dict.fromkeys(numeric, float)).rename_axis("parameter")
 
-    def plot(self, axes: Axes | None = None) -> Axes:
-        """Draw the measured and predicted loops into axes of matplotlib, new ones if None.
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the measured and predicted loops into axes of matplotlib, those of a new figure if None.
 
         `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
         """
         from ..report.figure import plot_chart
 
-        return plot_chart(self, axes=axes)
+        return plot_chart(self, ax=self._axes(ax)[0])
 
     def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
         """Write a report: a page that opens offline (.html), or a document (.pdf).

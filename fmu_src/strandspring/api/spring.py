@@ -12,11 +12,15 @@ from numpy.typing import ArrayLike
 
 from ..core.parameters import SpringParameters
 from ..ground.arguments import number
+from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
+from ..loops.modelled import steady_loop
 from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from .comparing.comparison import compare as _compare
     from .fmus.building import build_fmu as _build_fmu
     from .fmus.exporting import export as _export
@@ -135,6 +139,23 @@ class Spring:
     def absorbed_energy(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
         return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw steady loops over the identified range, and over three quarters, a half and a quarter of it.
+
+        Parameters
+        ----------
+        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        """
+        (axes,) = some_axes(ax)
+        low, high = self.parameters.displacement_min, self.parameters.displacement_max
+        for share in (0.0, 0.125, 0.25, 0.375):
+            cut = share * (high - low)
+            loop = steady_loop(self._solver, low + cut, high - cut)
+            for branch in (loop.loading, loop.unloading):
+                axes.plot(1e3 * branch.displacement, branch.force, "C0", lw=1.2)
+        axes.set(xlabel="displacement [mm]", ylabel="force [N]", title=self.model.name)
+        return axes
 
     # The functions of these names, of which the spring is the first argument.
     if TYPE_CHECKING:

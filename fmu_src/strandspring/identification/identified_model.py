@@ -28,7 +28,7 @@ class IdentifiedModel:
     ----------
     parameters : SpringParameters
     records : tuple of Record
-    parts : tuple of SteadyRecord   Steady parts of the records as they were fitted, without the rig's effects.
+    steady_parts : tuple of SteadyRecord   Steady parts of the records as they were fitted, without the rig's effects.
     fits : tuple of RecordFit       Prediction of each record over its steady part by the spring alone, driven by the
                                     displacement as recorded: what its FMU gives.
     fitted : tuple of RecordFit     The same with what was removed from the records: the rig's effects, and reversals
@@ -40,8 +40,8 @@ class IdentifiedModel:
                                     harmful first.
     uncertainty : dict              Content of the model file's field: standard errors, correlations, 95 % intervals,
                                     joint covariance, prediction interval; empty but for the refined method.
-    band : PredictionBand or None   95 % confidence band and prediction interval on the last loop; of the refined
-                                    method only.
+    prediction_band : PredictionBand or None   95 % confidence band and prediction interval on the last loop; of the
+                                    refined method only.
     effects : dict                  Sizes of the rig's effects that were removed, found or given, by name, in SI
                                     units; empty without any. `parameters` are those of the spring alone.
     lack_of_fit : LackOfFit or None Misfit by what matters; of the refined method only.
@@ -53,7 +53,7 @@ class IdentifiedModel:
 
     parameters: SpringParameters
     records: tuple[Record, ...]
-    parts: tuple[SteadyRecord, ...]
+    steady_parts: tuple[SteadyRecord, ...]
     fits: tuple[RecordFit, ...]
     fitted: tuple[RecordFit, ...]
     rmse: float
@@ -62,7 +62,7 @@ class IdentifiedModel:
     steady_share: float
     findings: dict[Outcome, str]
     uncertainty: dict[str, Any]
-    band: PredictionBand | None
+    prediction_band: PredictionBand | None
     effects: dict[str, Any]
     lack_of_fit: LackOfFit | None
     recorded: tuple[LoopEnergy, ...]

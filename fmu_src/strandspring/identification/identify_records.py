@@ -182,7 +182,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     return IdentifiedModel(
         parameters=result.parameters,
         records=group,
-        parts=result.alone or tuple(parts),
+        steady_parts=result.alone or tuple(parts),
         fits=fits,
         fitted=fitted,
         rmse=rmse,
@@ -191,7 +191,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         steady_share=result.steady_share,
         findings=findings,
         uncertainty=_of_saved_spring(result.uncertainty, rmse, overall(fitted)[0]),
-        band=result.band,
+        prediction_band=result.band,
         effects=result.effects,
         lack_of_fit=result.lack_of_fit,
         recorded=recorded,

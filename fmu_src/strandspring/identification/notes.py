@@ -20,7 +20,7 @@ def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
     known = KnownRig.from_effects(identification.effects, identification.options)
     seeks_effects = identification.method == RefinedOptions.name
     return (
-        *implausible_sizes(identification.parts),
+        *implausible_sizes(identification.steady_parts),
         *unknown_effects(records, known),
         *dwells_without_relaxation(records),
         *(times_that_do_not_rise(records) if seeks_effects else ()),

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Literal
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RecordError
 from ..ground.files import readable, write_csv
+from ..ground.plotfile import some_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FloatArray = NDArray[np.float64]
 
@@ -120,6 +124,19 @@ class Record:
         )
         columns["force [N]"] = self.force
         write_csv(Path(path), columns, np.column_stack(list(columns.values())).tolist())
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the force over the displacement.
+
+        Parameters
+        ----------
+        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        """
+        (axes,) = some_axes(ax)
+        axes.plot(1e3 * self.displacement, self.force, lw=1.0, label=self.label or PurePath(self.path).name)
+        axes.set(xlabel="displacement [mm]", ylabel="force [N]")
+        axes.legend()
+        return axes
 
     def __repr__(self) -> str:
         x, r = 1e3 * self.displacement, self.force

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import StrandspringError
-from ..ground.plotfile import SUFFIXES, save_figure
+from ..ground.plotfile import SUFFIXES, save_figure, some_axes
 from ..identification.identified_model import IdentifiedModel
 from .charts import engineering, fit_charts, isolation_charts, model_charts
 from .charts.engineering import EngineeringFigures
@@ -60,7 +60,7 @@ CHARTS: dict[str, Callable[[Evaluation], Figure | str | None]] = {
 
 
 def plot_chart(
-    identification: IdentifiedModel, chart: str = "loops", axes: Axes | None = None, record: int | None = None
+    identification: IdentifiedModel, chart: str = "loops", ax: Axes | None = None, record: int | None = None
 ) -> Axes:
     """Draw a chart of the report.
 
@@ -71,7 +71,7 @@ def plot_chart(
                             "histogram", "autocorrelation", "branches", "amplifier", "omega", "correlations", "band",
                             "amplitude-secant-stiffness", "amplitude-energy-per-cycle", "amplitude-loss-factor" or
                             "transmissibility".
-    axes : Axes or None     To draw into; new ones of pyplot if None.
+    ax : Axes or None       To draw into; new ones of pyplot if None.
     record : int or None    Place of the record shown; all if None.
 
     Raises
@@ -88,11 +88,7 @@ def plot_chart(
         raise StrandspringError(f"This identification has no chart {chart!r}: it holds nothing of what that shows.")
     if isinstance(drawn, str):
         raise StrandspringError(drawn)
-    if axes is None:
-        from matplotlib import pyplot
-
-        axes = pyplot.subplots(layout="constrained")[1]
-    return draw(drawn, axes, record, scale=1.4)
+    return draw(drawn, some_axes(ax)[0], record, scale=1.4)
 
 
 def write_figure(path: str | Path, identification: IdentifiedModel) -> None:

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ...errors import StrandspringError
+from ...ground.plotfile import SUFFIXES, save_figure, some_axes
 from ...records.columns import ASSUMED
-from .plotting import save_plot
 from .text import counted
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _REPR_LINES = 6
@@ -61,14 +65,24 @@ class Result(ABC):
 class PlottedResult(Result):
     """A result with a plot."""
 
+    _grid = (1, 1)  # rows and columns of axes
+
     @property
     @abstractmethod
     def _size(self) -> tuple[float, float]:
         """Width and height of the plot [inches]."""
 
     @abstractmethod
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the plot into axes of matplotlib, those of a new figure if None, and return them."""
+
+    def _axes(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
+        """The axes that are given, or those of a new figure."""
+        return some_axes(ax, *self._grid, self._size)
+
     def _draw(self, figure: Figure) -> None:
         """Draw the plot into an empty figure."""
+        self.plot(figure.subplots(*self._grid))
 
     def save_plot(self, path: str | os.PathLike[str]) -> None:
         """Draw the plot into a file (.png, .svg or .pdf); the same result gives the same bytes.
@@ -77,4 +91,10 @@ class PlottedResult(Result):
         ------
         StrandspringError   If the name ends in something else, or the file cannot be written.
         """
-        save_plot(path, self._size, self._draw)
+        if Path(path).suffix.lower() not in SUFFIXES:
+            raise StrandspringError(f"The plot's name must end in {', '.join(SUFFIXES)}, got {os.fspath(path)!r}.")
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=self._size, layout="constrained")
+        self._draw(figure)
+        save_figure(Path(path), figure)

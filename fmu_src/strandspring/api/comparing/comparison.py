@@ -19,7 +19,6 @@ from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.plotting import some_axes
 from ..common.result import PlottedResult
 from ..common.text_table import table_lines
 from ..vibration.shared_mass import SharedMass, shared_mass
@@ -49,7 +48,6 @@ from .differences import (
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
@@ -112,7 +110,7 @@ class Comparison(PlottedResult):
     notes, cautions : tuple of str
     """
 
-    _size = (13.0, 8.0)
+    _size, _grid = (13.0, 8.0), (2, 3)
 
     sources: tuple[str, str]
     models: tuple[ModelFile, ModelFile]
@@ -221,16 +219,13 @@ class Comparison(PlottedResult):
             "cautions": list(self.cautions),
         }
 
-    def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
+    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
         with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
         """
-        panels = some_axes(axes, 2, 3, self._size)
+        panels = self._axes(ax)
         draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
         return panels
-
-    def _draw(self, figure: Figure) -> None:
-        self.plot(list(figure.subplots(2, 3).flat))
 
 
 def compare(

@@ -28,8 +28,7 @@ from ...records.given import records_of
 from ...records.record import Record
 from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
 from ..common.model_source import ModelSource, model_of, origin_of, source_of
-from ..common.plotting import some_axes
-from ..common.result import Result
+from ..common.result import PlottedResult
 from ..common.text import counted, parameter_lines, verdict_json
 from ..common.text_table import table_lines
 
@@ -43,7 +42,7 @@ _DRAWN = 60  # amplitudes of the modelled line in a plot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Information(Result):
+class Information(PlottedResult):
     """A model's loops, and those of records with the model's between the same turning points.
 
     Attributes
@@ -60,6 +59,8 @@ class Information(Result):
     cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
                                             the identified range; effects of the rig that were removed.
     """
+
+    _size, _grid = (12.0, 4.0), (1, 3)
 
     source: str
     model: ModelFile
@@ -143,11 +144,11 @@ class Information(Result):
             if measured is not None and measured.spread is not None:
                 yield [*cells(LOOP_FIGURES, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
 
-    def plot(self, axes: Sequence[Axes] | None = None) -> list[Axes]:
+    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
         loops as points; returns the three axes, those of a new figure if None.
         """
-        panels = some_axes(axes, 1, 3, (12.0, 4.0))
+        panels = self._axes(ax)
         solver = PathSolver(self.parameters)
         given = [*(measured.figures for measured, _ in self.pairs), *(loop.figures for loop in self.modelled)]
         widest = max(given, key=lambda figures: figures.amplitude)

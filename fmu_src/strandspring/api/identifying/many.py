@@ -22,17 +22,18 @@ from ...model.joint import HYSTERETIC_UNITS
 from ...records.given import checked_units
 from ..common.methods import MethodName, chosen_method
 from ..common.progress import Progress, unseen
-from ..common.result import Result
+from ..common.result import PlottedResult
 from ..common.text import counted
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
 
 _UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
 
 @dataclass(frozen=True, repr=False)
-class ManyResult(Result):
+class ManyResult(PlottedResult):
     """What a batch of springs gave; each row of the table is one file.
 
     Attributes
@@ -46,6 +47,8 @@ class ManyResult(Result):
     --------
     See `identify_many`.
     """
+
+    _size = (6.4, 4.8)
 
     folder: Path
     batch: BatchSummary
@@ -129,6 +132,24 @@ class ManyResult(Result):
 
         # Only empty cells are unknown: a file may be called NA.csv.
         return pd.read_csv(self.batch.table, keep_default_na=False, na_values=[""], dtype={"file": str, "reason": str})
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the energy of each spring's loop against its secant stiffness at the common amplitude; outliers are red.
+
+        Parameters
+        ----------
+        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        """
+        (axes,) = self._axes(ax)
+        table = self.to_frame()
+        is_outlier = table["outlier"].notna()
+        for color, label, rows in (("C0", "springs", table[~is_outlier]), ("C3", "outliers", table[is_outlier])):
+            stiffness, energy = rows["secant stiffness [N/m]"], rows["energy per cycle [J]"]
+            axes.plot(1e-3 * stiffness, energy, "o", color=color, label=label)
+        at = "" if self.batch.amplitude is None else f" at {1e3 * self.batch.amplitude:.4g} mm"
+        axes.set(xlabel="secant stiffness [N/mm]", ylabel="energy per cycle [J]", title=f"Loops{at}")
+        axes.legend()
+        return axes
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""

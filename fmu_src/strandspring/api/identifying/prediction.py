@@ -33,8 +33,7 @@ from ..common.caution_text import (
     unrecorded_cautions,
 )
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.plotting import some_axes
-from ..common.result import Result
+from ..common.result import PlottedResult
 from ..common.text import fit_json, fit_lines
 
 if TYPE_CHECKING:
@@ -52,7 +51,7 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(Result):
+class Prediction(PlottedResult):
     """Predicted forces of one or more records.
 
     Attributes
@@ -66,6 +65,8 @@ class Prediction(Result):
                                   noise that change the error, effects of the rig removed from the records of the model.
     interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
+
+    _size = (6.4, 4.8)
 
     source: str
     model: ModelFile
@@ -155,9 +156,9 @@ class Prediction(Result):
         paths = np.array([record.path for record in self.records], dtype=object)
         return frame.assign(record=paths[frame["record"].to_numpy().astype(np.intp) - 1])
 
-    def plot(self, axes: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw measured and predicted force over displacement; returns the axes, those of a new figure if None."""
-        (axis,) = some_axes(axes, 1, 1, (6.4, 4.8))
+        (axis,) = self._axes(ax)
         for number, (record, fit) in enumerate(zip(self.records, self.fits, strict=True)):
             name = f" {PurePath(record.path).name}" if len(self.records) > 1 else ""
             axis.plot(1e3 * record.displacement, record.force, color=f"C{number}", alpha=0.5, label=f"measured{name}")

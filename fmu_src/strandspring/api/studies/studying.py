@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -27,6 +28,9 @@ from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
 from .study_result import AnyStudyResult, executed
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 _DEFAULT_SHARE = 0.01  # of the free travel
 
 
@@ -44,6 +48,8 @@ class StudyResult(AnyStudyResult[Study]):
     zero : float              Where displacement is counted from [m].
     """
 
+    _size = (8.0, 5.5)
+
     model: ModelFile
     zero: float
 
@@ -53,6 +59,23 @@ class StudyResult(AnyStudyResult[Study]):
         planned, refused = self.study, int(self._summaries["refused"].sum())
         springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
         return f"{len(planned)} runs: {springs} at each of {planned.grid_size} grid points, {refused} refused"
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw transmissibility against frequency at resonance, a line over the masses for each level and stiffness,
+        with bars from 5 to 95 % of the draws.
+
+        Parameters
+        ----------
+        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        """
+        (axes,) = self._axes(ax)
+        known = self._summaries.dropna(subset=["frequency_median", "transmissibility_median"])
+        for level, factor in product(self.study.levels, self.study.stiffness_factors):
+            rows = known[(known["level"] == level) & (known["stiffness_factor"] == factor)]
+            label = f"{self.study.excitation.level_text(level)}, stiffness x {factor:g}"
+            self._bars(axes, rows, {"frequency": 1.0, "transmissibility": 1.0}, label=label, marker="o")
+        axes.set(xlabel="resonance frequency [Hz]", ylabel="transmissibility [-]", title=self.model.name)
+        return axes
 
     def _head(self, point: dict[str, Any]) -> dict[str, str]:
         return {

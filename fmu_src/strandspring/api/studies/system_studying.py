@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ...campaigns.jobs.cluster import Cluster, runner_of
-from ...campaigns.studies.summaries import QUANTILES
 from ...campaigns.studies.system_planning import planned_study, undrawn
 from ...campaigns.studies.system_study import SystemStudy
 from ...campaigns.studies.varied import Given, shown_alone
@@ -19,9 +18,7 @@ from ...ground.gravity import STANDARD_GRAVITY
 from ...vibration.description.named_files import FilesOfFolder
 from ...vibration.description.system_file import read_description
 from ...vibration.verdicts.verdicts import CaseVerdict
-from ..common.plotting import some_axes
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult
 from ..common.text import counted
 from ..vibration.simulating import refuse_wrong_run
 from .study_result import AnyStudyResult, executed
@@ -29,7 +26,6 @@ from .study_result import AnyStudyResult, executed
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _COLORS = {
     CaseVerdict.PASSES: "tab:green",
@@ -42,7 +38,7 @@ _MARKERS = "osD^vPX*<>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SystemStudyResult(AnyStudyResult[SystemStudy], PlottedResult):
+class SystemStudyResult(AnyStudyResult[SystemStudy]):
     """Runs of a study of a SYSTEM.toml, and what they say of each candidate at each grid point.
 
     The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
@@ -71,16 +67,16 @@ class SystemStudyResult(AnyStudyResult[SystemStudy], PlottedResult):
         varied = [{"path": axis.path, "unit": axis.unit, "values": axis.values} for axis in self.study.varied]
         return {"name": self.name, "vary": varied, "cases": [name for _, name in self.study.cases], **content}
 
-    def plot(self, axes: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Acceleration against stroke, a marker for each candidate at each grid point in the colour of its verdict.
 
         The worst of all points, mounts and cases counts, at the upper end of its range.
 
         Parameters
         ----------
-        axes : Axes or None   Of matplotlib; those of a new figure if None.
+        ax : Axes or None     Of matplotlib; those of a new figure if None.
         """
-        (axes,) = some_axes(axes, 1, 1, self._size)
+        (axes,) = self._axes(ax)
         names = [name for _, name in self.study.candidates]
         summaries = self._summaries.dropna(subset=["stroke_median", "acceleration_median"])
         for verdict, color in _COLORS.items():
@@ -88,25 +84,15 @@ class SystemStudyResult(AnyStudyResult[SystemStudy], PlottedResult):
                 chosen = summaries[(summaries["verdict"] == verdict.value) & (summaries["candidate"] == name)]
                 if chosen.empty:
                     continue
-                x, y = (
-                    factor * chosen[[f"{figure}_{end}" for end in QUANTILES]].to_numpy().T
-                    for figure, factor in (("stroke", 100.0), ("acceleration", 1.0 / STANDARD_GRAVITY))
-                )
                 label = f"{name}: {verdict.value}" if len(names) > 1 else verdict.value
-                axes.errorbar(
-                    x[1], y[1], xerr=(x[1] - x[0], x[2] - x[1]), yerr=(y[1] - y[0], y[2] - y[1]), label=label,
-                    linestyle="none", marker=_MARKERS[number % len(_MARKERS)], color=color, elinewidth=0.8,
+                self._bars(
+                    axes, chosen, {"stroke": 100.0, "acceleration": 1.0 / STANDARD_GRAVITY}, label=label,
+                    linestyle="none", marker=_MARKERS[number % len(_MARKERS)], color=color,
                 )  # fmt: skip
         axes.set_xlabel("stroke used on the way from rest to the end of the range [%]")
         axes.set_ylabel("largest acceleration [g]")
         axes.set_title(self.name)
-        axes.grid(alpha=0.3)
-        if axes.get_legend_handles_labels()[0]:
-            axes.legend()
         return axes
-
-    def _draw(self, figure: Figure) -> None:
-        self.plot(figure.subplots())
 
     @property
     def headline(self) -> str:

@@ -200,7 +200,7 @@ class Isolation(AnyIsolation):
     _size = (8.0, 8.0)
 
     @property
-    def parts(self) -> tuple[IsolatedModel, ...]:
+    def _parts(self) -> tuple[IsolatedModel, ...]:
         """The models."""
         return self.models
 
@@ -274,14 +274,14 @@ class Isolation(AnyIsolation):
         content = models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
         return {**content, "cautions": self.cautions}
 
-    def plot(self, axes: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency, dotted where the motion is unstable.
 
-        Without axes a new figure of pyplot also has the amplitudes of the mount, in ``axes.figure.axes[1]``.
+        Without axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
 
         Parameters
         ----------
-        axes : Axes or None   Where to draw.
+        ax : Axes or None     Where to draw.
 
         Returns
         -------
@@ -289,10 +289,11 @@ class Isolation(AnyIsolation):
         """
         from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
 
-        if axes is None:
+        if ax is None:
             from matplotlib import pyplot as plt
 
             return fill(plt.figure(figsize=self._size, layout="constrained"), self.curves, self.title)[0]
+        (axes,) = self._axes(ax)
         draw(axes, curves_of(self.curves), "transmissibility")
         axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes

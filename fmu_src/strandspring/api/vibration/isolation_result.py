@@ -40,7 +40,7 @@ class AnyIsolation(PlottedResult):
 
     @property
     @abstractmethod
-    def parts(self) -> Sequence[Any]:
+    def _parts(self) -> Sequence[Any]:
         """Those that are compared."""
 
     @abstractmethod
@@ -66,12 +66,12 @@ class AnyIsolation(PlottedResult):
     @property
     def every(self) -> Iterator[tuple[Any, Any]]:
         """Each part with each of its responses."""
-        return ((part, response) for part in self.parts for response in part.responses)
+        return ((part, response) for part in self._parts for response in part.responses)
 
     @property
     def curves(self) -> dict[str, tuple[Any, ...]]:
         """Responses of each part by its label."""
-        return {part.label: part.responses for part in self.parts}
+        return {part.label: part.responses for part in self._parts}
 
     def resonances(self) -> pd.DataFrame:
         """One row for each resonance: what it is of, and its attributes in SI units."""
@@ -107,7 +107,7 @@ class AnyIsolation(PlottedResult):
         self, columns: Sequence[ResultColumn], width: int | None, chosen: Callable[[Any], Sequence[Any]]
     ) -> list[str]:
         """The chosen resonances of each response, the part first if there are several."""
-        first, rows = int(len(self.parts) == 1), []
+        first, rows = int(len(self._parts) == 1), []
         for part, response in self.every:
             head = {**self._named(part, response), "level": response.level_text}
             for resonance in chosen(response):

@@ -20,7 +20,6 @@ from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict
 from ..common.history_table import history_table, unique_names
-from ..common.plotting import some_axes
 from ..common.progress import Progress, unseen
 from ..common.result import PlottedResult
 from .simulation_details import detail_lines
@@ -30,7 +29,6 @@ from .simulation_words import MORE, caution_lines, headline, verdict_lines
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _MOST_NUMBERS = 50_000_000  # of the histories of all answers
 _COLUMNS = (
@@ -120,16 +118,13 @@ class Simulation(PlottedResult):
             written.append(path)
         return written
 
-    def plot(self, axes: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None) -> Axes:
         """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
         from ...report.charts.verdict_charts import acceleration_against_stroke
         from ...report.rendering.drawing import draw
 
-        (axis,) = some_axes(axes, 1, 1, self._size)
+        (axis,) = self._axes(ax)
         return draw(acceleration_against_stroke(self.answers), axis, scale=1.4)
-
-    def _draw(self, figure: Figure) -> None:
-        self.plot(figure.subplots())
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""

@@ -35,6 +35,7 @@ from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, defa
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _ORIGIN = (0.0, 0.0, 0.0)
@@ -123,7 +124,7 @@ class SystemIsolation(AnyIsolation):
     _resonance = PointResonance
 
     @property
-    def parts(self) -> tuple[IsolatedSystem, ...]:
+    def _parts(self) -> tuple[IsolatedSystem, ...]:
         """The candidates."""
         return self.candidates
 
@@ -202,6 +203,34 @@ class SystemIsolation(AnyIsolation):
         modes = {candidate.label: candidate.modes for candidate in self.candidates}
         curves = [(candidate.label, response) for candidate, response in self.every]
         write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, modes, curves)
+
+    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable.
+
+        Parameters
+        ----------
+        ax : sequence of Axes or None   Those of the gains, then those of the sways; those of a new figure if None.
+
+        Returns
+        -------
+        list of Axes
+        """
+        from .system_isolation_plot import draw, fill
+
+        if ax is None:
+            from matplotlib import pyplot as plt
+
+            return fill(plt.figure(figsize=self._size, layout="constrained"), self.curves, self.name)
+        axes = self._axes(ax)
+        draw(axes, self.curves)
+        axes[0].legend(fontsize=8)
+        return axes
+
+    @property
+    def _grid(self) -> tuple[int, int]:  # type: ignore[override]
+        from .system_isolation_plot import grid_of
+
+        return grid_of(self.curves)
 
     @property
     def _size(self) -> tuple[float, float]:

@@ -27,10 +27,26 @@ def size_of(candidates: Responses) -> tuple[float, float]:
     return max(8.0, _WIDTH * len(_excitations(candidates))), _HEIGHT + _LEGEND * (curves // LEGEND_COLUMNS + 1)
 
 
-def fill(figure: Figure, candidates: Responses, title: str) -> None:
+def grid_of(candidates: Responses) -> tuple[int, int]:
+    """Rows and columns of axes: gain above sway, of each excitation."""
+    return 2, len(_excitations(candidates))
+
+
+def fill(figure: Figure, candidates: Responses, title: str) -> list[Axes]:
     """Draw the responses of each candidate by its label into an empty figure with a constrained layout."""
+    axes = list(figure.subplots(*grid_of(candidates), sharex="col", sharey="row", squeeze=False).flat)
+    draw(axes, candidates)
+    figure.suptitle(title)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LEGEND_COLUMNS), fontsize=9,
+                  frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
+    return axes
+
+
+def draw(axes: Sequence[Axes], candidates: Responses) -> None:
+    """Draw the responses of each candidate by its label into axes, row by row."""
     excitations = _excitations(candidates)
-    tops, bottoms = figure.subplots(2, len(excitations), sharex="col", sharey="row", squeeze=False)
+    tops, bottoms = axes[: len(excitations)], axes[len(excitations) :]
     for top, bottom, name in zip(tops, bottoms, excitations, strict=True):
         _draw(top, bottom, candidates, name)
         top.set_title(name, fontsize=10)
@@ -38,10 +54,6 @@ def fill(figure: Figure, candidates: Responses, title: str) -> None:
     gain = next(iter(candidates.values()))[0].gain_column
     tops[0].set_ylabel(f"{gain.short or 'motion'} [{gain.shown or '-'}], largest of x, y and z")
     bottoms[0].set_ylabel("sway [mm]")
-    figure.suptitle(title)
-    handles, labels = tops[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), LEGEND_COLUMNS), fontsize=9,
-                  frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
 
 
 def _excitations(candidates: Responses) -> list[str]:

@@ -113,7 +113,7 @@ def correlations(evaluation: Evaluation) -> HeatMap | None:
 
 def band(evaluation: Evaluation) -> Chart | None:
     """The last closed loop with the uncertainty of its prediction; None if it is unknown."""
-    prediction = evaluation.identification.band
+    prediction = evaluation.identification.prediction_band
     if prediction is None:
         return None
     x, force = prediction.displacement * evaluation.length.factor, prediction.force
