@@ -49,6 +49,7 @@ def compiler(monkeypatch: pytest.MonkeyPatch) -> list[Target]:
         return b"an image"
 
     monkeypatch.setattr(images, "compiled", compiled)
+    monkeypatch.setattr(zig, "is_installed", lambda: True)
     return done
 
 

@@ -135,7 +135,7 @@ TOOLS = (
     Tool("host in C without Python", "with_c_host", _HOST | {PYTHON: "must preload libpython"}, "not written for it"),
     Tool(
         "the same for Windows, by wine", "with_wine", _HOST | {PYTHON: "must load Python first"},
-        "not written for it", _without_wine,
+        "not written for it", _without_wine, "ziglang",
     ),
 )  # fmt: skip
 

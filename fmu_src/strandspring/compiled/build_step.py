@@ -35,13 +35,13 @@ class BuildWithImages(build_py):
         folder = self._images()
         # A folder that an earlier build left may hold images of other sources.
         shutil.rmtree(folder, ignore_errors=True)
-        of_fmus = [(unit, target) for unit in images.OF_FMUS for target in FMU_TARGETS]
-        wanted = [(images.KERNEL, host_target()), *of_fmus]
+        wanted = [(host_target(), [images.KERNEL]), *((target, images.OF_FMUS) for target in FMU_TARGETS)]
         with ThreadPoolExecutor() as pool:
-            contents = pool.map(lambda image_wanted: images.compiled(*image_wanted), wanted)
+            contents = pool.map(lambda job: images.all_compiled(job[1], job[0]), wanted)
             folder.mkdir(parents=True)
-            for (unit, target), content in zip(wanted, contents, strict=True):
-                (folder / unit.file_name(target)).write_bytes(content)
+            for (target, units), of_target in zip(wanted, contents, strict=True):
+                for unit, content in zip(units, of_target, strict=True):
+                    (folder / unit.file_name(target)).write_bytes(content)
         for path in _EXAMPLES:
             self.mkpath(str(self._example(path).parent))
             self.copy_file(path, self._example(path))

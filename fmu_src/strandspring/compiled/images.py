@@ -15,7 +15,7 @@ import stat
 import sys
 import tempfile
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -51,18 +51,22 @@ class CompiledUnit:
     name : str                  Of the library, without suffix.
     file : str                  To be compiled, below the package; it includes the others.
     flags : tuple of str        Besides those of every library.
+    shared : str or None        A file that is compiled apart, once for all units that share it, and linked.
+    file_flags : tuple of str   Of `file` alone.
     fmi : int                   The version of FMI whose headers are needed; 0: none.
     """
 
     name: str
     file: str
     flags: tuple[str, ...] = ()
+    shared: str | None = None
+    file_flags: tuple[str, ...] = ()
     fmi: int = 0
 
     def sources(self) -> dict[str, bytes]:
         """Content of each C file by its path below the package: of the unit's file and of all that it includes."""
         contents: dict[str, bytes] = {}
-        waiting = [self.file]
+        waiting = [self.file, *([self.shared] if self.shared else [])]
         while waiting:
             path = waiting.pop()
             if path not in contents:
@@ -89,12 +93,18 @@ class CompiledUnit:
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
 KERNEL = CompiledUnit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
 # -O3 makes it a tenth larger, and no step faster.
-FMU = CompiledUnit("spring", "core/c/fmi2_all.c", ("-O2", "-fvisibility=hidden"), fmi=2)
-# The same for FMI 3, whose header declares two callbacks without a prototype.
-FMU3 = CompiledUnit("spring3", "core/c/fmi3_all.c", (*FMU.flags, "-Wno-strict-prototypes"), fmi=3)
+_FMU_FLAGS = ("-O2", "-fvisibility=hidden")
+_APART = ("-DFMU_SHARED_APART",)
+# The header of FMI 3 declares two callbacks without a prototype.
+_APART3 = (*_APART, "-Wno-strict-prototypes")
+FMU = CompiledUnit("spring", "core/c/fmi2_all.c", _FMU_FLAGS, "core/c/fmu_all.c", _APART, fmi=2)
+FMU3 = CompiledUnit("spring3", "core/c/fmi3_all.c", _FMU_FLAGS, "core/c/fmu_all.c", _APART3, fmi=3)
 # The binary of the FMU of bodies on mounts, the same for all systems.
-SYSTEM = CompiledUnit("system", "fmu/system/c/system_all.c", FMU.flags, fmi=2)
-SYSTEM3 = CompiledUnit("system3", "fmu/system/c/system_all3.c", FMU3.flags, fmi=3)
+_SYSTEM_C = "fmu/system/c"
+SYSTEM = CompiledUnit("system", f"{_SYSTEM_C}/system_all.c", _FMU_FLAGS, f"{_SYSTEM_C}/system_shared.c", _APART, fmi=2)
+SYSTEM3 = CompiledUnit(
+    "system3", f"{_SYSTEM_C}/system_all3.c", _FMU_FLAGS, f"{_SYSTEM_C}/system_shared.c", _APART3, fmi=3
+)
 # Those that become binaries of FMUs.
 OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
 
@@ -156,10 +166,24 @@ def contents(unit: CompiledUnit, targets: Collection[Target]) -> dict[Target, by
 
 def compiled(unit: CompiledUnit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
-    sources = unit.sources()
-    if unit.fmi:
-        sources |= fmi_headers(unit.fmi)
-    return zig.shared_library(target, sources, unit.file, unit.name, unit.flags)
+    (image_of_unit,) = all_compiled([unit], target)
+    return image_of_unit
+
+
+def all_compiled(units: Sequence[CompiledUnit], target: Target) -> list[bytes]:
+    """The images of units for a target, compiled now; what units share is compiled once."""
+    images = []
+    shared: dict[str, bytes] = {}
+    for unit in units:
+        sources = unit.sources()
+        if unit.shared and unit.shared not in shared:
+            shared[unit.shared] = zig.object_file(target, sources, unit.shared, unit.flags)
+        if unit.fmi:
+            sources |= fmi_headers(unit.fmi)
+        own = zig.object_file(target, sources, unit.file, (*unit.flags, *unit.file_flags))
+        objects = [own, shared[unit.shared]] if unit.shared else [own]
+        images.append(zig.linked(target, objects, unit.name, unit.flags))
+    return images
 
 
 def fmi_headers(fmi: int) -> dict[str, bytes]:

@@ -8,9 +8,9 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-int spring_start(void *library, unsigned long reason, void *reserved);
+int library_start(void *library, unsigned long reason, void *reserved);
 
-int spring_start(void *library, unsigned long reason, void *reserved)
+int library_start(void *library, unsigned long reason, void *reserved)
 {
     (void)library;
     (void)reason;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from importlib import metadata
 from importlib.util import find_spec
@@ -33,14 +33,18 @@ def shared_library(
     name: str,
     flags: tuple[str, ...],
 ) -> bytes:
-    """The shared library of a C source; the same arguments give the same bytes.
+    """The shared library of a C source; arguments and errors as in `object_file` and `linked`."""
+    return linked(target, [object_file(target, sources, unit, flags)], name, flags)
+
+
+def object_file(target: Target, sources: Mapping[str, bytes], unit: str, flags: tuple[str, ...]) -> bytes:
+    """A C source, compiled; the same arguments give the same bytes.
 
     Parameters
     ----------
     target : Target
     sources : mapping of str to bytes   Content of each C file by its path below a common folder.
-    unit : str                          The file to be compiled; it includes the others.
-    name : str                          Of the library, without suffix.
+    unit : str                          The file to be compiled; it may include others.
     flags : tuple of str                Of the compiler, besides those of every library.
 
     Raises
@@ -49,22 +53,38 @@ def shared_library(
     """
     if not is_installed():
         raise BuildError("C sources are compiled by ziglang, which is not installed; run pip install ziglang.")
-    system = target.system
-    library = f"{name}{system.suffix}"
-    output = (*system.linking, "-shared", "-s", "-o", library)
     with TemporaryFolder() as folder:
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
-        if system.runtime is None:
-            _run(folder, target, *FLAGS, *flags, unit, *output)
-        else:
-            (folder / "runtime.c").write_bytes(runtime(target))
-            # The compiler finds no headers when it links without its own libraries.
-            for part, into in ((unit, "unit.o"), ("runtime.c", "runtime.o")):
-                _run(folder, target, *FLAGS, *flags, "-c", part, "-o", into)
-            # Without -O the linker writes the time into the file.
-            _run(folder, target, "-O3", "unit.o", "runtime.o", *output)
+        _run(folder, target, *FLAGS, *flags, "-c", unit, "-o", "unit.o")
+        return (folder / "unit.o").read_bytes()
+
+
+def linked(target: Target, objects: Sequence[bytes], name: str, flags: tuple[str, ...]) -> bytes:
+    """The shared library of compiled sources; the same arguments give the same bytes.
+
+    Parameters
+    ----------
+    target : Target
+    objects : sequence of bytes   As `object_file` returns them.
+    name : str                    Of the library, without suffix.
+    flags : tuple of str          With which the start code of the target, if any, is compiled.
+
+    Raises
+    ------
+    BuildError   If ziglang refuses them.
+    """
+    system = target.system
+    if system.runtime is not None:
+        objects = [*objects, object_file(target, {system.runtime: runtime(target)}, system.runtime, flags)]
+    library = f"{name}{system.suffix}"
+    names = [f"{k}.o" for k in range(len(objects))]
+    with TemporaryFolder() as folder:
+        for file, content in zip(names, objects, strict=True):
+            (folder / file).write_bytes(content)
+        # Without -O the linker writes the time into a file for Windows.
+        _run(folder, target, "-O3", *names, *system.linking, "-shared", "-s", "-o", library)
         return (folder / library).read_bytes()
 
 

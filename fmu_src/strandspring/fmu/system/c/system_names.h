@@ -3,8 +3,10 @@
 #ifndef SYSTEM_NAMES_H
 #define SYSTEM_NAMES_H
 
+#ifdef FMU_FULL_NAME
 #define motion_begin FMU_FULL_NAME(motion_begin)
 #define motion_rest FMU_FULL_NAME(motion_rest)
 #define motion_sense FMU_FULL_NAME(motion_sense)
+#endif
 
 #endif

@@ -1,4 +1,6 @@
 /* What the FMUs of bodies on mounts of both versions of FMI share; part of system_all.c and system_all3.c. */
+#include "system_instance.h"
+
 #include "../../../core/c/fmi/fmu_bytes.c"
 #include "../../../core/c/fmi/fmu_life.c"
 #include "../../../core/c/fmi/fmu_log.c"
