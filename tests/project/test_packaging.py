@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
+import re
 import subprocess
 import sys
 import sysconfig
@@ -66,3 +68,12 @@ print(*{"click", "fmpy", "jinja2", "markdown_it", "matplotlib", "pandas", "pydan
 def test_identify_in_python_loads_nothing_of_the_command_line_or_of_plots() -> None:
     done = subprocess.run([sys.executable, "-c", LATE], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
+
+
+def test_a_package_index_gets_no_links_into_the_repository() -> None:
+    """The installed package's description is the README without pictures and links that only a checkout has."""
+    description = importlib.metadata.metadata("strandspring").get_payload()
+    assert isinstance(description, str)
+    assert description.startswith("# strandspring")
+    assert "[Python]" not in description
+    assert not re.search(r"<img|\]\((?!https?:)", description)

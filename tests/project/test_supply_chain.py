@@ -125,3 +125,8 @@ def test_every_upper_bound_has_its_reason() -> None:
     assert len(bounded) >= 3
     for requirement in bounded:
         assert f"| `{requirement.name}{requirement.specifier}` | " in text
+
+
+def test_the_citation_names_the_version() -> None:
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {strandspring.__version__}\n" in citation

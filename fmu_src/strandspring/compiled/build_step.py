@@ -1,10 +1,13 @@
-"""What setuptools does besides copying files when the package is built: it compiles the images of a wheel.
+"""What setuptools does besides copying files when the package is built.
+
+It compiles the images of a wheel, and describes the package by a README without links into the repository.
 
 pyproject.toml names these commands. setuptools loads this file by itself, before the package can be imported.
 """
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -12,6 +15,7 @@ from pathlib import Path
 
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
+from setuptools.command.egg_info import egg_info
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
@@ -64,3 +68,19 @@ class WheelOfPlatform(bdist_wheel):
     def get_tag(self) -> tuple[str, str, str]:
         """Python, binary interface and platform of the wheel."""
         return "py3", "none", wheel_platform()
+
+
+class DescriptionForIndex(egg_info):
+    """Describes the package by the README, as a package index can show it."""
+
+    def run(self) -> None:
+        """Run the command."""
+        metadata = self.distribution.metadata
+        metadata.long_description = without_relative_links(metadata.long_description)
+        super().run()
+
+
+def without_relative_links(markdown: str) -> str:
+    """Markdown without paragraphs of pictures, and with the texts of links to files in place of the links."""
+    without_pictures = re.sub(r"^<img .*?\n\n", "", markdown, flags=re.DOTALL | re.MULTILINE)
+    return re.sub(r"\[([^\]]+)\]\((?!https?://)[^)]+\)", r"\1", without_pictures)
