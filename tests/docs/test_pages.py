@@ -53,7 +53,9 @@ def run(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 def commands(page: str) -> list[list[str]]:
     """The commands of a page, those to install and to test left out."""
     lines = [
-        shlex.split(line.removeprefix("python -m ")) for block in blocks(page, "sh") for line in block.splitlines()
+        shlex.split(line.removeprefix("python -m "))
+        for block in blocks(page, "sh")
+        for line in block.replace("\\\n", "").splitlines()
     ]
     return [words for words in lines if words[0].startswith("strandspring")]
 
@@ -96,7 +98,7 @@ def test_commands_run_in_order(folder: Path) -> None:
         )
         assert made.returncode == 0, made.stderr
     (folder / "other.json").write_bytes(model.read_bytes())
-    for page in TEXTS:
+    for page in (name for name in TEXTS if name != "gallery"):  # whose commands draw the pictures of the site
         for words in commands(page):
             done = run([sys.executable, "-m", *words], folder)
             assert done.returncode == 0, (page, words, done.stderr)
@@ -143,11 +145,12 @@ def test_commands_options_and_links_exist(page: str) -> None:
         for option in re.findall(r"--[a-z][a-z-]+", help_of(name))
     } | {"--help", "--version", "--check"}  # fmt: skip
     prose = re.sub(r"```(?!sh).*?```", "", TEXTS[page], flags=re.DOTALL)
-    if page != "figures":  # whose options are those of benchmarks
+    if not page.startswith("figures"):  # whose options are those of benchmarks
         assert set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", prose)) <= options
     assert set(re.findall(r"`strandspring ([a-z-]+)", prose)) - {"docs"} <= set(COMMANDS)
     base = ROOT if page == "README" else ROOT / "fmu_src/strandspring/docs/pages"
-    for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", prose):
+    # Pictures of the gallery are drawn where the site is built, which finds that one is missing.
+    for target in re.findall(r"(?<!!)\[[^\]]*\]\(([^)#]+)\)|src=\"([^\"]+)\"", prose):
         assert (base / "".join(target)).exists(), target
 
 
@@ -189,9 +192,10 @@ def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) 
         write_site(folder, content)
     one, two = ({path.relative_to(site): path.read_bytes() for path in site.rglob("*.*")} for site in sites)
     assert one == two
-    assert {f"{page}.html" for page in (*PAGES[1:], "index", "commands", "api", "search")} <= {
-        str(path) for path in one
-    }
+    names = {str(path) for path in one}
+    assert {f"{page}.html" for page in (*PAGES[1:], "index", "commands", "api", "search")} <= names
+    pictures_shown = re.findall(r"!\[.*?\]\((.*?)\)", TEXTS["gallery"])
+    assert {f"_images/{name}" for name in pictures_shown} <= names
     loaded = re.compile(rb"""<(?:script|img|iframe)[^>]*src="https?:|<link[^>]*href="https?:""")
     for path, page in one.items():
         assert not loaded.search(page), path
@@ -256,13 +260,18 @@ def test_help_lists_all_pages() -> None:
 
 
 def test_the_readme_is_short() -> None:
-    prose = re.sub(r"```.*?```", "", README, flags=re.DOTALL)
-    assert len(prose.split()) < 1200
+    assert len(README.splitlines()) <= 150
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_pages_are_short(page: str) -> None:
+    assert len(TEXTS[page].split()) <= 1500
 
 
 def test_every_benchmark_of_the_figures_is_run_by_one_command() -> None:
     source = (ROOT / "tests/benchmarks/figures.py").read_text(encoding="utf-8")
     scripts = {path.name for path in (ROOT / "tests/benchmarks").glob("*.py")}
-    cited = {name for name in re.findall(r"\b(\w+\.py)\b", TEXTS["figures"]) if name in scripts}
+    texts = "".join(text for page, text in TEXTS.items() if page.startswith("figures"))
+    cited = {name for name in re.findall(r"\b(\w+\.py)\b", texts) if name in scripts}
     assert cited
     assert [name for name in sorted(cited) if f'"{name}' not in source] == []

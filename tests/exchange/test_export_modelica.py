@@ -528,7 +528,7 @@ def test_quasi_static_loop_is_that_of_the_spring(tmp_path: Path) -> None:
 
 
 def test_the_model_of_the_documentation_moves(tmp_path: Path) -> None:
-    (block,) = blocks("simulation-engineer", "modelica")
+    (block,) = blocks("export", "modelica")
     hinge = placed(load_model(TESTS.parent / "models/rubber_hinge.json"), None)[0]
     source = block.replace("\nend", '\n  parameter Modelica.Units.SI.Mass unused=1 "As above";\nend')
     found = library(tmp_path, hinge).loads(source, model="DecayOfMine").simulate((0.0, 0.5), dt=1e-3)

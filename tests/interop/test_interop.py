@@ -113,8 +113,8 @@ def test_a_tool_gives_force_and_energy_of_the_model(
 
 
 def test_the_documentation_has_the_matrix() -> None:
-    assert table() in TEXTS["simulation-engineer"]
+    assert table() in TEXTS["tool-tests"]
     force, _ = reference()
     fastest = f"{np.abs(np.diff(force)).max() / np.ptp(force):.1e}".replace("e-0", "e-")
     for promised in (f"{len(TIMES) - 1} steps", f"{fastest} is what the force changes in the fastest of these steps"):
-        assert promised in TEXTS["simulation-engineer"], promised
+        assert promised in TEXTS["tool-tests"], promised

@@ -64,7 +64,7 @@ def monolithic(times: np.ndarray) -> np.ndarray:
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> list[np.ndarray]:
     namespace: dict[str, Any] = {}
-    exec(compile(program_with("def simulate"), "simulation-engineer.md", "exec"), namespace)
+    exec(compile(program_with("def simulate"), "coupling.md", "exec"), namespace)
     fmu = build_python_fmu(Spring(MOUNT, "mount").model, tmp_path_factory.mktemp("system"), zero=0.0)
     return [namespace["simulate"](str(fmu), MASS, LOAD, base, MIDDLE, step, STOP) for step in STEPS]
 

@@ -508,9 +508,9 @@ def test_what_is_no_toml_or_too_much(tmp_path: Path, text: str, refusal: str) ->
 
 
 def test_documentation_names_every_key_and_its_example_loads(tmp_path: Path) -> None:
-    page = page_text("system-file")
+    page = "".join(page_text(name) for name in ("system-file", "catalogue", "load-cases"))
     parts = re.split(r"```(?:toml)?\n", page)
-    texts, (example, of_catalogue) = parts[::2], parts[1::2]
+    texts, (example, _, of_catalogue) = parts[::2], parts[1::2]
     for path in SYSTEMS.glob("*.json"):
         (tmp_path / path.name).write_bytes(path.read_bytes())
     (tmp_path / "system.toml").write_text(example, encoding="utf-8")

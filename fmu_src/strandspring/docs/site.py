@@ -5,21 +5,38 @@ The site is part of a release; elsewhere it is built where Sphinx is installed (
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import os
+import re
+import shlex
+import sys
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 
 from .._version import __version__
 from ..errors import StrandspringError
+from ..ground.children import run
 from ..ground.files import existing_folder, readable, refuse_unwritable, refused_in_words, user_cache
 from ..ground.scratch import TemporaryFolder
 
-# In the order in which they are read.
-PAGES = (
-    "overview", "test-engineer", "simulation-engineer", "tools", "real-time", "designer", "systems", "system-file",
-    "python", "limits", "troubleshooting", "security", "method", "figures",
-)  # fmt: skip
+# Pages by their reader, in the order in which they are read.
+CHAPTERS = {
+    "Start": ("overview", "tutorial", "gallery", "limits"),
+    "Test engineer": ("test-engineer", "rig-files", "cautions"),
+    "Simulation engineer": (
+        "simulation-engineer", "fmu-kinds", "tools", "tool-tests", "coupling", "export", "real-time",
+    ),
+    "Designer": ("designer", "clusters"),
+    "Isolator engineer": ("systems", "catalogue", "system-studies", "system-file", "load-cases"),
+    "Analyst and developer": ("python",),
+    "Method": ("method", "identification", "figures", "figures-methods", "figures-speed", "figures-systems"),
+    "Help": ("troubleshooting", "security", "glossary"),
+}  # fmt: skip
+PAGES = tuple(page for pages in CHAPTERS.values() for page in pages)
+# Pages that are made of commands and docstrings, after those of their chapter.
+_MADE = {"Analyst and developer": ("api",), "Help": ("commands",)}
 _EXTENSIONS = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 _PROJECT = "strandspring"
 _SETTINGS = {
@@ -32,6 +49,7 @@ _SETTINGS = {
     "html_show_sphinx": False,
     "copyright": "strandspring maintainers, MIT licence",
     "extensions": _EXTENSIONS,
+    "myst_enable_extensions": ["deflist"],
     "myst_heading_anchors": 3,
     "autodoc_typehints": "none",
     "napoleon_use_rtype": False,
@@ -80,7 +98,7 @@ def page_text(name: str) -> str:
 
 
 def site(reference: Reference) -> Path:
-    """The folder of the site: that of the release, or one built now for this version.
+    """The folder of the site: that of the release, or one built since the package was last changed.
 
     Raises
     ------
@@ -90,7 +108,9 @@ def site(reference: Reference) -> Path:
     if (released / "index.html").is_file():
         return released
     folder = user_cache() / f"documentation-{__version__}"
-    write_site(folder, reference)
+    changed = max(path.stat().st_mtime for path in Path(str(files(__package__))).parent.rglob("*.[pm][yd]"))
+    if not (_is_ours(folder) and (folder / "objects.inv").stat().st_mtime > changed):
+        write_site(folder, reference)
     return folder
 
 
@@ -102,12 +122,17 @@ def write_site(folder: Path, reference: Reference) -> None:
     StrandspringError   If Sphinx is not installed, or the folder cannot be written or holds something else.
     """
     refuse_unwritable(folder, is_folder=True)
+    if find_spec("sphinx") is None:
+        raise StrandspringError(
+            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]".'
+        )
     with refused_in_words(folder), TemporaryFolder(beside=existing_folder(folder.absolute().parent)) as scratch:
         if folder.exists() and not _is_ours(folder) and any(folder.iterdir()):
             raise StrandspringError(f"{readable(folder)} holds other files; give a new folder.")
         source, built = scratch / "source", scratch / "built"
         source.mkdir()
         _write_sources(source, reference)
+        _draw_gallery(source)
         _build(source, built, scratch / "state")
         folder.parent.mkdir(parents=True, exist_ok=True)
         if folder.exists():
@@ -124,24 +149,43 @@ def _is_ours(folder: Path) -> bool:
 def _write_sources(folder: Path, reference: Reference) -> None:
     """The pages, and those that Sphinx makes of the commands and of the public names."""
     pages = {name: page_text(name) for name in PAGES}
-    contents = "\n".join((*PAGES[1:], "commands", "api"))
-    pages["index"] = f"{pages.pop('overview')}\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n"
-    helps = (f"## {name}\n\n```text\n{text}\n```\n" for name, text in reference.commands.items())
-    pages["commands"] = "\n".join(("# Commands\n", *helps))
+    chapters = {name: [*listed, *_MADE.get(name, ())] for name, listed in CHAPTERS.items()}
+    chapters["Start"].remove("overview")
+    contents = (_contents(listed, f":hidden:\n:caption: {name}\n") for name, listed in chapters.items())
+    pages["index"] = "\n".join((pages.pop("overview"), *contents))
+    helps = {f"command-{name.replace(' ', '-')}": (name, text) for name, text in reference.commands.items()}
+    pages["commands"] = f"# Commands\n\n{_contents(helps)}"
+    pages |= {page: f"# {name}\n\n```text\n{text}\n```\n" for page, (name, text) in helps.items()}
     for name, text in pages.items():
         (folder / f"{name}.md").write_text(text, encoding="utf-8")
     (folder / "api.rst").write_text(_API + "".join(f"   {name}\n" for name in reference.names), encoding="utf-8")
 
 
+def _contents(pages: Iterable[str], options: str = "") -> str:
+    """A table of contents."""
+    return f"```{{toctree}}\n{options}\n{chr(10).join(pages)}\n```\n"
+
+
+def _draw_gallery(folder: Path) -> None:
+    """Run the commands of the gallery, which draw its pictures, in a folder.
+
+    Raises
+    ------
+    StrandspringError   If one of them fails.
+    """
+    for block in re.findall(r"```sh\n(.*?)```", page_text("gallery"), flags=re.DOTALL):
+        for line in block.replace("\\\n", "").splitlines():
+            words = shlex.split(line.removeprefix("python -m "))
+            done = run([sys.executable, "-m", *words], folder, os.environ)
+            if done.returncode:
+                raise StrandspringError(f"{line!r} of the gallery failed: {done.stderr.strip()}")
+
+
 def _build(source: Path, built: Path, state: Path) -> None:
     """Run Sphinx; what it warns of is an error."""
-    try:
-        from sphinx.application import Sphinx
-        from sphinx.errors import SphinxError
-    except ImportError:
-        raise StrandspringError(
-            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]".'
-        ) from None
+    from sphinx.application import Sphinx
+    from sphinx.errors import SphinxError
+
     try:
         Sphinx(source, None, built, state, "html", _SETTINGS, status=None, warningiserror=True).build()
     except SphinxError as problem:

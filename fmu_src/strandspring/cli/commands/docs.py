@@ -25,9 +25,13 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
     """Open the documentation, which needs no network.
 
     \b
-    Pages: overview, test-engineer, simulation-engineer, tools, real-time,
-      designer, systems, system-file, python, limits, troubleshooting,
-      security, method, figures
+    Pages: overview, tutorial, gallery, limits, test-engineer,
+      rig-files, cautions, simulation-engineer, fmu-kinds, tools,
+      tool-tests, coupling, export, real-time, designer, clusters,
+      systems, catalogue, system-studies, system-file, load-cases,
+      python, method, identification, figures, figures-methods,
+      figures-speed, figures-systems, troubleshooting, security,
+      glossary
 
     \b
     Examples:
@@ -61,6 +65,10 @@ def reference() -> Reference:
     for name in program.list_commands(context):
         command = program.get_command(context, name)
         assert command is not None  # noqa: S101 - it was listed
-        commands[name] = command.get_help(click.Context(command, context, name))
+        below = click.Context(command, context, name)
+        commands[name] = command.get_help(below)
+        if isinstance(command, click.Group):
+            for kind, one in command.commands.items():
+                commands[f"{name} {kind}"] = one.get_help(click.Context(one, below, kind))
     package = sys.modules[__name__.partition(".")[0]]
     return Reference(commands, [name for name in vars(package)["__all__"] if not name.startswith("_")])
