@@ -8,6 +8,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
+from xml.etree import ElementTree
 
 import fmpy
 import numpy as np
@@ -98,7 +99,7 @@ def test_it_is_verified(terminal: Terminal, tmp_path: Path) -> None:
         changed = tmp_path / "changed.fmu"
         with zipfile.ZipFile(fmu) as archive:
             contents = {name: archive.read(name) for name in archive.namelist() if not name.endswith("sha256.json")}
-        path = f"resources/strandspring/{member}"
+        path = f"extra/org.fmi-standard.fmi-ls-ref/{member}"
         contents[path] = change(contents[path])
         write_archive(changed, sealed(contents))
         terminal("verify", str(changed), status=1)
@@ -129,6 +130,16 @@ def test_it_is_built_again_from_itself(terminal: Terminal, name: str, candidate:
     assert (Path("told") / other.name).read_bytes() == other.read_bytes()
     held = members(fmu)
     assert held["resources/strandspring/SYSTEM.toml"] == text
+    # The manifest names each related file, and what the FMU is made of.
+    folder = "extra/org.fmi-standard.fmi-ls-ref/"
+    manifest = ElementTree.fromstring(held[f"{folder}fmi-ls-manifest.xml"])
+    related = {element.attrib["source"] for element in manifest}
+    assert related == {"../../resources/strandspring/SYSTEM.toml", "experiments.exp", "stimuli.csv", "reference.csv"}
+    assert related - {"../../resources/strandspring/SYSTEM.toml"} < {path.removeprefix(folder) for path in held}
+    (step,) = ElementTree.fromstring(held[f"{folder}experiments.exp"]).findall("Experiment")
+    rows = held[f"{folder}reference.csv"].decode().splitlines()
+    assert float(rows[2].split(",")[0]) == float(step.attrib["stepSize"])
+    assert rows[-1].split(",")[0] == step.attrib["stopTime"]
     for path, content in held.items():
         if path.startswith("resources/strandspring/models/"):
             assert json.loads(content) == json.loads((EXAMPLES / Path(path).name).read_text())

@@ -36,8 +36,6 @@ BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"
 RELATED = "extra/org.fmi-standard.fmi-ls-ref"
 STIMULI, REFERENCE = f"{RELATED}/stimuli.csv", f"{RELATED}/reference.csv"
-# Of the FMU of a system.
-SYSTEM_STIMULI, SYSTEM_REFERENCE = (f"resources/strandspring/{name}.csv" for name in ("stimuli", "reference"))
 STEP = 1e-3  # of the experiment [s]
 _LAYERED = "http://fmi-standard.org/fmi-ls-manifest"
 _VARIED = ("kappa_omega", "rho", "sigma", "n")
@@ -81,8 +79,41 @@ def related_files(of_record: ModelFile, settings: BuildSettings) -> dict[str, by
         MODEL_IN_FMU: of_record.to_json().encode("utf-8"),
         BUILD: (json.dumps(build, indent=2, ensure_ascii=False) + "\n").encode("utf-8"),
         "documentation/fmi-ls-ref.txt": _NOTE.format(name=of_record.name).encode("utf-8"),
-        f"{RELATED}/fmi-ls-manifest.xml": _manifest(related),
+        **with_manifest(related, (MODEL_IN_FMU, "application/json", "Model file, in the coordinates of the record")),
+    }
+
+
+def with_manifest(related: Mapping[str, Related], source: tuple[str, str, str] | None) -> dict[str, bytes]:
+    """Related files and their manifest by their path in the FMU.
+
+    Parameters
+    ----------
+    related : mapping            By name.
+    source : tuple or None       Path in the FMU, media type and description of what it is made of.
+    """
+    return {
+        f"{RELATED}/fmi-ls-manifest.xml": _manifest(related, source),
         **{f"{RELATED}/{name}": file.content for name, file in related.items()},
+    }
+
+
+def experiment(
+    name: str, about: str, step: float, inputs: Mapping[str, FloatArray], outputs: Mapping[str, FloatArray]
+) -> dict[str, Related]:
+    """An experiment with its reference result, as related files by name.
+
+    Parameters
+    ----------
+    name, about : str    Of the experiment, and its description.
+    step : float         Between samples [s].
+    inputs, outputs : mapping of ndarray, shape (K,)   By the names of variables.
+    """
+    time = step * np.arange(len(next(iter(outputs.values()))), dtype=np.float64)
+    exp = "application/x-ma-hs-experiments"
+    return {
+        "experiments.exp": Related(_experiments(name, float(time[-1]), step), exp, "experiment/smoke-test", about),
+        "stimuli.csv": Related(_table(time, inputs), "text/csv", "testcase", "Inputs of the experiment"),
+        "reference.csv": Related(_table(time, outputs), "text/csv", "result", "Reference result of the experiment"),
     }
 
 
@@ -163,19 +194,13 @@ def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[st
     spring = counted_from(settings.zero, of_record.parameters)
     path = slow_cycles(spring)
     solver = PathSolver(spring)
-    time: FloatArray = STEP * np.arange(path.size, dtype=np.float64)
-    yield "experiments.exp", Related(_experiments(float(time[-1])), "application/x-ma-hs-experiments",
-                                     "experiment/smoke-test", "Two growing slow cycles")  # fmt: skip
     inputs = {"displacement": path}
     if with_states:
         inputs["velocity"] = np.gradient(path, STEP)
-    yield "stimuli.csv", Related(_table(("time", *inputs), time, *inputs.values()), "text/csv", "testcase",
-                                 "Inputs of the experiment")  # fmt: skip
     answers = {"force": solver.force(path), "stiffness": solver.stiffness(path)}
     if not settings.no_energy:
         answers["absorbed_energy"] = solver.absorbed_energy(path)
-    yield "reference.csv", Related(_table(("time", *answers), time, *answers.values()), "text/csv", "result",
-                                   "Reference result of the experiment")  # fmt: skip
+    yield from experiment("slow cycles", "Two growing slow cycles", STEP, inputs, answers).items()
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
         text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi, settings.arrays)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
@@ -215,25 +240,25 @@ def _draws(joint: JointCovariance, spring: SpringParameters) -> Iterator[SpringP
             yield joint.moved(spring, generator.standard_normal(len(joint.root)).tolist())
 
 
-def _table(header: tuple[str, ...], *columns: FloatArray) -> bytes:
+def _table(time: FloatArray, columns: Mapping[str, FloatArray]) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(zip(*(map(repr, column.tolist()) for column in columns), strict=True))
+    writer.writerow(("time", *columns))
+    writer.writerows(zip(*(map(repr, column.tolist()) for column in (time, *columns.values())), strict=True))
     return text.getvalue().encode("ascii")
 
 
-def _experiments(stop: float) -> bytes:
+def _experiments(name: str, stop: float, step: float) -> bytes:
     root = Element("Experiments", {"name": "Smoke test", "description": "Whether the FMU answers as it should"})
     experiment = SubElement(
-        root, "Experiment", {"name": "slow cycles", "startTime": "0.0", "stopTime": repr(stop), "stepSize": repr(STEP)}
+        root, "Experiment", {"name": name, "startTime": "0.0", "stopTime": repr(stop), "stepSize": repr(step)}
     )
     SubElement(experiment, "Stimuli", {"source": "stimuli.csv"})
     SubElement(experiment, "References", {"source": "reference.csv"})
     return xml_file(root)
 
 
-def _manifest(related: Mapping[str, Related]) -> bytes:
+def _manifest(related: Mapping[str, Related], source: tuple[str, str, str] | None) -> bytes:
     root = Element(
         "fmiReferences",
         {
@@ -243,8 +268,10 @@ def _manifest(related: Mapping[str, Related]) -> bytes:
             "fmi-ls:fmi-ls-description": "Layered Standard providing information on related files included in an FMU.",
         },
     )
-    attributes = {"type": "application/json", "source": f"../../{MODEL_IN_FMU}", "role": "model"}
-    SubElement(root, "Related", {**attributes, "description": "Model file, in the coordinates of the record"})
+    if source is not None:
+        path, media_type, about = source
+        attributes = {"type": media_type, "source": f"../../{path}", "role": "model", "description": about}
+        SubElement(root, "Related", attributes)
     for name, file in related.items():
         attributes = {"type": file.media_type, "source": name, "role": file.role, "description": file.description}
         SubElement(root, "Related", attributes)

@@ -23,9 +23,9 @@ from ...ground.files import read_bytes
 from ...ground.isolated import isolated_processes
 from ...ground.unpacking import unpacked
 from ...kernel.arrays import FloatArray
-from ...model.modelfile import MAXIMUM_FMU_BYTES
+from ...model.modelfile import MAXIMUM_FMU_BYTES, MODEL_IN_FMU
 from ..native.platforms import host_folder
-from ..related_files import HASHES, REFERENCE, STIMULI, SYSTEM_REFERENCE, SYSTEM_STIMULI
+from ..related_files import HASHES, REFERENCE, STIMULI
 from .check import OUTPUTS, CheckReport, compare_run
 from .table_check import compare_table
 
@@ -152,7 +152,7 @@ def _is_plain(content: bytes) -> bool:
 
 
 def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
-    if SYSTEM_REFERENCE in contents:
+    if MODEL_IN_FMU not in contents:
         return _against_table(path, contents)
     try:
         displacement, reference = _whole(contents[STIMULI])["displacement"], _whole(contents[REFERENCE])
@@ -168,7 +168,7 @@ def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
 def _against_table(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     """The same for the FMU of a system."""
     try:
-        inputs, outputs = (_whole(contents[name]) for name in (SYSTEM_STIMULI, SYSTEM_REFERENCE))
+        inputs, outputs = (_whole(contents[name]) for name in (STIMULI, REFERENCE))
         time = outputs.pop("time")
         steps = np.diff(inputs.pop("time"))
     except (KeyError, TypeError, ValueError, csv.Error):
@@ -176,7 +176,7 @@ def _against_table(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     columns = [*inputs.values(), *outputs.values(), time]
     is_table = bool(outputs) and len({column.size for column in columns}) == 1
     if not (is_table and np.isfinite(columns).all() and steps.size and steps[0] > 0.0):
-        text = f"{SYSTEM_REFERENCE} or {SYSTEM_STIMULI} is not a table of finite numbers; build the FMU again."
+        text = f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again."
         return [Finding("run", text)]
     return _findings(compare_table(path, float(steps[0]), inputs, outputs))
 

@@ -30,6 +30,7 @@ from .system_variables import SystemFmuOptions, unique_names
 
 _FOLDER = "resources/strandspring"
 DESCRIPTION, SETTINGS = f"{_FOLDER}/SYSTEM.toml", f"{_FOLDER}/system.json"
+SOURCE = (DESCRIPTION, "application/toml", "Description of the system, of which model files lie beside it")
 _AGAIN = "build the FMU from its SYSTEM.toml again"
 
 

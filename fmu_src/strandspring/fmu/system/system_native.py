@@ -19,10 +19,11 @@ from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..description.icons import icon
 from ..description.model_description import described
 from ..native.platforms import Platform, binaries, default_platforms
-from ..related_files import sealed, version_of
+from ..related_files import sealed, version_of, with_manifest
 from .system_block import system_block
+from .system_files import SOURCE
 from .system_page import system_page
-from .system_reference import reference_tables
+from .system_reference import reference_experiment
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
 
 UNITS = {2: SYSTEM, 3: SYSTEM3}
@@ -125,7 +126,7 @@ def system_contents(
                 system, options, unit, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
             ).encode(),
             **licences((), fmi),
-            **reference_tables(system, options),
+            **with_manifest(reference_experiment(system, options), SOURCE if description else None),
             **(description or {}),
             **binaries(name, platforms, unit, lambda image: block.filled(image, guid), fmi),
             **{f"sources/{path}": text for path, text in sources.items()},

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +13,7 @@ from ...kernel.motion import Histories, MotionFigures
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.parts import BASE
 from ...vibration.bodies.rest import rest
-from ..related_files import SYSTEM_REFERENCE, SYSTEM_STIMULI
+from ..related_files import Related, experiment
 from .system_block import channel_rows_of
 from .system_variables import SystemFmuOptions, base_directions, system_variables
 
@@ -98,19 +96,7 @@ def expected_motion(
     return figures, replace(histories, sway=histories.sway - histories.sway[0])
 
 
-def reference_tables(system: MountedSystem, options: SystemFmuOptions) -> dict[str, bytes]:
-    """The same as two tables by their path in the FMU."""
-    time: FloatArray = reference_step(options) * np.arange(_STEPS, dtype=np.float64)
-    inputs, outputs = reference_run(system, options)
-    return {
-        SYSTEM_STIMULI: _table({"time": time, **inputs}),
-        SYSTEM_REFERENCE: _table({"time": time, **outputs}),
-    }
-
-
-def _table(columns: dict[str, FloatArray]) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(map(repr, column.tolist()) for column in columns.values()), strict=True))
-    return text.getvalue().encode("ascii")
+def reference_experiment(system: MountedSystem, options: SystemFmuOptions) -> dict[str, Related]:
+    """The same as an experiment with its reference result, as related files by name."""
+    about = "Constant accelerations of the base and forces, from static equilibrium"
+    return experiment("constant inputs", about, reference_step(options), *reference_run(system, options))
