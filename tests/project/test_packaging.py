@@ -6,9 +6,11 @@ import importlib.metadata
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import sysconfig
+import time
 from pathlib import Path
 
 import pytest
@@ -48,6 +50,33 @@ def test_type_checkers_know_the_package(tmp_path: Path) -> None:
     (error,) = (line for line in lines if ": error: " in line)
     assert error.startswith('user.py:11: error: Argument 1 to "load"')
     assert "1 error in 1 file" in end
+
+
+WHEEL = """
+from setuptools import build_meta
+from strandspring.compiled import images
+images.all_compiled = lambda units, target: [f"{unit} {target}".encode() for unit in units]
+print(build_meta.build_wheel("wheel"))
+"""
+
+
+def test_a_wheel_has_the_same_bytes_from_other_files_of_the_same_content(tmp_path: Path) -> None:
+    """Built twice, with images that are not compiled, which test_native_build.py holds to the same bytes."""
+    wheels = []
+    for folder, age in ((tmp_path / "one", 0.0), (tmp_path / "a longer name", 1e7)):
+        for name in ("fmu_src", "models"):
+            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        for name in ("LICENSE", "MANIFEST.in", "README.md", "build_fmu.py", "pyproject.toml"):
+            shutil.copy(ROOT / name, folder)
+        for path in folder.rglob("*"):
+            os.utime(path, (time.time() - age, time.time() - age))
+        environment = {**os.environ, "PYTHONPATH": str(folder / "fmu_src")}
+        environment.pop("SOURCE_DATE_EPOCH", None)
+        done = subprocess.run(
+            [sys.executable, "-c", WHEEL], cwd=folder, env=environment, capture_output=True, text=True, check=True
+        )
+        wheels.append((folder / "wheel" / done.stdout.splitlines()[-1]).read_bytes())
+    assert wheels[0] == wheels[1]
 
 
 def test_the_schema_is_that_beside_the_models() -> None:

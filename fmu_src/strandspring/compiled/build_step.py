@@ -7,6 +7,7 @@ pyproject.toml names these commands. setuptools loads this file by itself, befor
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import sys
@@ -63,7 +64,13 @@ class BuildWithImages(build_py):
 
 
 class WheelOfPlatform(bdist_wheel):
-    """Tags the wheel: any Python 3, this kind of computer."""
+    """Tags the wheel: any Python 3, this kind of computer. The same sources give the same bytes."""
+
+    def run(self) -> None:
+        """Run the command."""
+        # The time of every file in the archive: the earliest that it can hold, 1980.
+        os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")
+        super().run()
 
     def get_tag(self) -> tuple[str, str, str]:
         """Python, binary interface and platform of the wheel."""
