@@ -109,7 +109,7 @@ def test_a_grid_point_is_the_file_with_other_values() -> None:
         ("case.transport.random.seed", "3,4", lambda f: f.cases[-1].channels[0].signal.seed, [3, 4]),
         (
             "limits.acceleration.circuit board", "10 m/s^2,20 m/s^2",
-            lambda f: f.limits.of(FigureKind.ACCELERATION, "circuit board"), [10, 20],
+            lambda f: f.limits.limit_of(FigureKind.ACCELERATION, "circuit board"), [10, 20],
         ),
         ("run.rest_omega", "-1:1:3", lambda f: f.options.rest_omega, [-1.0, 0.0, 1.0]),
         ("gravity.3", "-9.81 m/s^2,-1.62 m/s^2", lambda f: f.candidates[0][1].gravity[2], [-9.81, -1.62]),

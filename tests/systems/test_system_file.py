@@ -143,8 +143,8 @@ def test_what_the_file_says_is_built(folder: Path) -> None:
         np.testing.assert_allclose(axis.direction, direction, atol=1e-15)
     assert [point.name for point in system.points] == ["board"]
     assert system.points[0].place == (0.1, 0.0, 0.05)
-    assert file.limits.of(FigureKind.ACCELERATION, "board") == 15 * STANDARD_GRAVITY
-    assert file.limits.of(FigureKind.SWAY, "board") == 0.025
+    assert file.limits.limit_of(FigureKind.ACCELERATION, "board") == 15 * STANDARD_GRAVITY
+    assert file.limits.limit_of(FigureKind.SWAY, "board") == 0.025
     assert file.limits.of_all[FigureKind.TILT] == math.radians(5)
     assert file.limits.of_all[FigureKind.STROKE] == 0.9
     assert (file.options.step, file.options.rest_omega, file.options.draws, file.options.seed) == (1e-4, -0.5, 20, 7)

@@ -137,7 +137,9 @@ def answer_case(
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
         known = CaseFigures(system, case, limits.spectra)
-        bounds = np.array([np.inf if (limit := limits.of(*subject)) is None else limit for subject in known.subjects])
+        bounds = np.array(
+            [np.inf if (limit := limits.limit_of(*subject)) is None else limit for subject in known.subjects]
+        )
         identified = DrawnRun(system, case, nominal)
         value, errors = known.of_draw(identified), known.errors(draws.nominal)
         values = np.array([known.of_draw(draw) for draw in draws.runs]).reshape(-1, bounds.size)

@@ -89,7 +89,7 @@ class Limits:
     of_all: Mapping[FigureKind, float] = field(default_factory=lambda: {FigureKind.STROKE: 1.0})
     spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
-    def of(self, kind: FigureKind, subject: str) -> float | None:
+    def limit_of(self, kind: FigureKind, subject: str) -> float | None:
         """The limit of a figure, if there is one."""
         return self.of_kind.get(kind, {}).get(subject, self.of_all.get(kind))
 
