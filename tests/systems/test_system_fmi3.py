@@ -459,7 +459,7 @@ def test_schemas(schema: str, path: str) -> None:
 def test_files_are_those_of_fmi_3() -> None:
     contents = box_contents()
     folders = {name.split("/")[0] for name in contents} - {"modelDescription.xml"}
-    assert folders == {"documentation", "terminalsAndIcons", "sources", "resources"}
+    assert folders == {"documentation", "terminalsAndIcons", "sources", "resources", "extra"}
     assert contents["terminalsAndIcons/icon.png"].startswith(b"\x89PNG")
     # Importers bring the headers of FMI.
     sources = {name.removeprefix("sources/") for name in contents if name.startswith("sources/")}
