@@ -4,15 +4,30 @@ from __future__ import annotations
 
 import pytest
 
-from strandspring.api.common.text import parameter_lines
+from strandspring.api.common.text import parameter_lines, with_error
 from strandspring.model.stated_figures import differ, in_words
 from synthetic import spring_of
 
 
 @pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (1152.71, 107.0, "1150 +- 110"),
+        (-0.0358, 0.0999, "-0.04 +- 0.10"),
+        (18476.5, 219.0, "18480 +- 220"),
+        (2.0, 1e-9, "2 +- 1e-09"),
+        (2.0, 0.0, "2"),
+        (2.0, None, "2"),
+    ],
+)
+def test_a_value_is_rounded_by_its_error(value: float, error: float | None, text: str) -> None:
+    assert with_error(value, error) == text
+
+
+@pytest.mark.parametrize(
     ("error", "ends", "text"),
     [
-        (0.2, [0.7, 1.5], "1 +- 0.2"),
+        (0.2, [0.7, 1.5], "1.00 +- 0.20"),
         (0.2, [0.7, None], "1 > 0.7 (95 %)"),
         (0.2, [0.5, 1.5], "1 < 1.5 (95 %)"),
         (None, [0.5, 0.62], "1 < 0.62 (95 %)"),

@@ -492,9 +492,8 @@ def test_the_command_says_the_same_as_its_json(few: Path, terminal: Terminal) ->
 def test_a_missing_package_is_reported_in_one_sentence(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     terminal("identify-many", "few", "-o", "models", "--workers", "1")
-    assert "springs.parquet needs the package pyarrow and was not written; install it with: pip install pyarrow" in (
-        terminal.err.splitlines()
-    )
+    sentence = 'springs.parquet needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
+    assert sentence in terminal.err.splitlines()
     assert not Path("models/springs.parquet").exists()
 
 

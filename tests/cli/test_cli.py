@@ -19,6 +19,7 @@ from strandspring import Spring
 from strandspring.cli.main import COMMANDS, main
 from strandspring.model.modelfile import load_model
 from synthetic import record_of, sine, spring_of
+from terminal import unfolded
 
 ROOT = Path(__file__).resolve().parents[2]
 HINGE = str(ROOT / "models/records/rubber_stretch.csv")
@@ -51,7 +52,7 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
         except SystemExit as leaving:
             status = int(leaving.code or 0)
         captured = capsys.readouterr()
-        return Outcome(status, captured.out, captured.err)
+        return Outcome(status, captured.out, unfolded(captured.err))
 
     return call
 
@@ -125,8 +126,9 @@ def test_rivals_are_ranked_in_json_in_words_and_in_the_report(run: Any, loop: st
     assert ranking["sentence"] in page
     assert "equal intervals" in done.err
     words = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals")
-    assert ranking["sentence"] in words.out
-    assert all(entry["title"] in words.out for entry in ranking["classes"])
+    assert ranking["sentence"] in unfolded(words.out)
+    titles = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals", "--verbose").out
+    assert all(entry["title"] in titles for entry in ranking["classes"])
     assert json.loads(run("identify", loop, "-o", "m.json", "--json").out)["rivals"] is None
 
 
@@ -164,7 +166,7 @@ def test_predict_writes_the_interval_that_identify_prints(run: Any, tmp_path: Pa
     x = sine(4, 2000)
     force = Spring(spring_of(1.0, 1.0)).response(x) + np.random.default_rng(0).standard_normal(x.size)
     record = write_csv(tmp_path / "noisy.csv", x * 1e3, force)
-    printed = run("identify", record, "--degrees", "3,2", "-o", "n.json").out
+    printed = run("identify", record, "--degrees", "3,2", "-o", "n.json", "--verbose").out
     assert re.search(r"95 % prediction interval \+- (1\.9|2|2\.\d) N, holds 9[3-7] % of held-out cycles", printed)
     done = run("predict", "n.json", record, "-o", "p.csv")
     assert "no columns" not in done.err
@@ -265,7 +267,8 @@ def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
     assert done.status == 0
     assert Path("kept/loop.json").exists()
     assert Path("dist/loop.fmu").exists()
-    assert "valid;" in done.out
+    assert "valid, agrees with the model" in done.out
+    assert "valid;" in run("build", model, "-o", "out", "--verbose").out
 
 
 def test_friction_record_by_column_numbers(run: Any) -> None:
@@ -602,9 +605,9 @@ def test_what_is_known_of_the_rig_is_taken_out_and_shown(run: Any) -> None:
                comments="")  # fmt: skip
     columns = ("--time", "1", "--displacement", "2", "--force", "3")
     plain = run("identify", "rig.csv", "-o", "a.json", *columns)
-    assert "Note: 1 kg between load cell and spring would change the stiffness by" in plain.out
+    assert "Note: 1 kg between load cell and spring would change the stiffness by" in unfolded(plain.out)
     given = ("--moving-mass", "0.5", "--fixture-stiffness", "1e6", "--delay", "0")
-    done = run("identify", "rig.csv", "-o", "b.json", *columns, *given)
+    done = run("identify", "rig.csv", "-o", "b.json", *columns, *given, "--verbose")
     assert "a moving mass of 0.5 kg, a fixture of 1e+06 N/mm, a delay of the force by 0 ms" in done.out
     assert "kg between" not in done.out
     effects = {"moving_mass": 0.5, "fixture_stiffness": 1e9, "delay": 0.0}

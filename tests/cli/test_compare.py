@@ -26,7 +26,7 @@ def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 
 
 def test_text_and_json_say_the_same(terminal: Terminal) -> None:
-    text = terminal("compare", "new.json", "worn.json", "new.csv", "--draws", "20")
+    text = terminal("compare", "new.json", "worn.json", "new.csv", "--draws", "20", "--verbose")
     told = json.loads(terminal("compare", "new.json", "worn.json", "new.csv", "--draws", "20", "--json"))
     assert told["verdict"] == "different"
     assert told["sentence"] in text
@@ -65,7 +65,7 @@ def test_refusals(terminal: Terminal) -> None:
 
 def test_old_model_files_get_no_verdict(terminal: Terminal) -> None:
     Spring(TRUE, "old").save("old.json")
-    assert "cannot be said: B holds no uncertainty" in terminal("compare", "new.json", "old.json")
+    assert "cannot be said: B holds no uncertainty" in terminal("compare", "new.json", "old.json", "--verbose")
 
 
 def test_help_has_examples(terminal: Terminal) -> None:

@@ -114,10 +114,10 @@ def test_a_campaign_tells_of_rate_and_overlap(terminal: Terminal) -> None:
     assert rate["amplitudes"] == 2
     assert overlap["verdict"] == "overlapping"
     assert len(told["loops"]) == 8
-    text = terminal("info", "mount.json", *records)
+    text = terminal("info", "mount.json", *records, "--verbose")
     assert rate["sentence"] in text
     assert overlap["sentence"] in text
-    terminal("info", "mount.json", *records, "--time", "1")
+    terminal("info", "mount.json", *records, "--time", "1", "--verbose")
     assert "time is column 1 'time [s]', as given" in terminal.err
 
 
@@ -127,7 +127,7 @@ def test_two_records_of_one_frequency_cannot_tell_of_the_rate(terminal: Terminal
 
 
 def test_the_text_names_model_fit_origin_and_figures(terminal: Terminal) -> None:
-    text = terminal("info", HINGE_MODEL, *HINGE)
+    text = terminal("info", HINGE_MODEL, *HINGE, "--verbose")
     for expected in ("Model rubber_hinge", "kappa_omega", "refined", "RNL 0.97", "from rubber_stretch.csv",
                      "secant N/mm", "energy N*mm", "loss factor", "damping ratio", "2 cycles, 0.0152 Hz",
                      "from cycle to cycle"):  # fmt: skip
@@ -167,7 +167,7 @@ def test_both_figures_are_told_as_far_as_they_are_known(terminal: Terminal) -> N
     record = {"file": "a.csv", **alone, "fitted": fitted}
     content["fit"] = {**alone, "fitted": fitted, "records": [record, {**record, "file": "b.csv", "fitted": alone}]}
     Path("both.json").write_text(json.dumps(content), encoding="utf-8")
-    text = terminal("info", "both.json")
+    text = terminal("info", "both.json", "--verbose")
     words = "rmse 30.64 N, RNL 0.8075, energy 0.56 of the measured"
     beside = "(as fitted: RNL 0.9782, energy 0.99 of the measured)"
     assert f"  identified: {words} {beside}\n    a.csv: {words} {beside}\n    b.csv: {words}\n" in text
@@ -230,7 +230,7 @@ def test_identify_tells_the_same_of_a_campaign(terminal: Terminal) -> None:
     assert found["rate_independence"]["verdict"] == "independent"
     assert found["overlap"] == told["overlap"]
     assert found["overlap"]["amplitudes"] == 1
-    assert found["rate_independence"]["sentence"] in terminal("identify", *records, "-o", "found.json")
+    assert found["rate_independence"]["sentence"] in terminal("identify", *records, "-o", "found.json", "--verbose")
     alone = json.loads(terminal("identify", records[0], "-o", "found.json", "--json"))
     assert alone["rate_independence"] is None
     assert alone["overlap"] is None

@@ -70,6 +70,7 @@ def on_terminal(command: list[str], columns: int, **environment: str) -> str:
          {"type": "UsageError", "message": "Invalid value for '--mass': must be a finite number > 0 [kg], got abc."}),
         ("isolate mount.json", 2, {"type": "UsageError", "message": "Missing option '--mass'."}),
         ("nonsense", 2, {"type": "UsageError", "message": "No such command 'nonsense'."}),
+        ("identfy", 2, {"type": "UsageError", "message": "No such command 'identfy'. Did you mean 'identify'?"}),
         ("info missing.json", 1,
          {"type": "ModelError", "message": "missing.json: no such file; check the path."}),
         ("predict mount.json missing.csv", 1,
@@ -289,7 +290,7 @@ def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe(
     monkeypatch.chdir(tmp_path)
     for name in ("rubber_hinge.json", "records/rubber_stretch.csv"):
         (tmp_path / Path(name).name).write_bytes((ROOT / "models" / name).read_bytes())
-    command = [*PROGRAM, "info", "rubber_hinge.json", "rubber_stretch.csv", "--reverse", "displacement"]
+    command = [*PROGRAM, "info", "rubber_hinge.json", "rubber_stretch.csv", "--reverse", "displacement", "--verbose"]
     lines = on_terminal(command, 80).partition("as in the FMU.\n")[2].splitlines()
     assert len(lines) > 8
     assert max(map(len, lines)) <= 80

@@ -98,7 +98,8 @@ def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pyt
 
 def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(zig, "is_installed", lambda: False)
-    with pytest.raises(BuildError, match=r"^The compiled kernel for .* is missing, .*pip install ziglang.*\.$"):
+    hint = r'^The compiled kernel for .* is missing, .*pip install "strandspring\[native\]".*\.$'
+    with pytest.raises(BuildError, match=hint):
         image(KERNEL, LINUX_X86)
     assert not cache.exists()
 

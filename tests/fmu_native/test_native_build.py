@@ -412,7 +412,7 @@ def test_without_image_and_ziglang_one_sentence_says_what_to_do(
     with pytest.raises(SystemExit) as left:
         main(["build", model])
     assert left.value.code == 1
-    assert "pip install ziglang" in capsys.readouterr().err
+    assert 'pip install "strandspring[native]"' in capsys.readouterr().err
     assert not Path("dist").exists()
 
 

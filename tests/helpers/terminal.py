@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from strandspring.cli.main import main
+
+
+def unfolded(text: str) -> str:
+    """Sentences on standard error, each in one line."""
+    return re.sub(r"\n {2,}", " ", text)
 
 
 class Terminal:
@@ -12,7 +19,7 @@ class Terminal:
 
     def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
         self._capsys = capsys
-        self.out = self.err = ""
+        self.out = self.err = self.printed = ""
 
     def __call__(self, *arguments: str, status: int = 0) -> str:
         self._capsys.readouterr()
@@ -21,7 +28,8 @@ class Terminal:
             main(arguments)
         except SystemExit as leaving:
             left = int(leaving.code or 0)
-        self.out, self.err = self._capsys.readouterr()
+        self.out, err = self._capsys.readouterr()
+        self.printed, self.err = self.out + err, unfolded(err)
         assert left == status, self.err
         assert "Traceback" not in self.err
         return self.out

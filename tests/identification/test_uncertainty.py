@@ -283,7 +283,7 @@ def test_one_cycle_leaves_the_coverage_open() -> None:
 
 def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "emcee", None)
-    with pytest.raises(ValueError, match=r"needs the package emcee; install it: pip install strandspring\[posterior\]"):
+    with pytest.raises(ValueError, match=r'install it with pip install "strandspring\[posterior\]"'):
         RefinedOptions((3, 2), posterior=200)
 
 

@@ -573,4 +573,4 @@ def test_a_missing_package_is_reported_with_the_command(terminal: Terminal, monk
     monkeypatch.setitem(sys.modules, "distributed", None)
     terminal(*COMMAND, "--scheduler", "tcp://127.0.0.1:1", "-o", "new/nested/results.csv", status=1)
     assert not Path("new").exists()
-    assert "install it with: pip install distributed" in terminal.err
+    assert 'install it with pip install "strandspring[cluster]"' in terminal.err

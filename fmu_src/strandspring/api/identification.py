@@ -21,7 +21,7 @@ from ..model.stated_figures import differ, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
 from .common.result import PlottedResult
-from .common.text import counted, fit_json, fit_lines, parameter_lines
+from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_json, fit_lines, parameter_lines
 from .spring import Spring
 
 if TYPE_CHECKING:
@@ -87,6 +87,13 @@ class Identification(IdentifiedModel, PlottedResult):
         if not ranking.better:
             return self, ranking
         return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
+
+    def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+        """Figures of each record by the saved spring alone, those of the fit where they differ, and parameters."""
+        return [
+            *brief_fit_lines(self.fits, self.fitted, self.figures),
+            *brief_parameter_lines(self.parameters, self.uncertainty),
+        ]
 
     def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""

@@ -6,6 +6,7 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
 from types import FrameType
@@ -19,7 +20,7 @@ from ..errors import StrandspringError
 from ..ground.endings import handled_endings
 from ..ground.files import readable, reason_of
 from ..model.outcomes import IdentificationError
-from .shared.output import drop_failing_output, note, result_json, with_flags
+from .shared.output import drop_failing_output, refusal, result_json, with_flags
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -52,6 +53,13 @@ class LazyGroup(click.Group):
         name = cmd_name.replace("-", "_")
         command: click.Command = getattr(import_module(f".commands.{name}", __package__), name)
         return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and (close := get_close_matches(args[0], COMMANDS, 1)):
+            ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
+        return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         names = [CompletionItem(name, help=text) for name, text in COMMANDS.items() if name.startswith(incomplete)]
@@ -147,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
     """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
     sentence = with_flags(sentence)
-    note(f"strandspring: {readable(sentence)}")
+    refusal(f"strandspring: {readable(sentence)}")
     _leave(1, as_json, {"type": kind, **more, "message": sentence})
 
 

@@ -124,7 +124,7 @@ def image(unit: CompiledUnit, target: Target) -> Path:
     if not zig.is_installed():
         raise BuildError(
             f"The compiled {unit.name} for {target.triple} is missing, and ziglang, which compiles it, is not "
-            "installed; run pip install ziglang, or install strandspring from a wheel."
+            'installed; install it with pip install "strandspring[native]", or strandspring from a wheel.'
         )
     print(f"Compiling the {unit.name} for {target.triple}, once for these C sources.", file=sys.stderr)
     content = compiled(unit, target)

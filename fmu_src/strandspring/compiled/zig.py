@@ -52,7 +52,7 @@ def object_file(target: Target, sources: Mapping[str, bytes], unit: str, flags: 
     BuildError   If ziglang is not installed, or refuses the sources.
     """
     if not is_installed():
-        raise BuildError("C sources are compiled by ziglang, which is not installed; run pip install ziglang.")
+        raise BuildError('C sources are compiled by ziglang; install it with pip install "strandspring[native]".')
     with TemporaryFolder() as folder:
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)

@@ -124,7 +124,7 @@ def write_site(folder: Path, reference: Reference) -> None:
     refuse_unwritable(folder, is_folder=True)
     if find_spec("sphinx") is None:
         raise StrandspringError(
-            'The site is built by Sphinx, which is not installed: pip install "strandspring[docs]".'
+            'The site is built by Sphinx, which is not installed; install it with pip install "strandspring[docs]".'
         )
     with refused_in_words(folder), TemporaryFolder(beside=existing_folder(folder.absolute().parent)) as scratch:
         if folder.exists() and not _is_ours(folder) and any(folder.iterdir()):

@@ -77,35 +77,35 @@ class Outcome(Enum):
 
     # Cautions: a model is returned; the most harmful first
     WORSE_THAN_LINE = (
-        "The spring alone follows the records worse than a straight line does; do not use it: look at the records, "
-        "identify a part of them, or save it all the same with `save_anyway=True`."
+        "Do not use this spring, which follows the records worse than a straight line: identify a part of them, or "
+        "add `save_anyway=True`."
     )
     SPRING_ALONE = (
-        "The saved spring alone follows the records less well than the fit, from which effects were removed; keep them "
-        "in the spring with `keep=...` if they are the mount's."
+        "The saved spring alone follows the records less well than the fit, from which effects were removed; keep the "
+        "mount's own with `keep=...`."
     )
     JITTER = (
-        "Along the displacement as recorded the spring errs more than along the smoothed one, since jitter of the "
-        "sensor is motion to it: smooth a measured displacement that drives the FMU."
+        "The spring errs more along the displacement as recorded, whose jitter is motion to it, than along the "
+        "smoothed one: smooth what drives the FMU."
     )
     LOOP_ENERGY = (
         "The loops of the saved spring differ in energy from those recorded; allow for that where damping counts."
     )
     RIG_OR_MOUNT = (
-        "Part of the force may be the rig's or the mount's, which these records do not decide; it was left in: check "
-        "the rig with a stiff plain spring, or record another rate."
+        "Part of the force, left in, may be the rig's or the mount's: check the rig with a plain spring, or record "
+        "another rate."
     )
     OTHER_MOUNT = (
-        "The mount is of a wider class than the model, whose force on loops unlike the recorded ones errs: record such "
-        "loops, and compare classes with `with_rivals()`."
+        "The mount is of a wider class than the model, which errs on unrecorded loops: record such loops, and compare "
+        "classes with `with_rivals()`."
     )
     BAND_LIMITED = (
         "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
-        "again without the filter, or with a far higher cutoff."
+        "again unfiltered, or with a far higher cutoff."
     )
     RECORDS_DIFFER = (
-        "The loops of one record differ from those of the others at like amplitude and frequency; identify that "
-        "record alone, or find out what changed between the tests."
+        "The loops of one record differ from the others' at like amplitude and frequency; identify it alone, or find "
+        "out what changed between the tests."
     )
     INERTIA = (
         "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
@@ -116,105 +116,105 @@ class Outcome(Enum):
         "the model as a mean."
     )
     HUM = (
-        "One sinusoid runs through the whole force, as mains or a machine make it; shield or ground the load cell, or "
-        "filter that frequency out of both columns alike."
+        "One sinusoid runs through the whole force, as of mains or a machine; shield the load cell, or filter it out "
+        "of both columns alike."
     )
     BACKLASH = (
-        "Within each stroke the force rests while the displacement continues, as in a gap; the model cannot follow "
-        "that: tighten the joints, or identify a range beside the gap."
+        "Within each stroke the force rests while the displacement continues, as in a gap; tighten the joints, or "
+        "identify a range beside it."
     )
     SPIKES = (
-        "Isolated outliers lie far outside all other samples and distort the fit; correct or delete their lines, leave "
-        "out their cycles with `cycles=...`, or identify with `robust=True`."
+        "Isolated outliers far outside all other samples distort the fit; correct or delete them, leave out their "
+        "cycles with `cycles=...`, or identify with `robust=True`."
     )
     POOR_FIT = (
         "The model follows these records poorly (RNL below 0.9); look at the report's plot, and compare it with "
         "`options=RefinedOptions()`."
     )
     LACK_OF_FIT = (
-        "The model leaves more misfit than the noise explains, and it is not small against the hysteretic force; do "
-        "not trust the loops' energies beyond that."
+        "The model leaves more misfit than the noise explains, not small against the hysteretic force; do not trust "
+        "the loops' energies beyond that."
     )
     NI_MODEL = (
-        "Ni's method converged, but its residuals exceed the noise: Ni's model does not describe this spring, or its "
-        "start values led to a local minimum; compare it with `options=RefinedOptions()`."
+        "Ni's method left residuals beyond the noise: Ni's model does not apply, or the minimum is a local one; "
+        "compare it with `options=RefinedOptions()`."
     )
     OTHER_CLASS = (
-        "Another class of models predicts held-out data clearly better, see the table of `with_rivals()`: for loops "
-        "unlike the recorded ones use that class, or record such a loop."
+        "Another class of models predicts held-out data clearly better (see `with_rivals()`): use it for loops unlike "
+        "the recorded ones, or record such loops."
     )
     NOT_CONVERGED = (
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
         "`options=TwoStageOptions()`."
     )
     RANGE_WITH_GAPS = (
-        "The records have no displacement in common, and between them the model is a guess: check the zeros "
-        "(displacement_offset of a description file), or record what lies between."
+        "The records share no displacement, and the model guesses between them: check the zeros (displacement_offset "
+        "of a description file), or record what lies between."
     )
-    SMALL_LOOPS = "The energy of small loops is left undecided by these records."
+    SMALL_LOOPS = "The energy of small loops is left undecided by these records: record smaller loops too."
     FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear); the change was removed, and `state=first`, mean or "
-        "last chooses the cycle that the model describes: exercise the specimen first."
+        "The hysteretic force changes from cycle to cycle (wear); the change was removed: choose the cycle to "
+        "describe by `state=first`, mean or last."
     )
     STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening); the change was removed, and `state=first`, mean or "
-        "last chooses the cycle that the model describes: exercise the specimen first."
+        "The elastic force changes from cycle to cycle (softening); the change was removed: choose the cycle to "
+        "describe by `state=first`, mean or last."
     )
     DELAY = (
         "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
-        "spring in the rig, and give it as `delay=...`."
+        "spring, and give it as `delay=...`."
     )
     VISCOSITY = (
-        "Part of the force grows with velocity; it was removed as viscous damping, which the model lacks: repeat one "
-        "amplitude at another frequency to tell it from a delay."
+        "Part of the force grows with velocity and was removed as viscous damping: repeat one amplitude at another "
+        "frequency to tell it from a delay."
     )
     PLAY = (
         "After each reversal the spring rests until a play (backlash) in the rig is used up; it was removed: tighten "
         "the rig and measure again."
     )
     DRIFT_REMOVED = (
-        "The force drifts; the drift was removed, and `state=first`, mean or last chooses the moment that the model "
-        "describes: let the sensor warm up, or check its zero."
+        "The force drifts; the drift was removed: let the sensor warm up, and choose the moment to describe by "
+        "`state=first`, mean or last."
     )
     DRIFT = (
-        "The force drifts from cycle to cycle, and the model describes their mean: use the steady cycles with "
-        "`cycles=...`, exercise the specimen first, or check the force sensor's zero."
+        "The force drifts from cycle to cycle; the model describes the mean: choose steady cycles with `cycles=...`, "
+        "or check the force sensor's zero."
     )
     DISPLACEMENT_ZERO = (
-        "The zero of the displacement differs between records; the shifts were removed, though shifted zeros of the "
-        "force look much alike: zero both sensors before each record."
+        "The zero of the displacement differed between records and was shifted; shifts of the force look much alike: "
+        "zero both sensors before each record."
     )
     FORCE_ZERO = (
-        "The zero of the force differs between records; the shifts were removed, though shifted zeros of the "
-        "displacement look much alike: zero both sensors before each record."
+        "The zero of the force differed between records and was shifted; shifts of the displacement look much alike: "
+        "zero both sensors before each record."
     )
     GAPS = (
-        "Samples are missing where the time jumps, and reversals in a gap are lost with the spring's memory: record "
-        "again, or use a part without gaps with `time_window=...` or `cycles=...`."
+        "Samples are missing where the time jumps, and reversals there are lost: record again, or choose a part by "
+        "`time_window=...` or `cycles=...`."
     )
     CLIPPED = (
-        "The force stays at an extreme for many samples, as at the end of a sensor's range; those samples were left "
-        "out: repeat with a larger range."
+        "The force stays at an extreme, as at the end of a sensor's range; those samples were left out: repeat with a "
+        "larger range."
     )
     DWELLS = (
-        "The force relaxes while the displacement rests, which the model does not; the dwells were left out, but the "
-        "loops are lower for it: record without dwells."
+        "The force relaxes while the displacement rests; the dwells were left out, but the loops are lower for it: "
+        "record without dwells."
     )
     TURNS_BETWEEN_SAMPLES = (
-        "Reversals fall between samples, and the travel lost there falsifies rho, sigma, n and the energy of small "
-        "loops: sample 100 times per cycle, more often at corners."
+        "Reversals fall between samples, which falsifies rho, sigma, n and the energy of small loops: sample 100 "
+        "times per cycle, more often at corners."
     )
     DISPLACEMENT_NOISE = (
-        "The displacement is noisy; it was smoothed between the reversals, but these and the knee stay blurred, and "
-        "with them rho, sigma, n: take a finer resolution, or sample faster."
+        "The noisy displacement was smoothed, but reversals and knee stay blurred, and rho, sigma, n with them: take "
+        "a finer resolution, or sample faster."
     )
     NO_STEADY_SECTION = (
-        "The strokes end before the hysteresis saturates, so there is no steady section; sigma, n and the split "
-        "between elastic and hysteretic force are uncertain: record longer strokes."
+        "The strokes end before the hysteresis saturates, so sigma, n and the split between elastic and hysteretic "
+        "force are uncertain: record longer strokes."
     )
     TURNS_RESTORED = (
-        "Reversals fall between samples and were estimated; errors of that falsify rho, sigma, n and small loops: "
-        "sample 100 times per cycle, more often at corners."
+        "Reversals fall between samples and were estimated, which may falsify rho, sigma, n and small loops: sample "
+        "100 times per cycle, more often at corners."
     )
     SIGMA_AT_BOUND = (
         "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the reversals "
@@ -222,12 +222,12 @@ class Outcome(Enum):
     )
     N_AT_BOUND = "n ended at its bound, so these records show little of the knee of the loop; sample it more densely."
     ONE_AMPLITUDE = (
-        "All loops have about one amplitude; the energy of smaller ones is extrapolated by the model: record loops of "
-        "about a third of that amplitude too."
+        "All loops have about one amplitude; the energy of smaller ones is extrapolated: record loops of about a "
+        "third of that amplitude too."
     )
     INTERVAL_TOO_NARROW = (
-        "The 95 % prediction interval holds less than 90 % of the cycles left out of the fit: expect further cycles "
-        "outside it, and compare the recorded ones."
+        "The 95 % prediction interval holds less than 90 % of the cycles left out: expect cycles outside it, and "
+        "compare the recorded ones."
     )
     INDISTINCT = (
         "Some parameters are strongly correlated, though the force is predicted as given (see the model file's "

@@ -37,7 +37,7 @@ def _changed(model: ModelFile) -> dict[str, str]:
         return {}
     return {
         "parameters_changed": f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters "
-        "were changed after the identification, whose errors, intervals and figures of the fit are not theirs."
+        "were changed after the identification, whose errors and figures are not theirs."
     }
 
 
@@ -61,6 +61,6 @@ def cautions_in_use(name: str, model: ModelFile) -> Iterator[str]:
         yield f"{name} was identified with cautions ({named}); see `strandspring info`."
     if rates := [effect for effect in stated_effects(model) if effect in _OF_SPEED]:
         yield (
-            f"The records of {name} showed {' and '.join(rates)}, removed from the model: if that is of the mount and "
-            "not of the rig, its force depends on speed, and here it does not; add a damper."
+            f"The records of {name} showed {' and '.join(rates)}, removed from the model: if that is the mount's and "
+            "not the rig's, add a damper."
         )

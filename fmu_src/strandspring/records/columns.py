@@ -32,6 +32,8 @@ _WORDS: Mapping[Quantity, frozenset[str]] = {
     ),
     "time": words("time t zeit temps tempo tiempo 时间 時間"),
 }
+# Sensors and parts of rigs that stand for displacement, as a unit does.
+_MOVED = frozenset(("lvdt", "crosshead", "ram"))
 _NOT_FORCE = re.compile("[应應压壓扭]力")  # stress, pressure, torque
 _BRACKETED = re.compile(r"[\[(（【]([^\[\]()（）【】]*)[\])）】]")
 _AFTER_SLASH = re.compile(r"(.*[^\W\d].*?)\s*/\s*([^\W\d]+)")
@@ -160,7 +162,7 @@ def named_columns(columns: Sequence[Column], quantity: Quantity) -> list[Column]
 
 
 def _rank(column: Column, quantity: Quantity) -> int:
-    """0: the name is a word for the quantity; 1: it begins with one; 2: it holds one; 3: the unit fits."""
+    """0: the name is a word for the quantity; 1: it begins with one; 2: it holds one; 3: its unit or sensor."""
     known = _WORDS[quantity]
     separate = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", column.label).casefold()
     tokens = [token for token in re.split(r"[\W\d_]+", separate) if token]
@@ -174,7 +176,8 @@ def _rank(column: Column, quantity: Quantity) -> int:
     if any(is_word) or any(word in without_stress for word in known if word[0] >= _FIRST_IDEOGRAPH):
         return 2
     is_timed = column.is_clock and quantity == "time"
-    return 3 if is_timed or (column.unit_is_sure and column.kind == quantity) else _NO_RANK
+    is_moved = quantity == "displacement" and column.kind in (None, quantity) and not _MOVED.isdisjoint(tokens)
+    return 3 if is_timed or is_moved or (column.unit_is_sure and column.kind == quantity) else _NO_RANK
 
 
 def listed_columns(columns: Sequence[Column]) -> str:

@@ -237,6 +237,11 @@ def _is_unit_row(cells: Sequence[str]) -> bool:
 
 def _no_numbers(lines: Sequence[str], path: str, row: str) -> str:
     texts = [line.strip() for line in lines if line.strip()]
+    if texts and texts[0].startswith("{"):
+        return (
+            f"{path}: is not a record but JSON; give a table of displacement and force, or, if it is a model, use it "
+            "with `strandspring info`, predict, isolate or build."
+        )
     return (
         f"{path}: must hold at least two columns of numbers, found none in the first {len(texts)} {row}s, "
         f"which begin with {quoted(next(iter(texts), ''))}; separate the columns by tabs, semicolons, commas or blanks."

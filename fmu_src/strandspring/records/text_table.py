@@ -28,6 +28,7 @@ from .tables import Table
 MAX_DROPPED_ROWS = 3
 _TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
+_WITH_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,'\s][0-9]{3})+(?:[.,][0-9]+)?")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
 
 
@@ -223,7 +224,8 @@ def _read_row(
             return _BadRow(line, number, f"must hold a number, found {what}", True)
         if not is_number(cell, dialect.decimal):
             is_incomplete = not all(wanted_cells) or (is_cut and _TRUNCATED_NUMBER.fullmatch(cell) is not None)
-            return _BadRow(line, number, f"must hold a number, found the text {quoted(cell)}", is_incomplete)
+            marked = " without marks between thousands" if _WITH_THOUSANDS.fullmatch(cell) else ""
+            return _BadRow(line, number, f"must hold a number{marked}, found the text {quoted(cell)}", is_incomplete)
         value = _value(cell, dialect.decimal)
         if not math.isfinite(value):
             message = f"must hold a finite number, found {quoted(cell)}"

@@ -31,12 +31,23 @@ _REASONS = {
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """A record of the page, and the first of its samples that would be fitted."""
+    """A record of the page, the first of its samples that would be fitted, and why none would be, if so."""
 
     place: int
     record: Record
     seen: RecordOverview
     first: int
+    refusal: str = ""
+
+    @classmethod
+    def from_record(cls, place: int, record: Record) -> _Shown:
+        seen = overview(record)
+        try:
+            return cls(place, record, seen, find_steady_part(record).first_sample)
+        except IdentificationError as refusal:
+            where, colon, reason = str(refusal).partition(": ")
+            text = f"No spring would be identified: {PurePath(where).name}{colon}{reason}"
+            return cls(place, record, seen, 0, text)
 
     @property
     def name(self) -> str:
@@ -58,6 +69,17 @@ class _Shown:
             yield Trace(words, x[at], y[at], role, ChartForm.DOTS, record=self.place)
 
 
+def record_warnings(record: Record) -> Iterator[str]:
+    """What the page warns of besides, one sentence each: no spring, no whole cycle, samples left out."""
+    shown = _Shown.from_record(0, record)
+    if shown.refusal:
+        yield shown.refusal
+    if not shown.seen.cycles:
+        yield f"{shown.name} holds no whole cycle; {shown.seen.strokes.count} strokes were found."
+    for reason, samples in shown.seen.left_out.items():
+        yield f"{shown.name}: {samples.size} samples: {_REASONS[reason][0]}."
+
+
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
     """Write a page with loops, strokes and cycles of records; zooming and choosing cycles prints the options to use.
 
@@ -70,16 +92,8 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
     ------
     StrandspringError              If the file cannot be written.
     """
-    shown, refusals = [], []
-    for place, record in enumerate(records):
-        first = 0
-        try:
-            first = find_steady_part(record).first_sample
-        except IdentificationError as refusal:
-            where, colon, reason = str(refusal).partition(": ")
-            text = f"No spring would be identified: {PurePath(where).name}{colon}{reason}"
-            refusals.append(Notice(Level.POOR, text))
-        shown.append(_Shown(place, record, overview(record), first))
+    shown = [_Shown.from_record(place, record) for place, record in enumerate(records)]
+    refusals = [Notice(Level.POOR, one.refusal) for one in shown if one.refusal]
     timed = all(record.rising_time is not None for record in records)
     counts = [len(one.seen.cycles) for one in shown]
     sections = (

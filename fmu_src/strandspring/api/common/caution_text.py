@@ -12,6 +12,7 @@ from ...identification.certainty.figures import RecordFit
 from ...identification.certainty.saved_spring import effect_of_smoothing
 from ...identification.points.direction import backwards
 from ...kernel.arrays import FloatArray
+from ...loops.left_out import clipped_samples
 from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes, stated_effects
@@ -37,6 +38,15 @@ def backwards_cautions(records: Iterable[Record]) -> list[str]:
     return [f"{record.path}: {finding.value}" for record, finding in findings if finding is not None]
 
 
+def clipped_cautions(record: Record) -> list[str]:
+    """A sentence where the force stays at the end of its sensor's range; none if it does not."""
+    clipped = np.count_nonzero(clipped_samples(record.force))
+    return [
+        f"{record.path}: {clipped} of {len(record)} samples are at the end of the force sensor's range; errors leave "
+        "them out, and measured loops are too flat."
+    ] * bool(clipped)
+
+
 def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> list[str]:
     """A sentence where reversals of a displacement below its noise change the error; none where they do not."""
     sentence = effect_of_smoothing(record, fit, smoothed)
@@ -55,8 +65,8 @@ def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[s
     beyond = amplitudes[~alike]
     given = ", ".join(f"{1e3 * value:.3g}" for value in sorted(known))
     return [
-        f"{record.path}: holds loops of {1e3 * beyond.min():.3g} to {1e3 * beyond.max():.3g} mm, but {source} was "
-        f"identified from loops of {given} mm; its 95 % prediction interval does not hold for the others."
+        f"{record.path}: {source} was identified from loops of {given} mm, and its 95 % prediction interval does not "
+        f"hold for those of {1e3 * beyond.min():.3g} to {1e3 * beyond.max():.3g} mm."
     ]
 
 
@@ -78,6 +88,6 @@ def effects_cautions(source: str, model: ModelFile) -> list[str]:
     if not effects:
         return []
     return [
-        f"{source}: {effects} was removed from the records of the model, as an effect of the rig; where the records "
-        "given here hold it too, the measured forces differ from the model by it."
+        f"{source}: {effects} was removed from the records of the model, as an effect of the rig; records that hold "
+        "it too differ by it."
     ]

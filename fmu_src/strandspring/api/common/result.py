@@ -27,15 +27,15 @@ class Result(ABC):
 
     @abstractmethod
     def lines(self, width: int | None = None) -> list[str]:
-        """The result in words, without cautions and notes, as the command line prints it; tables of at most a width."""
+        """The result in words, without cautions and notes; tables of at most a width."""
+
+    def brief(self, width: int | None = None) -> list[str]:
+        """What everybody has to know of it, as the command line prints it without --verbose."""
+        return self.lines(width)
 
     @abstractmethod
     def to_frame(self) -> pd.DataFrame:
         """The figures as a table."""
-
-    def lines_with_notes(self, width: int | None = None) -> list[str]:
-        """The same, with the notes."""
-        return [*self.lines(width), *(f"Note: {sentence}" for sentence in getattr(self, "notes", ()))]
 
     def summary(self) -> str:
         """The result in words, with cautions, notes, and units that were assumed."""

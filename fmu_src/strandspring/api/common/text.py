@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import PurePath
 from typing import Any
 
 from ...core.parameters import SIGMA_RANGE, SpringParameters
@@ -12,8 +13,10 @@ from ...identification.certainty.figures import RecordFit, both_figures
 from ...identification.certainty.prediction_interval import ForceInterval
 from ...loops.campaign import Overlap, RateIndependence
 from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
-from ...model.stated_figures import differ, in_words
+from ...model.stated_figures import Figures, differ, in_words
 
+_WORDS = 25  # of a caution
+_DIGITS = 6  # of a value at most
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
@@ -26,6 +29,20 @@ def counted(count: int, noun: str) -> str:
     ('1 cycle', '2 cycles')
     """
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def in_few_words(caution: str) -> str:
+    """A caution without the details behind its sentence, unless both are short.
+
+    Examples
+    --------
+    >>> in_few_words("The record drifts. (a.csv: by 3 N; b.csv: by 5 N)")
+    'The record drifts. (a.csv: by 3 N; b.csv: by 5 N)'
+    >>> in_few_words(f"The record drifts. ({'; '.join(f'{k}.csv: by {k} N' for k in range(30))})")
+    'The record drifts.'
+    """
+    sentence, details, _ = caution.partition(". (")
+    return f"{sentence}." if details and len(caution.split()) > _WORDS else caution
 
 
 def fit_json(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
@@ -50,13 +67,36 @@ def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> lis
     return lines
 
 
-def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
-    numbers = asdict(p)
-    lines = [
-        f"  {column.key:<12} {numbers[column.key]:<12.6g} {_error(column.key, uncertainty)} {column.shown}"
+def brief_fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...], overall: Figures) -> list[str]:
+    """The same without the samples and folders, and the figures of all records if there are several."""
+    names = [PurePath(fit.path).name for fit in fits]
+    lines = []
+    for name, fit, other in zip(names, fits, fitted, strict=True):
+        lines.append(f"{name if names.count(name) == 1 else fit.path}: {in_words(fit.figures)}")
+        if differ(fit.figures, other.figures):
+            lines.append(f"  {fit.beside(other)}: {in_words(other.figures, False)}")
+    return [*lines, f"All records: {in_words(overall)}"] if len(fits) > 1 else lines
+
+
+def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The hysteretic parameters with their standard errors, and the degrees of the others with their range."""
+    elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
+    low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
+    shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
+    return [*hysteretic_lines(p, uncertainty), shape]
+
+
+def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The hysteretic parameters, rounded by their standard errors where these are known."""
+    return [
+        f"  {column.key:<12} {_with_error(column.key, getattr(p, column.key), uncertainty)} {column.shown}".rstrip()
         for column in HYSTERETIC_PARAMETERS
     ]
+
+
+def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
+    lines = hysteretic_lines(p, uncertainty)
     if p.FE_knots:
         low, high = min(p.FE_forces), max(p.FE_forces)
         lines.append(f"  FE a spline through {len(p.FE_knots)} knots, {low:.6g} to {high:.6g} N, see the model file")
@@ -65,7 +105,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(
-        f"  identified from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
+        f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
     if bootstrap := uncertainty.get("bootstrap"):
         spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
@@ -101,11 +141,28 @@ def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, 
     return None if is_least else low, high
 
 
-def _error(name: str, uncertainty: dict[str, Any]) -> str:
-    """The standard error; the end of the interval instead, or nothing, where the records bound one side or none."""
+def with_error(value: float, error: float | None) -> str:
+    """A value rounded to the second digit of its standard error, of at most six digits.
+
+    Examples
+    --------
+    >>> with_error(1152.71, 107.0), with_error(0.99735, 0.0067), with_error(2.0, None)
+    ('1150 +- 110', '0.9974 +- 0.0067', '2')
+    """
+    if error is None or not error > 0.0:
+        return f"{value:.6g}"
+    decimals = 1 - int(f"{error:.1e}".partition("e")[2])
+    shown = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    if sum(map(str.isdigit, shown.lstrip("-0."))) > _DIGITS:
+        return f"{value:.{_DIGITS}g} +- {error:.2g}"
+    return f"{shown} +- {round(error, decimals):.{max(decimals, 0)}f}"
+
+
+def _with_error(name: str, value: float, uncertainty: dict[str, Any]) -> str:
+    """A parameter with its error, or with the end of its interval where the records bound one side or none."""
     low, high = bounds_95(name, uncertainty) or (0.0, 0.0)
-    if low is None:
-        return "not bounded by these records" if high is None else f"< {high:.2g} (95 %)"
-    if high is None:
-        return f"> {low:.2g} (95 %)"
-    return "" if uncertainty.get(name) is None else f"+- {uncertainty[name]:.2g}"
+    if low is not None and high is not None:
+        return with_error(value, uncertainty.get(name))
+    if low is not None:
+        return f"{value:.4g} > {low:.2g} (95 %)"
+    return f"{value:.4g} " + ("not bounded by these records" if high is None else f"< {high:.2g} (95 %)")

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from textwrap import wrap
 
 _GAP = "  "  # before each column
+_LEAST = 16  # to which text is folded beside other columns
 
 
 @dataclass(frozen=True)
@@ -47,8 +48,9 @@ def table_lines(
     headings : sequence of str
     rows : iterable of sequences of str
     left : collection of str     Headings of the columns to align to the left.
-    width : int or None          Fold a wider table into several, one below the other, each with the first column of
-                                 `left`, or the first of all, which says what the rows are.
+    width : int or None          Fold headings and the widest text of a wider table; if that does not do, the table into
+                                 several, one below the other, each with the first column of `left`, or the first of
+                                 all, which says what the rows are.
 
     Examples
     --------
@@ -64,6 +66,13 @@ def table_lines(
     ]
     if width is None or sum(column.width + len(_GAP) for column in columns) <= width:
         return _lines(columns)
+    texts = [column for column in columns if column.is_left]
+    if texts:
+        widest = max(texts, key=lambda column: column.width)
+        shorter = [column if column is widest else column.folded() for column in columns]
+        spare = width - sum(len(_GAP) + column.width for column in shorter) + widest.width
+        if spare >= min(widest.width, _LEAST):
+            return _lines([column.folded_to(spare) if column is widest else column for column in shorter])
     label = next((column for column in columns if column.is_left), columns[0])
     title = label.folded_to(max(1, width // 3))
     bands: list[list[_Column]] = []
@@ -72,6 +81,25 @@ def table_lines(
             bands.append([title])
         bands[-1].append(column)
     return [line for band in bands for line in ("", *_lines(band))][1:]
+
+
+def without_constants(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], kept: Collection[str] = ()
+) -> tuple[list[str], list[list[str]], str]:
+    """Headings and rows without columns that hold the same in all of several rows, and these in words.
+
+    Examples
+    --------
+    >>> without_constants(["mass kg", "level", "Hz"], [["4", "10 N", "19"], ["6", "10 N", "16"]])
+    (['mass kg', 'Hz'], [['4', '19'], ['6', '16']], 'level 10 N')
+    """
+    constant = [
+        len(rows) > 1 and heading not in kept and len({row[k] for row in rows}) == 1
+        for k, heading in enumerate(headings)
+    ]
+    words = ", ".join(f"{headings[k]} {rows[0][k]}" for k, is_constant in enumerate(constant) if is_constant)
+    varied = [k for k, is_constant in enumerate(constant) if not is_constant]
+    return [headings[k] for k in varied], [[row[k] for k in varied] for row in rows], words
 
 
 def _lines(columns: Sequence[_Column]) -> list[str]:

@@ -173,6 +173,16 @@ class Comparison(PlottedResult):
         )
         return [*lines, *self.mass.lines(), *(record.sentence for record in self.records)]
 
+    def brief(self, width: int | None = None) -> list[str]:
+        """The verdict, the figures at the largest amplitude, and who follows the records better."""
+        largest = max(difference.amplitude or 0.0 for difference in self.figures)
+        figures = [difference for difference in self.figures if difference.amplitude == largest]
+        return [
+            *self._head()[:-1],
+            *table_lines(*difference_table("figure", figures), left=["figure"], width=width),
+            *(record.sentence for record in self.records),
+        ]
+
     def lines(self, width: int | None = None) -> list[str]:
         """All of it in words and tables of at most a width."""
         return [

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, along_smoothed
 from ...kernel.path import PathSolver
@@ -11,7 +13,7 @@ from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
 from ...records.record import Record
-from ..common.caution_text import backwards_cautions, effects_of, outside_cautions, smoothing_caution
+from ..common.caution_text import backwards_cautions, clipped_cautions, effects_of, outside_cautions, smoothing_caution
 from .alignment import Align, aligned, apart, middle_of, shared_range
 from .common_form import common_form, form_of, form_words
 from .comparison_words import ComparisonVerdict, percent
@@ -45,13 +47,13 @@ def comparison_cautions(
     loops: tuple[Loop, Loop],
 ) -> list[str]:
     """What could make the result wrong: the records, the identifications, and a zero that was moved."""
-    cautions = backwards_cautions(records)
+    cautions = [*backwards_cautions(records), *chain.from_iterable(map(clipped_cautions, records))]
     for record, both in zip(records, fits, strict=True):
         strokes = find_strokes(record.displacement)
         for label, model, fit in zip("AB", models, both, strict=True):
             smoothed = along_smoothed(PathSolver(model.parameters), record, strokes, fit)
             cautions += [
-                f"{sentence[:-1]} (model {label})."
+                f"Model {label}, {sentence}"
                 for sentence in (
                     *smoothing_caution(record, fit, smoothed),
                     *outside_cautions(record.path, record.displacement, model.parameters),
@@ -65,13 +67,13 @@ def comparison_cautions(
     if effects[0] != effects[1]:
         cautions.append(
             f"As effects of the rig, {effects[0]} was removed from A's records and {effects[1]} from B's: a "
-            "difference may be one of the rigs, or of how it was removed."
+            "difference may be the rigs'."
         )
     digests = [_digests(model) for model in models]
     if digests[0] & digests[1]:
         cautions.append(
-            "Both models were identified from the same record, so that their errors are not independent, as the "
-            "verdict takes them to be: what differs is method or options."
+            "Both models were identified from the same record, so their errors are not independent, as the verdict "
+            "assumes: only method or options differ."
         )
     if align == "middle":
         return cautions
@@ -81,10 +83,10 @@ def comparison_cautions(
     if abs(distance) > _SHIFTED * (high - low):
         share = apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
         cautions.append(
-            f"The middle of B's range lies {1e3 * distance:.4g} mm from that of A's. As recorded the loops differ by "
-            f"{percent(apart(*loops)[1])} % of their height, and each counted from its own middle by "
-            f"{percent(share)} %; if the zero of displacement was moved between the tests, align them by their "
-            "middles (`align=middle`)."
+            f"The middle of B's range lies {1e3 * distance:.4g} mm from that of A's; if the zero of displacement "
+            "was moved between the tests, align them by their middles with `align=middle`. (As recorded the loops "
+            f"differ by {percent(apart(*loops)[1])} % of their height, and each counted from its own middle by "
+            f"{percent(share)} %)"
         )
     return cautions
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ...core.parameters import SpringParameters
 from ...ground.arguments import numbers
 from ...ground.quoting import printable
-from ...ground.result_columns import cells, values
+from ...ground.result_columns import ResultColumn, cells, values
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ...loops.cycles import MeasuredLoop, measured_loops
@@ -26,7 +26,7 @@ from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json
 from ...records.given import records_of
 from ...records.record import Record
-from ..common.caution_text import backwards_cautions, effects_cautions, effects_of, outside_range
+from ..common.caution_text import backwards_cautions, clipped_cautions, effects_cautions, effects_of, outside_range
 from ..common.model_source import ModelSource, model_of, origin_of, source_of
 from ..common.result import PlottedResult
 from ..common.text import counted, parameter_lines, verdict_json
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
+_BRIEF = ("amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force")
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 _DRAWN = 60  # amplitudes of the modelled line in a plot
 
@@ -78,10 +79,17 @@ class Information(PlottedResult):
         """The sentences on rate and overlap, as far as there are any."""
         return tuple(verdict.sentence for verdict in (self.rate_independence, self.overlap) if verdict is not None)
 
+    def brief(self, width: int | None = None) -> list[str]:
+        """The same with fewer figures of each loop."""
+        return self._lines([column for column in LOOP_FIGURES if column.key in _BRIEF], width)
+
     def lines(self, width: int | None = None) -> list[str]:
         """The model, the table of loops, and the verdicts; the table at most of a width."""
-        headings = [*(column.heading for column in LOOP_FIGURES), "source"]
-        return [*self._model_lines(), *table_lines(headings, self._cells(), ["source"], width), *self.verdicts]
+        return self._lines(LOOP_FIGURES, width)
+
+    def _lines(self, columns: Sequence[ResultColumn], width: int | None) -> list[str]:
+        headings = [*(column.heading for column in columns), "source"]
+        return [*self._model_lines(), *table_lines(headings, self._cells(columns), ["source"], width), *self.verdicts]
 
     def _model_lines(self) -> list[str]:
         """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
@@ -133,16 +141,16 @@ class Information(PlottedResult):
         rows = [{**_loop_json(figures, measured), "from": path} for figures, measured, path in self._loops()]
         return pd.DataFrame(rows, columns=columns).astype({"cycles": float, "frequency": float}).rename_axis("loop")
 
-    def _cells(self) -> Iterator[list[str]]:
+    def _cells(self, columns: Sequence[ResultColumn]) -> Iterator[list[str]]:
         """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
         for figures, measured, _ in self._loops():
             source = "model"
             if measured is not None:
                 frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
                 source = f"{measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
-            yield [*cells(LOOP_FIGURES, figures), source]
+            yield [*cells(columns, figures), source]
             if measured is not None and measured.spread is not None:
-                yield [*cells(LOOP_FIGURES, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
+                yield [*cells(columns, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
@@ -222,6 +230,7 @@ def info(
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
     cautions = [f"Of the identification: {printable(sentence)}" for sentence in stated_cautions(content).values()]
     cautions += backwards_cautions(records)
+    cautions += chain.from_iterable(map(clipped_cautions, records))
     if records:
         cautions += effects_cautions(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
@@ -269,9 +278,8 @@ def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:
 def _open(loop: MeasuredLoop) -> str:
     """A caution about a loop that does not close."""
     return (
-        f"{loop.path}: the loop from {_ends(loop.figures)} is open, as in a first loading: the force at its end "
-        f"differs from that at its beginning by {100.0 * abs(loop.gap):.2g} % of its height. Its figures, energy and "
-        "loss factor above all, are not those of steady motion; record at least one cycle more."
+        f"{loop.path}: the loop from {_ends(loop.figures)} is open by {100.0 * abs(loop.gap):.2g} % of its height, as "
+        "in a first loading: record at least one cycle more."
     )
 
 

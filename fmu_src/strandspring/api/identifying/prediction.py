@@ -27,6 +27,7 @@ from ...records.given import Source, given_records
 from ...records.record import Record
 from ..common.caution_text import (
     backwards_cautions,
+    clipped_cautions,
     effects_cautions,
     outside_cautions,
     smoothing_caution,
@@ -34,7 +35,7 @@ from ..common.caution_text import (
 )
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import PlottedResult
-from ..common.text import fit_json, fit_lines
+from ..common.text import brief_fit_lines, fit_json, fit_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -120,6 +121,10 @@ class Prediction(PlottedResult):
             half_width = np.concatenate(self.half_widths)
             columns |= {"lower": predicted - half_width, "upper": predicted + half_width}
         return columns
+
+    def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+        """The figures of each record in words, and of all if there are several."""
+        return brief_fit_lines(self.fits, self.smoothed, self.figures)
 
     def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The figures in words."""
@@ -221,6 +226,7 @@ def predict(
     for record in records:
         fits.append(predict_record(solver, record))
         smoothed.append(along_smoothed(solver, record, find_strokes(record.displacement), fits[-1]))
+        cautions += clipped_cautions(record)
         cautions += smoothing_caution(record, fits[-1], smoothed[-1])
         cautions += outside_cautions(record.path, record.displacement, content.parameters)
         cautions += unrecorded_cautions(source, content, record)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
@@ -17,7 +17,7 @@ from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
 from ..common.result import PlottedResult
-from ..common.text_table import table_lines
+from ..common.text_table import table_lines, without_constants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -69,6 +69,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
     """
 
     _rows: ClassVar[str] = "grid points"  # what the rows of the table are
+    _brief: ClassVar[Sequence[str]]  # keys of the figures that everybody has to know
 
     study: Planned
     _summaries: pd.DataFrame
@@ -93,7 +94,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
 
     @abstractmethod
     def _head(self, point: dict[str, Any]) -> dict[str, str]:
-        """The cells before the figures, by heading; empty headings stand before what tells quantiles apart."""
+        """The cells before the figures, by heading."""
 
     @abstractmethod
     def _where(self, point: dict[str, Any]) -> str:
@@ -106,22 +107,44 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
         runs = len(self.study) // len(self._summaries)
         return [f"  {where}: {point['refused']} of {runs} refused, most often: {point['reason']}"]
 
+    def brief(self, width: int | None = None) -> list[str]:
+        """The same with the 5 and 95 % quantiles of a figure as its range, and what all grid points share before."""
+        shown = list(_records(self._summaries.head(_MOST_SHOWN)))
+        printed = [figure for figure in self.study.figures if figure.key in self._brief]
+        ends = ("q05", "q95") if self.study.draws and self.study.rows_of_draws else ("median", "median")
+        rows = [
+            [*self._head(point).values(), *(_range(*(_cell(point, figure, end) for end in ends)) for figure in printed)]
+            for point in shown
+        ]
+        figures = [figure.heading for figure in printed]
+        headings = [*(self._head(shown[0]) if shown else ()), *figures]
+        headings, rows, shared = without_constants(headings, rows, {"candidate", "verdict", *figures})
+        of_all = [f"Throughout: {shared}"] if shared else []
+        if ends[0] != ends[1]:
+            of_all.append("Figures are 5 to 95 % of the draws.")
+        table = table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)
+        return [self.headline, *of_all, *table, *self._remarks(shown)]
+
     def lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
         shown = list(_records(self._summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.short]
         titles = _TITLES if self.study.draws and self.study.rows_of_draws else {"median": ""}
+        several = len(titles) > 1
         rows = []
         head: dict[str, str] = {}
         for point in shown:
             head = self._head(point)
             for end, title in titles.items():
                 first = list(head.values()) if end == "median" else [""] * len(head)
-                if "" in head:
-                    first[-1] = title
-                rows.append([*first, *(_cell(point, figure, end) for figure in printed)])
-        headings = [*head, *(figure.heading for figure in printed)]
-        lines = [self.headline, *table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)]
+                rows.append([*first, *([title] if several else []), *(_cell(point, figure, end) for figure in printed)])
+        headings = [*head, *([""] if several else []), *(figure.heading for figure in printed)]
+        table = table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)
+        return [self.headline, *table, *self._remarks(shown)]
+
+    def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
+        """What is to be said of the rows that are shown, of others, and of all."""
+        lines: list[str] = []
         for point in shown:
             lines += self._notes(point, self._where(point))
         more = len(self._summaries) - len(shown)
@@ -172,6 +195,10 @@ def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
 def _quantiles(point: dict[str, Any], figure: ResultColumn) -> dict[str, float] | None:
     quantiles = {end: point[f"{figure.key}_{end}"] for end in QUANTILES}
     return None if None in quantiles.values() else quantiles
+
+
+def _range(low: str, high: str) -> str:
+    return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
 
 
 def _cell(point: dict[str, Any], figure: ResultColumn, end: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -49,6 +49,7 @@ class StudyResult(AnyStudyResult[Study]):
     """
 
     _size = (8.0, 5.5)
+    _brief = ("frequency", "transmissibility", "amplitude", "isolation_frequency")
 
     model: ModelFile
     zero: float
@@ -83,7 +84,6 @@ class StudyResult(AnyStudyResult[Study]):
             "level": self.study.excitation.level_text(point["level"]),
             "stiffness": f"{point['stiffness_factor']:g}",
             "refused": str(point["refused"]),
-            "": "",
         }
 
     def _where(self, point: dict[str, Any]) -> str:
@@ -103,10 +103,8 @@ class StudyResult(AnyStudyResult[Study]):
             )
         return lines
 
-    def lines(self, width: int | None = None) -> list[str]:
-        """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
-        counted = zero_sentence(self.zero)
-        return [*super().lines(width), *([counted] if counted else [])]
+    def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
+        return [*super()._remarks(shown), *filter(None, [zero_sentence(self.zero)])]
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""

@@ -51,6 +51,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     """
 
     _rows = "rows"
+    _brief = ("margin",)
     _size = (8.0, 5.5)
 
     name: str

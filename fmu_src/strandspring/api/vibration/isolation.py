@@ -52,6 +52,7 @@ _TABLE = (
     ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
     ISOLATION_FREQUENCY,
 )
+_DETAILS = ("stiffness", "loss_factor")
 # Headings of the CSV file.
 _HEADINGS = {
     "frequency": "frequency [Hz]",
@@ -222,8 +223,15 @@ class Isolation(AnyIsolation):
         table = self.to_frame().rename(columns=_HEADINGS | headings)
         return table if len(self.models) > 1 else table.drop(columns="model")
 
+    def brief(self, width: int | None = None) -> list[str]:
+        """The same with fewer figures of each resonance."""
+        return self._lines(width, [column for column in _TABLE if column.key not in _DETAILS])
+
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
+        return self._lines(width, _TABLE)
+
+    def _lines(self, width: int | None, columns: Sequence[ResultColumn]) -> list[str]:
         several = len(self.models) > 1
         lines: list[str] = []
         for isolated in self.models:
@@ -231,7 +239,7 @@ class Isolation(AnyIsolation):
             lines += [f"{self._name(isolated)}: {first}" if several else first, *rest]
         if several and self.levels_chosen:
             lines.append(self.levels_chosen)
-        lines += self._table(_TABLE, width, attrgetter("resonances"))
+        lines += self._table(columns, width, attrgetter("resonances"))
         return [*lines, *self._cautions()]
 
     def _name(self, isolated: IsolatedModel) -> str:
@@ -248,9 +256,8 @@ class Isolation(AnyIsolation):
                 if outside:
                     of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
                     sentences.append(
-                        f"{of_model}{response.level_text}: at {len(outside)} of {len(response.points)} "
-                        f"points, from {min(outside):.4g} to {max(outside):.4g} Hz, the spring moves "
-                        f"{outside_range(isolated.system.spring)}"
+                        f"{of_model}{response.level_text}: from {min(outside):.4g} to {max(outside):.4g} Hz the spring "
+                        f"moves {outside_range(isolated.system.spring)}"
                     )
         return sentences
 

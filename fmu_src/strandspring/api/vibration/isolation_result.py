@@ -20,7 +20,7 @@ from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
 from ..common.progress import Progress
 from ..common.result import PlottedResult
-from ..common.text_table import table_lines
+from ..common.text_table import table_lines, without_constants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,9 +104,15 @@ class AnyIsolation(PlottedResult):
         write_csv(Path(path), table.columns, table.itertuples(index=False))
 
     def _table(
-        self, columns: Sequence[ResultColumn], width: int | None, chosen: Callable[[Any], Sequence[Any]]
+        self,
+        columns: Sequence[ResultColumn],
+        width: int | None,
+        chosen: Callable[[Any], Sequence[Any]],
+        brief: bool = False,
     ) -> list[str]:
-        """The chosen resonances of each response, the part first if there are several."""
+        """The chosen resonances of each response, the part first if there are several; what all of them share, if it is
+        to be brief, in a line before.
+        """
         first, rows = int(len(self._parts) == 1), []
         for part, response in self.every:
             head = {**self._named(part, response), "level": response.level_text}
@@ -115,8 +121,12 @@ class AnyIsolation(PlottedResult):
                 shown = zip(columns, cells(columns, resonance), strict=True)
                 row = [text + at_end.get(column.key, "") for column, text in shown]
                 rows.append([*head.values(), *row][first:])
-        headings = [*head, *(column.heading for column in columns)][first:]
-        return table_lines(headings, rows, {"model", "candidate", "excitation", "point", "motion"}, width)
+        figures = [column.heading for column in columns]
+        headings, shared = [*head, *figures][first:], ""
+        if brief:
+            headings, rows, shared = without_constants(headings, rows, {"level", *figures} - {"motion"})
+        table = table_lines(headings, rows, {"model", "candidate", "excitation", "point", "motion"}, width)
+        return [f"Throughout: {shared}", *table] if shared else table
 
 
 def default_levels(travels: Sequence[float]) -> tuple[tuple[float, ...], str, int]:

@@ -24,7 +24,7 @@ from ..common.progress import Progress, unseen
 from ..common.result import PlottedResult
 from .simulation_details import detail_lines
 from .simulation_json import candidate_json, case_json, figure_json
-from .simulation_words import MORE, caution_lines, headline, verdict_lines
+from .simulation_words import caution_lines, headline, verdict_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -147,19 +147,21 @@ class Simulation(PlottedResult):
             rows += [dict.fromkeys(_COLUMNS) | head | figure for figure in figures]
         return rows
 
-    def lines(self, width: int | None = None, details: bool = False) -> list[str]:
-        """Verdicts, the range of the worst figures and each caution once; static poses, modes and more as details.
+    def brief(self, width: int | None = None) -> list[str]:
+        """Verdicts, the range of the worst figures, and each caution once."""
+        return [
+            headline(self.file.name, self.answers),
+            *verdict_lines(self.answers, width, brief=True),
+            *caution_lines(self.candidates, self.answers, brief=True),
+        ]
 
-        Parameters
-        ----------
-        width : int or None   Of the tables and sentences at most; 100 columns if None.
-        details : bool        Whether all is wanted.
-        """
+    def lines(self, width: int | None = None) -> list[str]:
+        """The same with static poses, modes, the error of each figure and energy balances."""
         return [
             headline(self.file.name, self.answers),
             *verdict_lines(self.answers, width),
-            *caution_lines(self.candidates, self.answers, width),
-            *(detail_lines(self.candidates, self.answers, width) if details else [MORE]),
+            *caution_lines(self.candidates, self.answers),
+            *detail_lines(self.candidates, self.answers, width),
         ]
 
     def _overview(self) -> pd.DataFrame:

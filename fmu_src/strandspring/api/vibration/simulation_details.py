@@ -1,4 +1,4 @@
-"""What `simulate` prints with `--details`: static poses, modes, all kinds of figures, energy balances."""
+"""What `simulate` prints with `--verbose`: static poses, modes, all kinds of figures, energy balances."""
 
 from __future__ import annotations
 

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from textwrap import wrap
 
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.case_cautions import Caution, CautionKind
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
-from ..common.text import counted
+from ..common.text import counted, in_few_words
 from ..common.text_table import table_lines
 
-WIDTH = 110  # columns, where a terminal does not say how many it has
-MORE = "`details=True` prints static poses, modes, the error of each figure and the energy balance."
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _NEAR = 0.01  # of a limit, within which its share is printed in full
 _COLUMNS = {FigureKind.ACCELERATION: "accel. g", FigureKind.SWAY: "sway mm", FigureKind.STROKE: "stroke %"}
@@ -29,18 +26,24 @@ def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
     return f"{name}: {where}: {verdicts}" if answers else f"{name}: no load case"
 
 
-def verdict_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> list[str]:
+def verdict_lines(answers: Sequence[CaseAnswer], width: int | None = None, brief: bool = False) -> list[str]:
     """A table of verdicts, with the range of the figure of each kind that is nearest to its limit."""
     if not answers:
         return []
-    rows = []
+    rows: list[list[str]] = []
+    candidate = ""
     for answer in answers:
+        if answer.candidate != candidate:
+            candidate = answer.candidate
+            rows.append([f"{candidate}:", *[""] * (len(_COLUMNS) + 2)])
         ranges = [range_words(answer.worst(quantity)) for quantity in _COLUMNS]
         nearest = answer.nearest_limit
-        limit = "-" if nearest is None else f"{share_words(nearest)} {nearest.quantity.value} of {nearest.subject}"
-        rows.append([f"{answer.candidate}, {answer.case.name}", answer.verdict.value, *ranges, limit])
-    headings = ["candidate, case", "verdict", *_COLUMNS.values(), "of the nearest limit"]
-    return table_lines(headings, rows, {headings[0], "verdict", headings[-1]}, width or WIDTH)
+        limit = "-" if nearest is None else f"{share_words(nearest)} {nearest.quantity.value}"
+        if not brief and nearest is not None:
+            limit += f" of {nearest.subject}"
+        rows.append([f"  {answer.case.name}", answer.verdict.value, *ranges, limit])
+    headings = ["case", "verdict", *_COLUMNS.values(), "nearest limit"]
+    return table_lines(headings, rows, {*headings[:2], headings[-1]}, width)
 
 
 def range_words(figure: Figure | None) -> str:
@@ -67,29 +70,25 @@ def share_words(figure: Figure) -> str:
 
 
 def caution_lines(
-    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], width: int | None = None
+    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], brief: bool = False
 ) -> Iterator[str]:
     """Refusals and cautions, each once: a sentence on several candidates or cases names the one it is most about."""
     for candidate in candidates:
         if candidate.refusal:
-            yield from _folded(f"{candidate.name}: refused: {candidate.refusal}", width)
+            yield f"{candidate.name}: refused: {candidate.refusal}"
     for answer in answers:
         if answer.refusal and not _is_of_candidate(answer, candidates):
-            yield from _folded(f"{answer.candidate}, {answer.case.name}: refused: {answer.refusal}", width)
+            yield f"{answer.candidate}, {answer.case.name}: refused: {answer.refusal}"
     for sentence in dict.fromkeys(sentence for candidate in candidates for sentence in candidate.cautions):
         names = [candidate.name for candidate in candidates if sentence in candidate.cautions]
         about = "" if len(names) == len(candidates) else f"{', '.join(names)}: "
-        yield from _folded(f"Caution: {about}{sentence}", width)
+        yield f"Caution: {about}{in_few_words(sentence) if brief else sentence}"
     for sentence in grouped_cautions(answers):
-        yield from _folded(f"Caution: {sentence}", width)
+        yield f"Caution: {in_few_words(sentence) if brief else sentence}"
 
 
 def _is_of_candidate(answer: CaseAnswer, candidates: Iterable[CandidateAnswer]) -> bool:
     return any((candidate.name, candidate.refusal) == (answer.candidate, answer.refusal) for candidate in candidates)
-
-
-def _folded(sentence: str, width: int | None) -> list[str]:
-    return wrap(sentence, width or WIDTH, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
@@ -101,5 +100,5 @@ def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
     for pairs in (by_kind[kind] for kind in CautionKind if kind in by_kind):
         caution, answer = max(pairs, key=lambda pair: pair[0].measure)
         others = len({id(affected) for _, affected in pairs}) - 1
-        more = f" (less so in {counted(others, 'other answer')})" if others else ""
+        more = f" and {counted(others, 'other')}" if others else ""
         yield f"{answer.candidate}, {answer.case.name}{more}: {caution.text}"

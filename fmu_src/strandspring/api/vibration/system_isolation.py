@@ -69,8 +69,8 @@ class IsolatedSystem:
         motion = SmallMotion(system, pose.pose)
         return cls(label, system, pose, motion, modes(motion, omega=pose.omega))
 
-    def rest_lines(self) -> list[str]:
-        """Static equilibrium and modes in words."""
+    def rest_lines(self, brief: bool = False) -> list[str]:
+        """Static equilibrium and modes in words; of the modes their frequencies alone if it is to be brief."""
         lines = []
         for body, pose in zip(self.system.bodies, self.rest.coordinates, strict=True):
             tilt = math.degrees(2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3])))
@@ -78,6 +78,8 @@ class IsolatedSystem:
             lines.append(
                 f"  {body.name}, {body.mass:g} kg, rests at x {x}, y {y}, z {z} mm, tilted {round(tilt, 6):.3g} degrees"
             )
+        if brief:
+            return [*lines, f"  natural frequencies {', '.join(f'{mode.frequency:.3g}' for mode in self.modes)} Hz"]
         rows = [[f"{mode.frequency:.4g}", f"{100.0 * mode.damping:.3g}", mode.words] for mode in self.modes]
         return [*lines, *table_lines(["mode Hz", "viscous damping %", "small motion"], rows, left={"small motion"})]
 
@@ -155,11 +157,18 @@ class SystemIsolation(AnyIsolation):
     def _csv(self) -> pd.DataFrame:
         return self.to_frame()
 
+    def brief(self, width: int | None = None) -> list[str]:
+        """The same without what the modes are."""
+        return self._lines(width, brief=True)
+
     def lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
+        return self._lines(width, brief=False)
+
+    def _lines(self, width: int | None, brief: bool) -> list[str]:
         lines = [f"{self.name} ({self.source})" if self.source is not None else self.name]
         for candidate in self.candidates:
-            lines += [f"{candidate.label}:", *candidate.rest_lines()]
+            lines += [f"{candidate.label}:", *candidate.rest_lines(brief)]
         lines += [self.levels_chosen] if self.levels_chosen else []
         _, response = next(self.every)
         columns = (
@@ -170,7 +179,7 @@ class SystemIsolation(AnyIsolation):
             _SWAY,
             ISOLATION_FREQUENCY,
         )
-        lines += self._table(columns, width, _largest)
+        lines += self._table(columns, width, _largest, brief)
         cautions = [
             f"  Caution: {candidate.label}: {sentence}"
             for candidate in self.candidates

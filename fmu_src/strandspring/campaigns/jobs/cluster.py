@@ -86,7 +86,7 @@ class Cluster:
             from distributed.scheduler import KilledWorker
         except ImportError:
             raise JobError(
-                "A scheduler needs the package dask.distributed; install it with: pip install distributed"
+                'A scheduler needs dask.distributed; install it with pip install "strandspring[cluster]".'
             ) from None
         security = secured(self.address, self._certificates, self.notify)
         there = self._scheduler_versions(security)

@@ -17,19 +17,21 @@ from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
+from ...ground.quoting import printable
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, saved_model
+from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import NAMES
 from ...records.given import bundled_record
-from ..shared.cautions import note_most_harmful
+from ..shared.cautions import note_cautions
 from ..shared.descriptions import refuse_given
 from ..shared.options import (
     checked_by,
     identification_options,
     identifier,
-    json_option,
     method_options,
     name_option,
+    output_options,
     record_files,
     record_options,
 )
@@ -116,7 +118,7 @@ _PURPOSES = {
 @click.option("--candidate", metavar="NAME", help="Of a SYSTEM.toml: the candidate; needed if it has several.")
 @record_options
 @identification_options
-@json_option
+@output_options
 def build(
     sources: tuple[str, ...],
     output: str,
@@ -171,6 +173,7 @@ def build(
     if len(sources) == 1 and is_model_path(sources[0]):
         refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
+        note_cautions(map(printable, stated_cautions(model).values()))
         for kind in kinds:
             refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:
@@ -184,12 +187,12 @@ def build(
             target = settings.target(output, chosen, kind)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
-        note_most_harmful(identification, str(model_path))
+        note_cautions(identification.cautions)
         model = saved_model(model_path, model)
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
         built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
-    sentence = zero_sentence(origin)
+    origin_lines = [f"Model file: {model_path}", *filter(None, [zero_sentence(origin)])]
     present(
         as_json,
         lambda: {
@@ -206,9 +209,13 @@ def build(
             ],
         },
         lambda width: [
+            *(() if identification is None else identification.brief(width)),
+            *origin_lines,
+            *map(_fmu_line, built),
+        ],
+        lambda width: [
             *(() if identification is None else identification.lines(width)),
-            f"Model file: {model_path}",
-            *([sentence] if sentence else []),
+            *origin_lines,
             *(line for fmu in built for line in _fmu_lines(fmu, settings)),
         ],
     )
@@ -223,6 +230,13 @@ def _facts(built: BuiltFmu, settings: BuildOptions) -> dict[str, object]:
         "binaries": binary_sizes(built.path),
         "check": built.check.summary,
     }
+
+
+def _fmu_line(built: BuiltFmu) -> str:
+    """An FMU in few words."""
+    platforms = ", ".join(binary_sizes(built.path))
+    on = f" for {platforms}" if platforms else ""
+    return f"FMU: {built.path} ({built.path.stat().st_size / 1024:.0f} KiB){on}: {built.check.verdict}"
 
 
 def _fmu_lines(built: BuiltFmu, settings: BuildOptions) -> list[str]:
@@ -285,6 +299,11 @@ def _build_system(
     inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
     settings = replace(settings, fmi=building.options.fmi)
     step, stable = building.options.step, building.options.largest_step
+    head = [
+        f"System: {building.file.name}, {building.candidate}",
+        f"Inputs: {', '.join(inputs)}",
+        f"Internal step: at most {step:g} s; stable up to {stable:.4g} s",
+    ]
     present(
         as_json,
         lambda: {
@@ -296,10 +315,6 @@ def _build_system(
             "inputs": inputs,
             "fmus": [_facts(built, settings)],
         },
-        lambda _: [
-            f"System: {building.file.name}, {building.candidate}",
-            f"Inputs: {', '.join(inputs)}",
-            f"Internal step: at most {step:g} s; stable up to {stable:.4g} s",
-            *_fmu_lines(built, settings),
-        ],
+        lambda _: [*head, _fmu_line(built)],
+        lambda _: [*head, *_fmu_lines(built, settings)],
     )

@@ -12,8 +12,8 @@ from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.options import (
-    json_option,
     loop_amplitudes,
+    output_options,
     positive,
     read_records,
     record_files,
@@ -58,7 +58,7 @@ from ..shared.paths import PLOT_FILE, refuse_overwriting
     help=f"Plot loops, figures and transmissibility ({', '.join(SUFFIXES)}).",
 )
 @record_options
-@json_option
+@output_options
 def compare(
     a: str,
     b: str,
@@ -92,4 +92,8 @@ def compare(
         if plot is not None:
             comparison.save_plot(plot)
     note_cautions(comparison.cautions)
-    present(as_json, comparison.as_json, comparison.lines_with_notes, plot=("Plot", plot))
+
+    def with_notes(width: int | None) -> list[str]:
+        return [*comparison.lines(width), *(f"Note: {sentence}" for sentence in comparison.notes)]
+
+    present(as_json, comparison.as_json, comparison.brief, with_notes, plot=("Plot", plot))

@@ -14,26 +14,28 @@ from ...identification.methods.method import Method
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
 from ...peers.rivals.ranking import Ranking
-from ..shared.cautions import note_assumptions, note_most_harmful
+from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.options import (
     identification_options,
     identifier,
-    json_option,
     method_options,
     name_option,
+    output_options,
     read_records,
     record_files,
     record_options,
 )
 from ..shared.output import present, working
-from ..shared.paths import refuse_overwriting
+from ..shared.paths import FileNamed, refuse_overwriting
 from ..shared.reporting import Reporting, report_options
 from ..shared.rivals import compared_with_rivals, ranking_json, ranking_lines
 
 
 @click.command()
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
-@click.option("-o", "--output", required=True, metavar="MODEL.json", help="Model file to write.")
+@click.option(
+    "-o", "--output", type=FileNamed(".json"), required=True, metavar="MODEL.json", help="Model file to write."
+)
 @name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
 @click.option("--description", default="", help="Free text for the model file and the FMU.")
 @record_options
@@ -42,7 +44,7 @@ from ..shared.rivals import compared_with_rivals, ranking_json, ranking_lines
     "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
 )
 @report_options
-@json_option
+@output_options
 def identify(
     records: tuple[str, ...],
     output: str,
@@ -77,12 +79,17 @@ def identify(
     if rivals:
         identification, ranking = compared_with_rivals(identification)
         model = identification.model_file(chosen, description)
-    note_most_harmful(identification, output, reporting.report)
+    note_cautions(identification.cautions)
     save_model(output, model)
     reporting.write(identification, model, "" if ranking is None else ranking.sentence)
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, verdicts)
+    notes = [f"Note: {sentence}" for sentence in identification.notes]
+
+    def ranked(width: int | None) -> list[str]:
+        return [] if ranking is None else ranking_lines(ranking, width)
+
     present(
         as_json,
         lambda: {
@@ -92,9 +99,11 @@ def identify(
             "overlap": overlap,
             "rivals": None if ranking is None else ranking_json(ranking),
         },
+        lambda width: [*identification.brief(width), *notes, *ranked(width)],
         lambda width: [
-            *identification.lines_with_notes(width),
-            *(() if ranking is None else ranking_lines(ranking, width)),
+            *identification.lines(width),
+            *notes,
+            *ranked(width),
             *(verdict.sentence for verdict in verdicts if verdict is not None),
         ],
         model=("Model file", output),

@@ -12,18 +12,18 @@ import click
 from ...api.identifying.many import ManyResult
 from ...api.identifying.many import identify_many as identify_all
 from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
-from ..shared.cautions import note_cautions
+from ..shared.cautions import note_assumptions_of_many, note_cautions
 from ..shared.options import (
     FiniteRange,
     cluster_option,
     identification_options,
-    json_option,
     method_options,
+    output_options,
     record_options,
     wanted_of,
     worker_options,
 )
-from ..shared.output import note, present, reporting_kept
+from ..shared.output import note, present, refusal, reporting_kept
 
 
 @click.command("identify-many")
@@ -39,7 +39,7 @@ from ..shared.output import note, present, reporting_kept
 @worker_options
 @record_options
 @identification_options
-@json_option
+@output_options
 def identify_many(
     sources: tuple[str, ...],
     output: str,
@@ -86,15 +86,16 @@ def identify_many(
         )
     _print(many, as_json)
     if not many.is_complete:
-        note(f"strandspring: {many.problem}")
+        refusal(f"strandspring: {many.problem}")
         sys.exit(1)
 
 
 def _print(many: ManyResult, as_json: bool) -> None:
     if many.batch.columnar_table is None:
-        note(f"{COLUMNAR_TABLE} needs the package pyarrow and was not written; install it with: pip install pyarrow")
+        note(
+            f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
+        )
     if not as_json:
-        for sentence in many.notes:
-            note(sentence)
+        note_assumptions_of_many(many.notes)
         note_cautions(many.cautions)
     present(as_json, many.as_json, many.lines, table=("Table", many.batch.table))

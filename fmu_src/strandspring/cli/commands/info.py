@@ -12,9 +12,9 @@ from ...fmu.system.system_files import is_system_fmu
 from ...model.modelfile import load_model, save_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.descriptions import refuse_given
-from ..shared.options import json_option, loop_amplitudes, read_records, record_files, record_options
+from ..shared.options import loop_amplitudes, output_options, read_records, record_files, record_options
 from ..shared.output import present, working
-from ..shared.paths import refuse_overwriting
+from ..shared.paths import FileNamed, refuse_overwriting
 from ..shared.zero import zero_option
 
 
@@ -23,9 +23,11 @@ from ..shared.zero import zero_option
 @click.argument("records", nargs=-1, metavar="[RECORD...]")
 @loop_amplitudes("offset", "those of the records, or quarters of the identified range")
 @zero_option
-@click.option("--save", metavar="MODEL.json", help="Write the model file to this file, as out of an FMU.")
+@click.option(
+    "--save", type=FileNamed(".json"), metavar="MODEL.json", help="Write the model file to this file, as out of an FMU."
+)
 @record_options
-@json_option
+@output_options
 def info(
     model: str,
     records: tuple[str, ...],
@@ -67,4 +69,10 @@ def info(
     with working("Measuring loops"):
         information = information_of(model, group, amplitudes=amplitudes, zero=zero)
     note_cautions(information.cautions)
-    present(as_json, lambda: {"model": model, **information.as_json()}, information.lines, saved=("Model file", save))
+    present(
+        as_json,
+        lambda: {"model": model, **information.as_json()},
+        information.brief,
+        information.lines,
+        saved=("Model file", save),
+    )

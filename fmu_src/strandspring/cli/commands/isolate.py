@@ -14,9 +14,9 @@ from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.bodies.six_response import DIRECTIONS
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import json_option, together
+from ..shared.options import output_options, together
 from ..shared.output import present, reporting, save
-from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
+from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
 from ..shared.zero import zero_option
 
 # What the description says, or what is about one spring.
@@ -69,7 +69,9 @@ _system_options = together(
 )
 @_system_options
 @curve_options(points=200)
-@click.option("-o", "--output", metavar="OUT.csv", help="Write all points of the curves to this file.")
+@click.option(
+    "-o", "--output", type=FileNamed(".csv"), metavar="OUT.csv", help="Write all points of the curves to this file."
+)
 @click.option("--plot", type=PLOT_FILE, metavar="FILE.png", help="Plot the curves of all models (.png, .svg or .pdf).")
 @click.option(
     "--verify",
@@ -77,7 +79,7 @@ _system_options = together(
     help="Build the FMU, co-simulate it at three frequencies of each level from the computed motion, and compare after "
     "20 periods.",
 )
-@json_option
+@output_options
 @click.pass_context
 def isolate(
     context: click.Context,
@@ -132,7 +134,7 @@ def isolate(
             system = isolate_system(models[0], **of_system, **levels, **curve, progress=progress)
         save(system, output, plot, report)
         files["report"] = ("Report", report)
-        present(as_json, lambda: {"system": system.source, **system.as_json()}, system.lines, **files)
+        present(as_json, lambda: {"system": system.source, **system.as_json()}, system.brief, system.lines, **files)
         return
     with reporting() as progress:
         isolation = isolated(models, mass, **levels, **options, progress=progress)
@@ -144,6 +146,7 @@ def isolate(
     present(
         as_json,
         lambda: isolation.as_json(checked),
+        lambda width: [*isolation.brief(width), *verification_lines(checked)],
         lambda width: [*isolation.lines(width), *verification_lines(checked)],
         **files,
     )

@@ -9,17 +9,23 @@ import click
 from ...api.identifying.prediction import predict as predict_records
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import json_option, read_records, record_files, record_options
+from ..shared.options import output_options, read_records, record_files, record_options
 from ..shared.output import note, present, working
-from ..shared.paths import refuse_overwriting
+from ..shared.paths import FileNamed, refuse_overwriting
 
 
 @click.command()
 @click.argument("model", metavar="MODEL.json")
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
-@click.option("-o", "--output", metavar="OUT.csv", help="Write displacement, measured and predicted force here.")
+@click.option(
+    "-o",
+    "--output",
+    type=FileNamed(".csv"),
+    metavar="OUT.csv",
+    help="Write displacement, measured and predicted force here.",
+)
 @record_options
-@json_option
+@output_options
 def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, **columns: Any) -> None:
     """Predict the force of records with a model and report the errors.
 
@@ -47,4 +53,10 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
                 "spring again with the refined method to have them."
             )
         prediction.save_csv(output)
-    present(as_json, lambda: {"model": model, **prediction.as_json()}, prediction.lines, output=("Prediction", output))
+    present(
+        as_json,
+        lambda: {"model": model, **prediction.as_json()},
+        prediction.brief,
+        prediction.lines,
+        output=("Prediction", output),
+    )

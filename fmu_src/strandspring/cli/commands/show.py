@@ -14,17 +14,24 @@ from ...ground.files import user_cache
 from ...loops.cycles import Cycle
 from ...loops.overview import RecordOverview, overview
 from ...records.record import Record
-from ..shared.cautions import note_assumptions
-from ..shared.options import json_option, read_records, record_files, record_options
+from ...report.record_page import record_warnings
+from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.options import output_options, read_records, record_files, record_options
 from ..shared.output import present, working
-from ..shared.paths import refuse_overwriting
+from ..shared.paths import FileNamed, refuse_overwriting
 
 
 @click.command()
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...")
-@click.option("-o", "--output", metavar="FILE.html", help="Write the page to this file, and open nothing.")
+@click.option(
+    "-o",
+    "--output",
+    type=FileNamed(".html"),
+    metavar="FILE.html",
+    help="Write the page to this file, and open nothing.",
+)
 @record_options
-@json_option
+@output_options
 def show(records: tuple[str, ...], output: str | None, as_json: bool, **options: Any) -> None:
     """Show loops, strokes and cycles of records before they are identified.
 
@@ -44,6 +51,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
     with working("Drawing the page"):
         write_page(group, page)
     seen = [(record, overview(record)) for record in group]
+    note_cautions(warning for record in group for warning in record_warnings(record))
     present(
         as_json,
         lambda: {"records": [_record(*both) for both in seen]},

@@ -13,9 +13,9 @@ from ...report.rendering.page import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ...vibration.description.system_tables import MOST_DRAWS
 from ...vibration.verdicts.draws import LEAST_DRAWS
-from ..shared.options import json_option, positive
+from ..shared.options import output_options, positive
 from ..shared.output import present, reporting, result, save
-from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
+from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
 
 
 @click.command()
@@ -58,11 +58,10 @@ from ..shared.paths import PLOT_FILE, FileOfFormat, refuse_overwriting
     help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file may have "
     "tens of megabytes.",
 )
-@click.option("-o", "--output", metavar="OUT.csv", help="Write all figures of all cases to this file.")
 @click.option(
-    "--details", is_flag=True, help="Print static poses, modes, errors, root mean squares and energy balances, too."
+    "-o", "--output", type=FileNamed(".csv"), metavar="OUT.csv", help="Write all figures of all cases to this file."
 )
-@json_option
+@output_options
 def simulate(
     system: str,
     cases: tuple[str, ...],
@@ -71,7 +70,6 @@ def simulate(
     plot: str | None,
     histories: str | None,
     output: str | None,
-    details: bool,
     as_json: bool,
     **options: Any,
 ) -> None:
@@ -111,7 +109,8 @@ def simulate(
     present(
         as_json,
         lambda: {"file": system, **simulation.as_json(), "histories": [str(path) for path in courses]},
-        lambda width: simulation.lines(width, details),
+        simulation.brief,
+        simulation.lines,
         output=("Figures", output),
         report=("Report", report),
         plot=("Plot", plot),

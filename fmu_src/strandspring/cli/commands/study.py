@@ -16,7 +16,7 @@ from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import FiniteRange, cluster_option, json_option, together, worker_options
+from ..shared.options import FiniteRange, cluster_option, output_options, together, worker_options
 from ..shared.output import note, present, reporting_kept, save
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 from ..shared.zero import zero_option
@@ -101,7 +101,7 @@ _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
     metavar="RESULTS.csv",
     help="Write one line for each run to this file.",
 )
-@json_option
+@output_options
 @click.pass_context
 def study(
     context: click.Context,
@@ -163,7 +163,7 @@ def study(
             study_result = _of_model(model, options, **given, **where)
     save(study_result, None, plot)
     kind = "system" if is_system(model) else "model"
-    present(as_json, lambda: {kind: model, **study_result.as_json()}, study_result.lines, **written)
+    present(as_json, lambda: {kind: model, **study_result.as_json()}, study_result.brief, study_result.lines, **written)
 
 
 def _of_model(model: str, options: dict[str, Any], **others: Any) -> StudyResult:

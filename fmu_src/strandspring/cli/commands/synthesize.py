@@ -17,13 +17,14 @@ from ...records.record import Record
 from ..shared.cautions import note_cautions
 from ..shared.options import Command, FiniteRange, positive, together, values_as_usage
 from ..shared.output import note, result
-from ..shared.paths import refuse_overwriting
+from ..shared.paths import FileNamed, refuse_overwriting
 
 
 def _sampling(cycles: int, noise: float) -> Callable[[Command], Command]:
     """Options of all records, with their defaults."""
     return together(
-        click.option("-o", "--output", required=True, metavar="RECORD.csv", help="Record to write."),
+        click.option("-o", "--output", type=FileNamed(".csv"), required=True, metavar="RECORD.csv",
+                     help="Record to write."),
         click.option("--cycles", type=click.IntRange(1, 100_000), default=cycles, show_default=True,
                      help="For each amplitude."),
         click.option("--samples", type=click.IntRange(8, 1_000_000), default=1000, show_default=True,
@@ -120,7 +121,7 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...], **options: An
     help="n of eq. (29), which the paper does not print.",
 )
 @_sampling(cycles=1, noise=0.03)
-@click.option("--clean", metavar="FILE.csv", help="Also write the record without noise.")
+@click.option("--clean", type=FileNamed(".csv"), metavar="FILE.csv", help="Also write the record without noise.")
 def ni(output: str, clean: str | None, **options: Any) -> None:
     """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
 

@@ -11,7 +11,7 @@ from ...api.common.text import counted
 from ...api.fmus.verifying import verify as verified
 from ...ground.files import readable
 from ..shared.options import json_option
-from ..shared.output import note, present, working
+from ..shared.output import present, refusal, working
 
 
 @click.command()
@@ -43,5 +43,5 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     if problems:
         fmu, first = problems[0]
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
-        note(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
+        refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
         sys.exit(1)

@@ -23,7 +23,7 @@ from ...loops.wanted import Wanted, is_window
 from ...model.names import check_name
 from ...model.names import identifier as identifier
 from ...records.record import Record
-from .output import progress
+from .output import progress, verbose_option
 
 
 class FiniteRange(click.FloatRange):
@@ -92,6 +92,8 @@ def together(*options: Callable[[Command], Command]) -> Callable[[Command], Comm
 
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+# Of commands that print less than all they know.
+output_options = together(verbose_option, json_option)
 
 
 def checked_by(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
@@ -214,7 +216,7 @@ identification_options = together(
                  help="Seed of the bootstrap and the posterior."),
     click.option("--posterior", type=click.IntRange(0, 1_000_000), default=0, metavar="STEPS",
                  help="Refined: also sample the posterior distribution of the parameters by Monte Carlo, some "
-                 "thousand steps; needs pip install strandspring[posterior]."),
+                 'thousand steps; needs pip install "strandspring[posterior]".'),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
                  help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
     click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM",

@@ -14,15 +14,18 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 import click
 
 if TYPE_CHECKING:
     from rich.progress import Progress
 
+WIDTH = 80  # columns, where no terminal says how many it has
 Item = TypeVar("Item")
 # Advice in messages names options as Python has them.
+_VERBOSE = "strandspring.verbose"  # key of click's context
 _OPTION = re.compile(r"`(\w+)=([^`]*)`")
 _UNSAID = ("...", "True")  # values that a flag stands for, or that the user chooses
 _OTHER_NAMES = {"time_window": "time"}
@@ -32,6 +35,19 @@ _OTHERWISE = {
     "`options=TwoStageOptions()`": "--method two-stage",
     "`with_rivals()`": "--rivals",
 }
+
+
+def _keep_verbose(context: click.Context, _option: click.Parameter, is_verbose: bool) -> None:
+    context.meta[_VERBOSE] = is_verbose
+
+
+verbose_option = click.option(
+    "--verbose",
+    is_flag=True,
+    expose_value=False,
+    callback=_keep_verbose,
+    help="Print all figures, how files were read, and cautions with their details.",
+)
 
 
 def _is_watched() -> bool:
@@ -145,7 +161,12 @@ def _flag(option: re.Match[str]) -> str:
 
 
 def note(text: str) -> None:
-    """A message on standard error."""
+    """A message on standard error, besides the result."""
+    click.echo(folded(with_flags(text), width_of(sys.stderr)), err=True)
+
+
+def refusal(text: str) -> None:
+    """Why the command fails: one line on standard error."""
     click.echo(with_flags(text), err=True)
 
 
@@ -158,6 +179,7 @@ def present(
     as_json: bool,
     content: Callable[[], dict[str, Any]],
     lines: Callable[[int | None], Iterable[str]],
+    details: Callable[[int | None], Iterable[str]] | None = None,
     **files: tuple[str, str | Path | None],
 ) -> None:
     """A result on standard output, as one JSON object or in words, with the files that were written.
@@ -167,6 +189,7 @@ def present(
     as_json : bool
     content : callable   Gives the JSON object.
     lines : callable     Gives the words, whose tables are folded to a width, that of a terminal.
+    details : callable   Gives them with --verbose, where that says more.
     **files              By their key in the JSON object the title in words, and the path; None if it was not written.
     """
     if as_json:
@@ -174,13 +197,38 @@ def present(
         result_json({**content(), **paths})
         return
     written = (f"{title}: {path}" for title, path in files.values() if path is not None)
-    for line in (*lines(terminal_width()), *written):
-        result(line)
+    chosen, width = (details or lines) if is_verbose() else lines, width_of(sys.stdout)
+    for line in (*chosen(width), *written):
+        result(folded(with_flags(line), width))
 
 
-def terminal_width() -> int | None:
-    """Columns of the terminal that shows standard output; None if that goes elsewhere."""
-    return shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+def is_verbose() -> bool:
+    """Whether the command that runs was called with --verbose."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(_VERBOSE))
+
+
+def width_of(stream: TextIO) -> int | None:
+    """Columns of the terminal that shows a stream; if it goes elsewhere, 80, and with --verbose any number."""
+    if stream.isatty():
+        return shutil.get_terminal_size().columns
+    return None if is_verbose() else WIDTH
+
+
+def folded(line: str, width: int | None) -> str:
+    """A line of words in several of at most a width, as far as its words allow it.
+
+    Examples
+    --------
+    >>> print(folded("  RNL 0.9962 of a record with a long name", 24))
+      RNL 0.9962 of a record
+        with a long name
+    """
+    if width is None or len(line) <= width:
+        return line
+    indent = " " * (len(line) - len(line.lstrip()) + 2)
+    parts = wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(parts)
 
 
 def save(content: Any, output: str | None, plot: str | None, report: str | None = None) -> None:

@@ -41,6 +41,23 @@ class FileOfFormat(click.types.StringParamType):
         return str(value)
 
 
+class FileNamed(click.types.StringParamType):
+    """A file to write, whose name gets an ending where it has none and is not that of a file that is there.
+
+    Parameters
+    ----------
+    ending : str      With the dot.
+    """
+
+    def __init__(self, ending: str) -> None:
+        self._ending = ending
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:  # noqa: ARG002
+        path = Path(value)
+        is_bare = path.name and not path.suffix and not path.exists()
+        return f"{value}{self._ending}" if is_bare else str(value)
+
+
 PLOT_FILE = FileOfFormat(*SUFFIXES)
 
 

@@ -67,10 +67,16 @@ class CheckReport:
             return " ".join(self.problems)
         if self.not_run:
             return f"valid, but not run. {self.not_run}"
+        within = f"within {self.force_difference:.1e} N" if self.force_difference else "exactly"
         return (
             f"valid; {self.steps} steps of {' and of '.join(self.interfaces)} took {1e3 * self.seconds:.0f} ms "
-            f"and give the force of the model within {self.force_difference:.1e} N"
+            f"and give the force of the model {within}"
         )
+
+    @property
+    def verdict(self) -> str:
+        """The report in few words, if all is well."""
+        return self.summary if self.problems or self.not_run else "valid, agrees with the model"
 
 
 def validated(path: Path) -> CheckReport:

@@ -91,6 +91,8 @@ class _DamagedError(StrandspringError):
 def _contents(path: Path) -> dict[str, bytes]:
     """Every file of the FMU by its name."""
     packed = read_bytes(path, MAXIMUM_FMU_BYTES, "an FMU", _DamagedError)
+    if not packed.startswith(b"PK"):
+        raise _DamagedError("It is not an FMU, which is a zip archive; give the file that `strandspring build` wrote.")
     try:
         return unpacked(packed, MAXIMUM_FMU_BYTES)
     except ValueError as problem:

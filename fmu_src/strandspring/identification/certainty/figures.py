@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ...errors import RecordError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
+from ...loops.left_out import clipped_samples
 from ...loops.strokes import Strokes, find_strokes
 from ...model.stated_figures import NAMES
 from ...records.record import Record
@@ -105,6 +106,9 @@ def record_fit(
             )
         if _SELECTED not in compared:
             compared += _SELECTED
+    if clipped := int(np.count_nonzero(clipped_samples(record.force)[first_sample:])):
+        left_out = f", {clipped} clipped samples left out"
+        compared += "" if left_out in compared else left_out
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
     counted = chosen[1:] & chosen[:-1]
@@ -118,8 +122,10 @@ def record_fit(
 
 
 def chosen_samples(record: Record, first_sample: int) -> NDArray[np.bool_]:
-    """The samples compared: from one on, within the selected displacements, shape (K,)."""
+    """The samples compared, shape (K,): from one on, within the force sensor's range and the selected displacements."""
     chosen = np.arange(len(record)) >= first_sample
+    within = chosen & ~clipped_samples(record.force)
+    chosen = within if within.any() else chosen
     return chosen if record.compared is None else chosen & record.compared
 
 
@@ -138,7 +144,7 @@ def predict_record(solver: PathSolver, record: Record) -> RecordFit:
     if strokes.turning[min(2, strokes.count)] < _START_SAMPLES:
         # Else samples are left out, and what they do to the memory with them.
         strokes = replace(strokes, displacement=record.displacement)
-    omega_start = estimate_omega_start(solver, strokes, record.force, record.compared)
+    omega_start = estimate_omega_start(solver, strokes, record.force, chosen_samples(record, 0))
     return alone(solver, record, 0, omega_start, "all samples, omega_start estimated")
 
 

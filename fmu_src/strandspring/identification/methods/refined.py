@@ -128,7 +128,9 @@ class RefinedOptions(Method):
         if self.posterior and not _LEAST_STEPS <= self.posterior <= 1_000_000:
             raise ValueError(f"`posterior` must be 0 or within [{_LEAST_STEPS}, 1000000] steps, got {self.posterior}.")
         if self.posterior and find_spec("emcee") is None:
-            raise ValueError("`posterior` needs the package emcee; install it: pip install strandspring[posterior]")
+            raise ValueError(
+                '`posterior` needs the package emcee; install it with pip install "strandspring[posterior]".'
+            )
         if not isinstance(self.keep, tuple) or not set(self.keep) <= KEEP.keys():
             raise ValueError(f"`keep` must be a tuple of {', '.join(KEEP)}, got {self.keep!r}.")
         if self.state not in STATES:

@@ -31,6 +31,7 @@ _MOST = 0.2  # misfit left by a drift in that without it, up to which it is one 
 _MUCH = 0.5  # the same of zeros
 _JUDGED = (*LOCKED, *WEAR, Effect.CURVED_DRIFT)  # what other mounts may do as well
 _LITTLE = 1e-3  # motion that is not worth removing, share of the amplitude
+_IN_NOISE = 2.0  # play that is not worth removing, standard deviations of the displacement's noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,13 +105,15 @@ def _doubted(rig: Rig, best: Corrected, noise: float) -> Kept | None:
 
 
 def _negligible(rig: Rig, sizes: Sizes) -> Sizes:
-    """The effects that move points by next to nothing."""
+    """The effects that move points by next to nothing, and play that the displacement's noise hides."""
     amplitude = 0.5 * rig.loops.longest
+    noise = max(part.strokes.noise for part in rig.parts)
     travel = {Effect.PLAY: 1.0, Effect.DELAY: 2.0 * np.pi * amplitude / rig.period}
+    least = {Effect.PLAY: max(_LITTLE * amplitude, _IN_NOISE * noise), Effect.DELAY: _LITTLE * amplitude}
     return {
         effect: sizes[effect]
         for effect, factor in travel.items()
-        if effect in sizes and abs(factor * float(sizes[effect][0])) < _LITTLE * amplitude
+        if effect in sizes and abs(factor * float(sizes[effect][0])) < least[effect]
     }
 
 

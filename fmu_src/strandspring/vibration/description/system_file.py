@@ -206,6 +206,11 @@ def _content(text: str, name: str) -> dict[str, Any]:
     try:
         return parse_toml(text)
     except ValueError as problem:
+        if text.lstrip().startswith("{"):
+            raise MountedSystemError(
+                f"{name}: is not a description of a system (SYSTEM.toml) but JSON; if it is a model, name it as "
+                "`model` of a mount in a description, or give it to `strandspring isolate`."
+            ) from None
         raise MountedSystemError(f"{name}: is not valid TOML ({problem}); correct it.") from None
 
 

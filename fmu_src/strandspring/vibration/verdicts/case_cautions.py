@@ -100,10 +100,9 @@ def _outside(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[Cautio
     yield Caution(
         CautionKind.OUTSIDE,
         float(beyond[worst]),
-        f"{int(outside.sum())} of {outside.size} axes leave the identified range of their springs, "
-        f"{system.axis_names[worst]} by {1e3 * beyond[worst]:.3g} mm beyond {1e3 * use.low[worst]:.4g} to "
-        f"{1e3 * use.high[worst]:.4g} mm; there the model is continued linearly, and all figures of this case are "
-        "extrapolated.",
+        f"{int(outside.sum())} of {outside.size} axes leave the identified range of their springs: all figures of this "
+        f"case are extrapolated. ({system.axis_names[worst]} by {1e3 * beyond[worst]:.3g} mm beyond "
+        f"{1e3 * use.low[worst]:.4g} to {1e3 * use.high[worst]:.4g} mm, where the model is continued linearly)",
     )
 
 
@@ -130,9 +129,9 @@ def _tilted(system: MountedSystem, runs: Sequence[CaseRun], limit: float | None)
         yield Caution(
             CautionKind.TILT,
             float(tilt[body]),
-            f"{system.bodies[body].name} tilts by {math.degrees(tilt[body]):.3g} degrees, more than {than}; the "
-            "rotation itself is exact, but mounts twist at such angles, and their springs act along the axes of "
-            "their supports.",
+            f"{system.bodies[body].name} tilts by {math.degrees(tilt[body]):.3g} degrees, more than {than}: mounts "
+            "twist at such angles, which is left out. (The rotation itself is exact; springs act along the axes of "
+            "their supports)",
         )
 
 
@@ -145,8 +144,8 @@ def _fast(system: MountedSystem, runs: Sequence[CaseRun]) -> Iterator[Caution]:
         yield Caution(
             CautionKind.SPEED,
             float(rates[worst]),
-            f"Springs move by up to {rates[worst]:.3g} m/s ({system.axis_names[worst]}); the model is rate "
-            "independent, and model files do not tell the speed of their records: compare it, above all for rubber.",
+            f"Springs move by up to {rates[worst]:.3g} m/s: compare the speed of their records, above all for rubber. "
+            f"({system.axis_names[worst]}; the model is rate independent, and model files do not tell that speed)",
         )
 
 
@@ -157,7 +156,7 @@ def _diluted(case: LoadCase) -> Iterator[Caution]:
             CautionKind.SETTLING,
             after,
             f"Root mean squares are taken up to {case.duration:.4g} s, though the load ends at {case.load_end:.4g} "
-            "s, so that they are lower than those of the vibration; leave `simulate` out.",
+            "s: they are too low; leave `simulate` out.",
         )
 
 
@@ -191,9 +190,10 @@ def _coupled(system: MountedSystem, nominal: CaseRun, draws: Sequence[DrawnRun])
     yield Caution(
         CautionKind.COUPLED,
         largest,
-        f"In {len(together)} of {len(system.mounts)} mounts several axes slide at once ({name}: omega of the second "
-        f"axis swings by +-{largest:.2g} of saturation). Whether their friction acts together, records do not tell; it "
-        f"does in a third of the draws, which changes {' and '.join(changes)} on average, and ranges hold both.",
+        f"In {len(together)} of {len(system.mounts)} mounts several axes slide at once; the ranges hold friction that "
+        f"acts together, and alone. ({name}: omega of the second axis swings by +-{largest:.2g} of saturation; records "
+        "do not tell which; in a third of the draws it acts together, which changes "
+        f"{' and '.join(changes)} on average)",
     )
 
 
@@ -221,7 +221,7 @@ def _swings_apart(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[C
         CautionKind.CATALOGUE,
         measure,
         f"{len({name for _, name, *_ in apart})} axes of mounts with catalogue values swing by less than half or more "
-        f"than twice the amplitude at which these are stated, {worst} by +-{5e2 * (high - low):.3g} mm instead of "
-        f"+-{1e3 * (axis.stated_amplitude or 0.0):.3g} mm; there a stiffness of {1e-3 * figures.secant_stiffness:.4g} "
-        f"N/mm and a loss factor of {figures.loss_factor:.2g} are assumed.",
+        f"than twice the amplitude of these. ({worst} by +-{5e2 * (high - low):.3g} mm instead of "
+        f"+-{1e3 * (axis.stated_amplitude or 0.0):.3g} mm, where a stiffness of {1e-3 * figures.secant_stiffness:.4g} "
+        f"N/mm and a loss factor of {figures.loss_factor:.2g} are assumed)",
     )

@@ -39,8 +39,8 @@ def _across(system: MountedSystem) -> Iterator[str]:
         )
     if turning:
         yield (
-            "Mounts act on points: their own resistance to rotation (roll, twist) is left out, which no record gives; "
-            "real tilt is smaller where mounts stand close together."
+            "Mounts act on points, without resistance to rotation of their own (roll, twist): real tilt is smaller "
+            "where they stand close together."
         )
 
 
@@ -53,8 +53,8 @@ def _shared(system: MountedSystem) -> Iterator[str]:
                 used.setdefault(name, set()).add(mount.name)
     for name, mounts in sorted(used.items()):
         yield (
-            f"{name or 'One spring'} stands for perpendicular axes of the same mount ({_listed(sorted(mounts))}), "
-            "and a model file does not say along which it was measured; check that the mount is alike along them."
+            f"{name or 'One spring'} stands for perpendicular axes of the same mount: check that the mount is alike "
+            f"along them. ({_listed(sorted(mounts))}; a model file does not say along which axis it was measured)"
         )
 
 
