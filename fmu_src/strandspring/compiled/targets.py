@@ -37,10 +37,8 @@ _UCRT = (
     "-nostdlib",
     "-Wl,--entry=library_start",
     *(f"-lapi-ms-win-crt-{part}-l1-1-0" for part in ("convert", "heap", "math", "private", "stdio", "string")),
-    "-lcompiler_rt",  # probes the stack for large frames
 )
-# Only the system's libraries are linked. The compiler's own, which our sources need on Windows only, would first be
-# compiled for each target, which takes seconds.
+# Only the system's libraries are linked: the compiler's own would first be compiled for each target, which takes long.
 _SYSTEMS = {
     "linux": System(".so", "manylinux_2_17_{}", ("-nostdlib", "-lc", "-lm", "-Wl,--build-id=none")),
     "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c"),

@@ -42,3 +42,27 @@ int __fpclassify(double x)
 {
     return __builtin_fpclassify(FP_NAN, FP_INFINITE, FP_NORMAL, FP_SUBNORMAL, FP_ZERO, x);
 }
+
+/* What compilers call with the size of a frame above one page in rax: touches each page of it, since Windows adds pages
+ * to a stack only one after the other. All registers are kept. */
+void ___chkstk_ms(void);
+__attribute__((naked)) void ___chkstk_ms(void)
+{
+    /* NOLINTNEXTLINE(portability-no-assembler): no C can do it */
+    __asm__("pushq %rcx\n\t"
+            "pushq %rax\n\t"
+            "leaq 24(%rsp), %rcx\n" /* the caller's stack pointer */
+            "1:\n\t"
+            "cmpq $4096, %rax\n\t"
+            "jb 2f\n\t"
+            "subq $4096, %rcx\n\t"
+            "testq %rcx, (%rcx)\n\t"
+            "subq $4096, %rax\n\t"
+            "jmp 1b\n"
+            "2:\n\t"
+            "subq %rax, %rcx\n\t"
+            "testq %rcx, (%rcx)\n\t"
+            "popq %rax\n\t"
+            "popq %rcx\n\t"
+            "retq");
+}
