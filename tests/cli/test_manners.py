@@ -233,7 +233,7 @@ def test_outputs_are_checked_before_work_begins(terminal: Terminal, open_folder:
     for output in (open_folder / "locked/m.json", open_folder / "locked/new/m.json", "file/m.json", "/dev/null", "."):
         with ordinary_user(), pytest.raises(StrandspringError, match="cannot be written"):
             refuse_unwritable(Path(output))
-    for output in ("file/m.json", "/dev/null", "x" * 300):
+    for output in ("file/m.json", "/dev/null", f"{'x' * 300}.json"):
         terminal("identify", "missing.csv", "-o", output, status=1)  # the record would be missed next
         assert f"{output} cannot be written: " in terminal.err
     assert sorted(path.name for path in Path().iterdir()) == ["file", "mount.json"]

@@ -21,7 +21,7 @@ from strandspring.exchange.modelica import record_text
 from strandspring.fmu.description.ssv import parameter_values
 from strandspring.model.coordinates import placed, zero_sentence
 from strandspring.model.modelfile import ModelFile
-from terminal import Terminal
+from terminal import Terminal, unfolded
 
 AWKWARD = "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {{ 7*7 }}"
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
@@ -165,7 +165,7 @@ def test_another_spring_is_added_to_the_library(terminal: Terminal) -> None:
 
 
 def test_c_sources_go_to_a_folder_of_their_own(terminal: Terminal) -> None:
-    said = terminal("export", "mount.json", "--c", "-o", "firmware")
+    said = unfolded(terminal("export", "mount.json", "--c", "-o", "firmware"))
     law = Path("firmware/strandspring_c/mount_law.c")
     assert re.search(rf"\nC sources: {re.escape(str(law))} and what it needs; \d+ kB of constants\n$", said), said
     assert {str(law), str(law.with_name("strandspring.h")), str(law.with_name("mount_example.c"))} <= files()

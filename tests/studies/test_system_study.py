@@ -443,7 +443,7 @@ def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:
         row[f"acceleration of {p} [m/s^2]"] for p in ("circuit board", "connector")
     )
     assert good["least_margin"] == f"{row['least margin']} in drop"
-    text = terminal(*command)
+    text = terminal(*command, "--verbose")
     for said in (
         "Electronics box: 6 runs of 64 draws (seed 0): 2 candidates in 1 load case at each of 3 grid points: ",
         f"{1e3 * row['sway [m]']:.4g}",

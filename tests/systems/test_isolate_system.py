@@ -44,7 +44,7 @@ def of_box() -> SystemIsolation:
 
 
 def test_text(terminal: Terminal) -> None:
-    text = terminal("isolate", BOX, *FEW, "--direction", "y", "--band", "4", "40")
+    text = terminal("isolate", BOX, *FEW, "--direction", "y", "--band", "4", "40", "--verbose")
     for expected in (
         "Electronics box (electronics_box.toml)",
         "standard:",

@@ -57,7 +57,8 @@ class LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args and args[0] not in COMMANDS and (close := get_close_matches(args[0], COMMANDS, 1)):
+        is_unknown = bool(args) and self.get_command(ctx, args[0]) is None
+        if is_unknown and (close := get_close_matches(args[0], COMMANDS, 1)):
             ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
         return super().resolve_command(ctx, args)
 

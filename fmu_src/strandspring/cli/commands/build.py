@@ -211,7 +211,7 @@ def build(
         lambda width: [
             *(() if identification is None else identification.brief(width)),
             *origin_lines,
-            *map(_fmu_line, built),
+            *(_fmu_line(fmu, settings) for fmu in built),
         ],
         lambda width: [
             *(() if identification is None else identification.lines(width)),
@@ -232,11 +232,10 @@ def _facts(built: BuiltFmu, settings: BuildOptions) -> dict[str, object]:
     }
 
 
-def _fmu_line(built: BuiltFmu) -> str:
+def _fmu_line(built: BuiltFmu, settings: BuildOptions) -> str:
     """An FMU in few words."""
-    platforms = ", ".join(binary_sizes(built.path))
-    on = f" for {platforms}" if platforms else ""
-    return f"FMU: {built.path} ({built.path.stat().st_size / 1024:.0f} KiB){on}: {built.check.verdict}"
+    facts = [f"{built.path.stat().st_size / 1024:.0f} KiB", *binary_sizes(built.path), *_settings_apart(settings)]
+    return f"FMU: {built.path} ({', '.join(facts)}): {built.check.verdict}"
 
 
 def _fmu_lines(built: BuiltFmu, settings: BuildOptions) -> list[str]:
@@ -315,6 +314,6 @@ def _build_system(
             "inputs": inputs,
             "fmus": [_facts(built, settings)],
         },
-        lambda _: [*head, _fmu_line(built)],
+        lambda _: [*head, _fmu_line(built, settings)],
         lambda _: [*head, *_fmu_lines(built, settings)],
     )

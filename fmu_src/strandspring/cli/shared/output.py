@@ -12,7 +12,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TextIO, TypeVar
@@ -56,9 +56,10 @@ def _is_watched() -> bool:
 
 
 def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
-    """The items, with a progress bar on a terminal if there are several."""
+    """The items, with a progress bar on a terminal if there are several, else what is being done."""
     if len(items) < 2:
-        yield from items
+        with working(description):
+            yield from items
         return
     with advancing(description, len(items)) as advance:
         for done, item in enumerate(items):
@@ -66,13 +67,19 @@ def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
             yield item
 
 
-def working(description: str) -> AbstractContextManager[Any]:
-    """A spinner on a terminal for one long step."""
+@contextmanager
+def working(description: str) -> Iterator[None]:
+    """A spinner on a terminal for one long step, with the time that it has taken."""
     if not _is_watched():
-        return nullcontext()
+        yield
+        return
+    from rich import progress as rich
     from rich.console import Console
 
-    return Console(stderr=True).status(description)
+    columns = (rich.SpinnerColumn(), rich.TextColumn("{task.description}"), rich.TimeElapsedColumn())
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        bar.add_task(description, total=None)
+        yield
 
 
 @contextmanager

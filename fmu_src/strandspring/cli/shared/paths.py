@@ -54,7 +54,7 @@ class FileNamed(click.types.StringParamType):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:  # noqa: ARG002
         path = Path(value)
-        is_bare = path.name and not path.suffix and not path.exists()
+        is_bare = path.name and not path.suffix and not os.path.exists(value)  # noqa: PTH110 - of a long name, too
         return f"{value}{self._ending}" if is_bare else str(value)
 
 
