@@ -98,7 +98,7 @@ def test_the_path_is_the_displacement_as_recorded_and_its_jitter_is_cautioned() 
     (sentence,) = [caution for caution in prediction.cautions if "along the smoothed one" in caution]
     for error in (fit.rmse, smoothed.rmse):
         assert f"{100.0 * error / deviation:.2g} %" in sentence
-    assert "along the smoothed path: RNL" in prediction.lines()[2]
+    assert "along the smoothed path: RNL" in prediction.text_lines()[2]
     assert not any("smoothed" in text for text in predict(stiff, clean, stiff.response(clean)).cautions)
 
 

@@ -88,7 +88,7 @@ def test_the_headline_is_that_of_the_saved_spring_by_an_independent_integration(
     assert found.rnl == pytest.approx(rnl, abs=1e-4)
     assert content["fit"]["rnl"] == found.rnl
     assert [content["fit"][name] for name in ("energy", "predicted_energy")] == pytest.approx(works, rel=1e-3)
-    assert f"RNL {found.rnl:.4f}, energy {works[1] / works[0]:.2f} of the measured" in found.lines()[0]
+    assert f"RNL {found.rnl:.4f}, energy {works[1] / works[0]:.2f} of the measured" in found.text_lines()[0]
 
 
 def test_the_fmu_driven_by_the_recorded_displacement_gives_the_headline(found: Identification, tmp_path: Path) -> None:
@@ -109,13 +109,13 @@ def test_predicting_its_own_record_gives_about_the_headline(found: Identificatio
 def test_both_figures_are_told_where_they_differ() -> None:
     found = reports.lagging()
     own, fitted = found.figures, found.fitted_figures
-    first, of_record, beside, *_ = found.lines()
+    first, of_record, beside, *_ = found.text_lines()
     assert first.endswith("(the saved spring alone)")
     assert f"RNL {own['rnl']:.4f}, energy {energy_ratio(own):.2f} of the measured" in of_record
     assert beside.strip() == (
         f"with what was removed: RNL {fitted['rnl']:.4f}, energy {energy_ratio(fitted):.2f} of the measured"
     )
-    assert any(line.strip().startswith("fit: misfit ") for line in found.lines())
-    assert not any("what was removed" in line for line in reports.campaign().lines())
+    assert any(line.strip().startswith("fit: misfit ") for line in found.text_lines())
+    assert not any("what was removed" in line for line in reports.campaign().text_lines())
     turned = jittering()
-    assert turned.lines()[2].strip().startswith("along the smoothed path: RNL ")
+    assert turned.text_lines()[2].strip().startswith("along the smoothed path: RNL ")

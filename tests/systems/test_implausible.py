@@ -131,6 +131,6 @@ def test_a_verdict_shows_the_caution() -> None:
     content["case"][0] |= {"peak": "0.02 g"}
     content["body"][0]["mass"] = "45 g"
     file = system_of_content(content, HeldFiles.read(FilesOfFolder(SYSTEMS), named_models(CONTENT), ()))
-    lines = " ".join(" ".join(simulate(file, "shock +z", "standard", workers=1).lines()).split())
+    lines = " ".join(" ".join(simulate(file, "shock +z", "standard", workers=1).text_lines()).split())
     assert "0.045 kg with box weigh" in lines
     assert "The peak is 0.02 g" in lines

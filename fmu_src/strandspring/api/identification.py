@@ -95,7 +95,7 @@ class Identification(IdentifiedModel, PlottedResult):
             *brief_parameter_lines(self.parameters, self.uncertainty),
         ]
 
-    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""
         alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
         lines = [

@@ -26,12 +26,12 @@ class Result(ABC):
     """A result in words and as a table; some have `cautions` and `notes`, which are sentences."""
 
     @abstractmethod
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """The result in words, without cautions and notes; tables of at most a width."""
 
     def brief(self, width: int | None = None) -> list[str]:
         """What everybody has to know of it, as the command line prints it without --verbose."""
-        return self.lines(width)
+        return self.text_lines(width)
 
     @abstractmethod
     def to_frame(self) -> pd.DataFrame:
@@ -41,7 +41,7 @@ class Result(ABC):
         """The result in words, with cautions, notes, and units that were assumed."""
         cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
         notes = (f"Note: {sentence}" for sentence in (*getattr(self, "notes", ()), *self._assumptions()))
-        return "\n".join([*self.lines(), *cautions, *notes])
+        return "\n".join([*self.text_lines(), *cautions, *notes])
 
     def _assumptions(self) -> list[str]:
         """Units of the records, if it has any, that were assumed."""

@@ -183,7 +183,7 @@ class Comparison(PlottedResult):
             *(record.sentence for record in self.records),
         ]
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """All of it in words and tables of at most a width."""
         return [
             *self._head(),

@@ -38,7 +38,7 @@ class SystemInformation(Result):
     isolated: IsolatedSystem
     variables: tuple[Variable, ...]
 
-    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - its table is narrow
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - its table is narrow
         """The FMU, static equilibrium and modes in words."""
         options, system = self.settings.options, self.isolated.system
         about = f": {self.description}" if self.description else ""

@@ -37,7 +37,7 @@ class Verification(Result):
         """Whether nothing speaks against the FMU."""
         return not self.problems
 
-    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """All findings in words."""
         return [self.path, *(f"  {finding.about}: {finding.text}" for finding in self.findings)]
 

@@ -83,7 +83,7 @@ class Information(PlottedResult):
         """The same with fewer figures of each loop."""
         return self._lines([column for column in LOOP_FIGURES if column.key in _BRIEF], width)
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """The model, the table of loops, and the verdicts; the table at most of a width."""
         return self._lines(LOOP_FIGURES, width)
 

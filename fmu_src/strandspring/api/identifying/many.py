@@ -72,7 +72,7 @@ class ManyResult(PlottedResult):
         of_all = f"{count} of {counted(self.batch.files, 'spring')}"
         return f"{of_all} {are} not identified ({', '.join(others)}); {TABLE} says why."
 
-    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The result in words, without cautions and notes."""
         batch = self.batch
         done = batch.files - batch.earlier

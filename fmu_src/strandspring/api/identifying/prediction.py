@@ -126,7 +126,7 @@ class Prediction(PlottedResult):
         """The figures of each record in words, and of all if there are several."""
         return brief_fit_lines(self.fits, self.smoothed, self.figures)
 
-    def lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The figures in words."""
         return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits, self.smoothed)]
 

@@ -125,7 +125,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
         table = table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)
         return [self.headline, *of_all, *table, *self._remarks(shown)]
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
         shown = list(_records(self._summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.short]
@@ -153,7 +153,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
 
     def summary(self) -> str:
         """What was counted, quantiles, refusals and cautions in words."""
-        return "\n".join(self.lines())
+        return "\n".join(self.text_lines())
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""

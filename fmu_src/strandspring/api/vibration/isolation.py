@@ -227,7 +227,7 @@ class Isolation(AnyIsolation):
         """The same with fewer figures of each resonance."""
         return self._lines(width, [column for column in _TABLE if column.key not in _DETAILS])
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
         return self._lines(width, _TABLE)
 

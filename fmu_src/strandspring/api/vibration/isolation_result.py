@@ -56,12 +56,12 @@ class AnyIsolation(PlottedResult):
         """What `save_csv` writes."""
 
     @abstractmethod
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
 
     def summary(self) -> str:
         """Static equilibrium, resonances and cautions in words."""
-        return "\n".join(self.lines())
+        return "\n".join(self.text_lines())
 
     @property
     def every(self) -> Iterator[tuple[Any, Any]]:

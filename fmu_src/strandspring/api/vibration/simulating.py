@@ -155,7 +155,7 @@ class Simulation(PlottedResult):
             *caution_lines(self.candidates, self.answers, brief=True),
         ]
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """The same with static poses, modes, the error of each figure and energy balances."""
         return [
             headline(self.file.name, self.answers),

@@ -161,7 +161,7 @@ class SystemIsolation(AnyIsolation):
         """The same without what the modes are."""
         return self._lines(width, brief=True)
 
-    def lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None) -> list[str]:
         """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
         return self._lines(width, brief=False)
 

@@ -214,7 +214,7 @@ def build(
             *(_fmu_line(fmu, settings) for fmu in built),
         ],
         lambda width: [
-            *(() if identification is None else identification.lines(width)),
+            *(() if identification is None else identification.text_lines(width)),
             *origin_lines,
             *(line for fmu in built for line in _fmu_lines(fmu, settings)),
         ],

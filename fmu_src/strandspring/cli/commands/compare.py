@@ -94,6 +94,6 @@ def compare(
     note_cautions(comparison.cautions)
 
     def with_notes(width: int | None) -> list[str]:
-        return [*comparison.lines(width), *(f"Note: {sentence}" for sentence in comparison.notes)]
+        return [*comparison.text_lines(width), *(f"Note: {sentence}" for sentence in comparison.notes)]
 
     present(as_json, comparison.as_json, comparison.brief, with_notes, plot=("Plot", plot))

@@ -101,7 +101,7 @@ def identify(
         },
         lambda width: [*identification.brief(width), *notes, *ranked(width)],
         lambda width: [
-            *identification.lines(width),
+            *identification.text_lines(width),
             *notes,
             *ranked(width),
             *(verdict.sentence for verdict in verdicts if verdict is not None),

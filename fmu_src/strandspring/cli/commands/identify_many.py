@@ -98,4 +98,4 @@ def _print(many: ManyResult, as_json: bool) -> None:
     if not as_json:
         note_assumptions_of_many(many.notes)
         note_cautions(many.cautions)
-    present(as_json, many.as_json, many.lines, table=("Table", many.batch.table))
+    present(as_json, many.as_json, many.text_lines, table=("Table", many.batch.table))

@@ -58,7 +58,7 @@ def info(
             {"records", "amplitudes", "zero", "save", *columns}, "a model", f"{model} is the FMU of a whole system"
         )
         system = info_system(model)
-        present(as_json, lambda: {"system": model, **system.as_json()}, system.lines)
+        present(as_json, lambda: {"system": model, **system.as_json()}, system.text_lines)
         return
     refuse_overwriting([model, *record_files(records)], {"--save": save}, ".json")
     content = load_model(model)
@@ -73,6 +73,6 @@ def info(
         as_json,
         lambda: {"model": model, **information.as_json()},
         information.brief,
-        information.lines,
+        information.text_lines,
         saved=("Model file", save),
     )

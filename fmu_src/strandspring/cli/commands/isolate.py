@@ -134,7 +134,9 @@ def isolate(
             system = isolate_system(models[0], **of_system, **levels, **curve, progress=progress)
         save(system, output, plot, report)
         files["report"] = ("Report", report)
-        present(as_json, lambda: {"system": system.source, **system.as_json()}, system.brief, system.lines, **files)
+        present(
+            as_json, lambda: {"system": system.source, **system.as_json()}, system.brief, system.text_lines, **files
+        )
         return
     with reporting() as progress:
         isolation = isolated(models, mass, **levels, **options, progress=progress)
@@ -147,6 +149,6 @@ def isolate(
         as_json,
         lambda: isolation.as_json(checked),
         lambda width: [*isolation.brief(width), *verification_lines(checked)],
-        lambda width: [*isolation.lines(width), *verification_lines(checked)],
+        lambda width: [*isolation.text_lines(width), *verification_lines(checked)],
         **files,
     )

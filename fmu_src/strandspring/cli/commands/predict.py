@@ -57,6 +57,6 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
         as_json,
         lambda: {"model": model, **prediction.as_json()},
         prediction.brief,
-        prediction.lines,
+        prediction.text_lines,
         output=("Prediction", output),
     )

@@ -110,7 +110,7 @@ def simulate(
         as_json,
         lambda: {"file": system, **simulation.as_json(), "histories": [str(path) for path in courses]},
         simulation.brief,
-        simulation.lines,
+        simulation.text_lines,
         output=("Figures", output),
         report=("Report", report),
         plot=("Plot", plot),

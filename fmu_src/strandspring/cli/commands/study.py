@@ -163,7 +163,9 @@ def study(
             study_result = _of_model(model, options, **given, **where)
     save(study_result, None, plot)
     kind = "system" if is_system(model) else "model"
-    present(as_json, lambda: {kind: model, **study_result.as_json()}, study_result.brief, study_result.lines, **written)
+    present(
+        as_json, lambda: {kind: model, **study_result.as_json()}, study_result.brief, study_result.text_lines, **written
+    )
 
 
 def _of_model(model: str, options: dict[str, Any], **others: Any) -> StudyResult:

@@ -37,7 +37,7 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     present(
         as_json,
         lambda: {"fmus": list(map(asdict, verifications))},
-        lambda width: [line for verification in verifications for line in verification.lines(width)],
+        lambda width: [line for verification in verifications for line in verification.text_lines(width)],
     )
     problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
     if problems:
