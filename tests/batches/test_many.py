@@ -479,7 +479,7 @@ def test_the_command_says_the_same_as_its_json(few: Path, terminal: Terminal) ->
     assert [problem["file"] for problem in told["problems"]] == ["few/bad.csv"]
     last = "strandspring: 1 of 4 springs is not identified (1 unreadable); springs.csv says why."
     assert terminal.err.splitlines()[-1] == last
-    text = terminal("identify-many", "few", "-o", "models", status=1)
+    text = terminal("identify-many", "few", "-o", "models", "--verbose", status=1)
     assert "; 4 files were finished by an earlier run" in text
     assert "  few/bad.csv: unreadable: the file is empty; give a file" in text
     assert "Table: models/springs.csv" in text

@@ -65,8 +65,8 @@ def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[s
     beyond = amplitudes[~alike]
     given = ", ".join(f"{1e3 * value:.3g}" for value in sorted(known))
     return [
-        f"{record.path}: {source} was identified from loops of {given} mm, and its 95 % prediction interval does not "
-        f"hold for those of {1e3 * beyond.min():.3g} to {1e3 * beyond.max():.3g} mm."
+        f"{record.path}: the 95 % prediction interval of {source} holds for loops of {given} mm, not for those of "
+        f"{1e3 * beyond.min():.3g} to {1e3 * beyond.max():.3g} mm."
     ]
 
 
