@@ -217,3 +217,14 @@ def test_loops_whose_force_does_not_rise_have_no_loss_factor() -> None:
         charts = engineering.over_amplitude(of, figures)  # type: ignore[arg-type]
         assert len(charts) == count
         assert not any("nan" in chart.sentence for chart in charts)
+
+
+def test_clipped_forces_are_drawn_as_left_out() -> None:
+    record = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
+    high = float(np.quantile(record.force, 0.97))
+    found = identify(replace(record, force=record.force.clip(None, high)))
+    evaluation = Evaluation(found)
+    (view,) = evaluation.views
+    assert view.compared.size == view.fit.samples
+    traces = {trace.name: trace for trace in fit_charts.loops(evaluation).traces}
+    assert np.nanmax(traces["measured"].y) < high <= traces["not compared"].y.max()

@@ -214,7 +214,9 @@ def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
     head, advice = (sentence, "") if end < 0 else (sentence[:end], sentence[end + 2 :])
     if outcome in _ADVISING:
         detail, _, further = detail.rpartition(": ")
-        advice = "; ".join(filter(None, (advice, further)))
+        # "Record loops of about 4.7 mm too" says all that "record smaller loops too" does.
+        general = "" if further and outcome is Outcome.SMALL_LOOPS else advice
+        advice = "; ".join(filter(None, (general, further)))
     text = f"{head} ({detail})." if detail else f"{head}."
     return text, f"{advice[:1].upper()}{advice[1:]}." if advice else ""
 

@@ -8,8 +8,9 @@ from itertools import pairwise
 from pathlib import PurePath
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...identification.certainty.figures import RecordFit
+from ...identification.certainty.figures import RecordFit, chosen_samples
 from ...identification.identified_model import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
@@ -60,7 +61,7 @@ class RecordView:
 
     @cached_property
     def residuals(self) -> FloatArray:
-        """Measured minus predicted force at all samples [N]; NaN where a range of displacement leaves them out."""
+        """Measured minus predicted force at all samples [N]; NaN where a sample is left out."""
         return self.only_compared(self.record.force - self.fit.predicted)
 
     @property
@@ -70,17 +71,21 @@ class RecordView:
 
     def of_compared(self, values: FloatArray) -> FloatArray:
         """Values at the samples compared."""
-        mask = self.record.compared
-        return values[self.first :] if mask is None else values[self.first :][mask[self.first :]]
+        return values[self.first :][self._within[self.first :]]
 
     def only_compared(self, values: FloatArray) -> FloatArray:
-        """Values with NaN where a range of displacement leaves samples out."""
-        return values if self.record.compared is None else np.where(self.record.compared, values, np.nan)
+        """Values with NaN where a range of displacement or of the force sensor leaves samples out."""
+        return np.where(self._within, values, np.nan)
+
+    @cached_property
+    def _within(self) -> NDArray[np.bool_]:
+        """Samples that are compared if they are not too early."""
+        return chosen_samples(self.record, 0)
 
     @property
     def not_compared(self) -> slice | None:
         """What to draw faintly, as it is not compared, at least in part; None if all is."""
-        if self.record.compared is not None:
+        if not self._within.all():
             return slice(0, None)
         return slice(0, self.first + 1) if self.first else None
 
