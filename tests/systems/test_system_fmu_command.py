@@ -222,7 +222,7 @@ def test_what_it_holds_is_shown(terminal: Terminal) -> None:
     told = json.loads(terminal("info", fmu, "--json"))
     assert (told["system"], told["candidate"], told["options"]["author"]) == (fmu, "as described", "A")
     (isolated,) = isolate_system("systems/two_stage_platform.toml", directions="x", points=2).candidates
-    assert isolated.rest_lines() == said.splitlines()[-len(isolated.rest_lines()) :]
+    assert isolated.rest_lines() == terminal("info", fmu, "--verbose").splitlines()[-len(isolated.rest_lines()) :]
     frequencies = [mode["frequency"] for mode in told["modes"]]
     assert frequencies == [mode.frequency for mode in isolated.modes]
     assert info_system(fmu).to_frame()["frequency"].tolist() == frequencies

@@ -146,7 +146,7 @@ def with_error(value: float, error: float | None) -> str:
 
     Examples
     --------
-    >>> with_error(1152.71, 107.0), with_error(0.99735, 0.0067), with_error(2.0, None)
+    >>> with_error(1152.71, 107.0), with_error(0.99737, 0.0067), with_error(2.0, None)
     ('1150 +- 110', '0.9974 +- 0.0067', '2')
     """
     if error is None or not error > 0.0:

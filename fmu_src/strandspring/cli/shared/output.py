@@ -27,6 +27,8 @@ Item = TypeVar("Item")
 # Advice in messages names options as Python has them.
 _VERBOSE = "strandspring.verbose"  # key of click's context
 _OPTION = re.compile(r"`(\w+)=([^`]*)`")
+_TITLE_OF_PATH = re.compile(r"[A-Z][\w ]*: (?=\S*[/\\])")
+_UNBROKEN = "\N{NO-BREAK SPACE}"
 _UNSAID = ("...", "True")  # values that a flag stands for, or that the user chooses
 _OTHER_NAMES = {"time_window": "time"}
 # What is no option of the same name in Python.
@@ -223,7 +225,7 @@ def width_of(stream: TextIO) -> int | None:
 
 
 def folded(line: str, width: int | None) -> str:
-    """A line of words in several of at most a width, as far as its words allow it.
+    """A line of words in several of at most a width, as far as its words allow it; a path stays beside its title.
 
     Examples
     --------
@@ -234,8 +236,9 @@ def folded(line: str, width: int | None) -> str:
     if width is None or len(line) <= width:
         return line
     indent = " " * (len(line) - len(line.lstrip()) + 2)
-    parts = wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-    return "\n".join(parts)
+    kept = _TITLE_OF_PATH.sub(lambda title: title[0].replace(" ", _UNBROKEN), line)
+    parts = wrap(kept, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(parts).replace(_UNBROKEN, " ")
 
 
 def save(content: Any, output: str | None, plot: str | None, report: str | None = None) -> None:

@@ -10,7 +10,7 @@ record SpringData "Parameters of a spring; element i of an array is element i-1 
     "Slope of FE at the knots, which makes the spline twice differentiable; belongs to FE_forces";
   parameter Real kA[:]
     "Amplifier FA: coefficients of ascending powers of (displacement - displacement_offset); kA[i] in 1/m^(i-1)";
-  parameter Modelica.Units.SI.Force kappa_omega(min=0.0) "Saturated hysteretic force at displacement_offset";
+  parameter Modelica.Units.SI.Force kappa_omega(min=1e-15, max=1e15) "Saturated hysteretic force at displacement_offset";
   parameter Real rho(final unit="1/m", min=0.0) "Slope of omega over displacement at its zero crossing";
   parameter Real sigma(final unit="1", min=0.5, max=1000.0) "Recovery of omega after a reversal";
   parameter Real n(final unit="1", min=0.01, max=100.0) "Smoothness exponent of the transition to saturation";
