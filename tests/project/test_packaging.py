@@ -101,7 +101,9 @@ def test_identify_in_python_loads_nothing_of_the_command_line_or_of_plots() -> N
 
 def test_a_package_index_gets_no_links_into_the_repository() -> None:
     """The installed package's description is the README without pictures and links that only a checkout has."""
-    description = importlib.metadata.metadata("strandspring").get_payload()
+    installed = importlib.metadata.metadata("strandspring")
+    # The backport of importlib.metadata, which dask may have loaded, makes a header of it.
+    description = installed["Description"] or installed.get_payload()
     assert isinstance(description, str)
     assert description.startswith("# strandspring")
     assert "[Python]" not in description
