@@ -14,7 +14,7 @@ from kernel_tools import compiled
 SEQUENCES = 1000
 FIRST_SEED = 1
 # These are legal in every mode, and have no argument that may be wrong but where the host is hostile.
-NEVER_REFUSED = {"Reset", "GetBoolean", "GetFMUState", "FreeFMUState"}
+NEVER_REFUSED = {"Terminate", "Reset", "GetBoolean", "GetFMUState", "FreeFMUState"}
 # The form with states is for model exchange alone.
 OF_CO_SIMULATION = {"DoStep", "GetOutputDerivatives"}
 NUMBERS = {"GetNumberOfContinuousStates", "GetNumberOfEventIndicators"}

@@ -47,6 +47,12 @@ static void setup_experiment(Trial *trial)
     }
 }
 
+/* The mode after Terminate. */
+static Mode ended(Mode mode)
+{
+    return mode == INSTANTIATED || mode == INITIALIZATION ? mode : TERMINATED;
+}
+
 static void change_mode(Trial *trial, fmi2EnterInitializationModeTYPE *function, Mode mode)
 {
     Twin *twin = &trial->slot->twin;
@@ -224,7 +230,7 @@ void try_call(Slot *slot, Call call)
     case CALL_SetupExperiment: setup_experiment(&trial); break;
     case CALL_EnterInitializationMode: change_mode(&trial, fmi2EnterInitializationMode, INITIALIZATION); break;
     case CALL_ExitInitializationMode: exit_initialization(&trial); break;
-    case CALL_Terminate: change_mode(&trial, fmi2Terminate, TERMINATED); break;
+    case CALL_Terminate: change_mode(&trial, fmi2Terminate, ended(slot->twin.mode)); break;
     case CALL_EnterEventMode: change_mode(&trial, fmi2EnterEventMode, EVENT); break;
     case CALL_CancelStep: change_mode(&trial, fmi2CancelStep, slot->twin.mode); break;
     case CALL_Reset: reset(&trial); break;

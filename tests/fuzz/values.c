@@ -53,10 +53,12 @@ static Answer may_tune(const Twin *twin, const References *of, const double *val
     Twin tuned = *twin;
     if (twin->mode == UNKNOWN)
         return UNSURE;
-    if (twin->mode == CONTINUOUS_TIME && !MODEL_STATES)
-        return NO;
+    int is_closed = twin->mode == CONTINUOUS_TIME && !MODEL_STATES;
     for (size_t i = 0; of->at != NULL && values != NULL && of->sound && i < of->count; i++) {
-        if (described[of->at[i]].causality == 'p' && !described[of->at[i]].tunable)
+        /* Any parameter may be set to what it is. */
+        int is_change =
+            described[of->at[i]].causality == 'p' && memcmp(&twin->value[of->at[i]], &values[i], sizeof values[i]) != 0;
+        if (is_change && (is_closed || !described[of->at[i]].tunable))
             return NO;
         twin_set(&tuned, of->at[i], values[i]);
     }

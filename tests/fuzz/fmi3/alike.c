@@ -410,7 +410,10 @@ void call_both(Pair *pair, Call3 call)
     case CALL3_ExitInitializationMode:
         change_mode(pair, call, fmi3ExitInitializationMode, fmi2ExitInitializationMode, pair->exchange ? EVENT : STEP);
         break;
-    case CALL3_Terminate: change_mode(pair, call, fmi3Terminate, fmi2Terminate, TERMINATED); break;
+    case CALL3_Terminate:
+        change_mode(pair, call, fmi3Terminate, fmi2Terminate,
+                    pair->mode == INSTANTIATED || pair->mode == INITIALIZATION ? pair->mode : TERMINATED);
+        break;
     case CALL3_Reset: reset(pair); break;
     case CALL3_SetDebugLogging: set_debug_logging(pair); break;
     case CALL3_GetFloat64: get_float64(pair); break;

@@ -24,7 +24,7 @@ static unsigned elements_of(fmi3ValueReference reference, unsigned *count)
 {
     static const unsigned arrays[] = {MODEL_ELASTIC, MODEL_KNOTS, MODEL_KNOTS, MODEL_AMPLIFIER};
     unsigned first = 0, place = 0;
-    for (; place < 6; place++, first++)
+    for (; place + 1 < FIRST_ARRAY3; place++, first++)
         if (place == reference)
             return *count = 1, first;
     for (int i = 0; i < 4; i++) {

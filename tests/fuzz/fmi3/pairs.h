@@ -22,7 +22,7 @@
 #define FMI3_CALLS(CALL) \
     CALL(EnterInitializationMode, "x---- x---") \
     CALL(ExitInitializationMode, "-x--- -x--") \
-    CALL(Terminate, "--xx- --x-") \
+    CALL(Terminate, "ooxxo ooxo") \
     CALL(Reset, "xxxxx xxxx") \
     CALL(SetDebugLogging, "xxxxx xxxx") \
     CALL(GetFloat64, "xxxxx xxxx") \
@@ -90,7 +90,7 @@ enum {
     STIFFNESS3,
     ENERGY3,
     EXTRAPOLATING3 = EXTRAPOLATING + 1,
-    FIRST_ARRAY3 = 7,
+    FIRST_ARRAY3 = 14, /* after parameters that are no coefficients */
 };
 
 #ifndef MODEL_LARGEST_STEP

@@ -263,8 +263,9 @@ static void change_mode(System *of, Call call, Answer may)
                                                               : fmi2Reset(of->component);
     Mode after = call == CALL_EnterInitializationMode  ? INITIALIZATION
                  : call == CALL_ExitInitializationMode ? STEP
-                 : call == CALL_Terminate              ? TERMINATED
-                                                       : INSTANTIATED;
+                 : call != CALL_Terminate              ? INSTANTIATED
+                 : of->twin.mode == STEP               ? TERMINATED
+                                                       : of->twin.mode;
     if (call == CALL_ExitInitializationMode)
         may = both(may, UNSURE);
     if (!judge(of, call, may, status, 0))
