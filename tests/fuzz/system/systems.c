@@ -132,7 +132,7 @@ static Answer may_set(const System *of, fmi2ValueReference reference, double val
     if (described[reference].causality != 'p')
         return NO;
     if (of->twin.mode != UNKNOWN && of->twin.mode != INSTANTIATED && of->twin.mode != INITIALIZATION)
-        return NO;
+        return of->twin.value[reference] == value ? YES : NO;
     const char *name = described[reference].name;
     double low = strcmp(name, "step") == 0 ? 1e-12 : strcmp(name, "omega_start") == 0 ? -1.0 : -1e4;
     double high = strcmp(name, "step") == 0 ? MODEL_LARGEST_STEP : -low;
