@@ -346,7 +346,7 @@ def test_command_line_builds_for_the_host_and_tells_sizes(model: str, capsys: py
     assert fmu["backend"] == "native"
     assert sorted(fmu["binaries"]) == sorted(platform.name for platform in default_platforms())
     size = fmu["binaries"][host_folder()]
-    main(["build", model, "--backend", "native", "--platform", "host"])
+    main(["build", model, "--backend", "native", "--platform", "host", "--verbose"])
     out = capsys.readouterr().out
     assert f"Binaries: {host_folder()} {size / 1024:.0f} KiB\n" in out
     assert "valid; 401 steps of co-simulation and of model exchange" in out
@@ -357,7 +357,7 @@ def test_an_fmu_for_other_computers_only_is_validated_but_not_run(
     model: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = "win64" if host_folder() != "win64" else "linux64"
-    main(["build", model, "--backend", "native", "--platform", other])
+    main(["build", model, "--backend", "native", "--platform", other, "--verbose"])
     out = capsys.readouterr().out
     assert f"Binaries: {other} " in out
     assert "no binary for this computer" in out

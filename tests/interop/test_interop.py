@@ -55,8 +55,9 @@ def rows_of(tool: Tool, kind: Kind, fmu: Path, folder: Path) -> list[np.ndarray]
         [sys.executable, str(HOSTS), tool.host, str(fmu), kind.interface, str(result)],
         capture_output=True, text=True, timeout=240, cwd=folder, env={**os.environ, "PYTHONPATH": paths}, check=False,
     )  # fmt: skip
-    # Nor while Python ends.
-    assert "[error]" not in (done.stdout + done.stderr).lower()
+    # Nor while Python ends; a container calls its own list of solvers an error.
+    said = (done.stdout + done.stderr).lower().replace("[error] solver configure", "")
+    assert "[error]" not in said
     assert done.returncode == 0, f"exit status {done.returncode}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
     with np.load(result) as values:
         return [values[name] for name in ("time", "force", "absorbed_energy")]
