@@ -253,7 +253,7 @@ def test_documentation_tells_the_model():
         "documented",
         SPRING,
         fit={"outcomes": [{"name": "small_loops", "sentence": sentence}]},
-        uncertainty={"rho": 12.34, "interval_95": {"rho": [90.0, None]}},
+        uncertainty={"rho": 12.34, "sigma": None, "n": 3, "interval_95": {"rho": [90.0, None]}},
         provenance={"records": [{"file": "a.csv", "samples": 2336, "sha256": "e6" * 32}, 7]},
     )
     page = fmu_contents(model)["documentation/index.html"].decode()
@@ -261,7 +261,8 @@ def test_documentation_tells_the_model():
         assert f"<td>{variable.name}</td>" in page
     # What to be careful with comes before all else.
     assert page.index(sentence) < page.index("<h2>")
-    for told in ("90 to open", ">12<", "a.csv", ">2336<", "e6" * 32):
+    # What the records do not decide is not left out.
+    for told in ("90 to open", ">12<", "<th>sigma</th>", ">unknown<", "<th>n</th>", "a.csv", ">2336<", "e6" * 32):
         assert told in page, told
     by_hand = fmu_contents(ModelFile("by_hand", SPRING))["documentation/index.html"].decode()
     for title in ("<b>Caution", "<h2>Uncertainty", "<h2>Records"):

@@ -33,13 +33,16 @@ if TYPE_CHECKING:
 
 
 class _Function:
-    """A function of the package as a method of the same name, whose module is loaded when it is asked for."""
+    """A function as a method of the same name; its module in this folder is loaded when it is asked for."""
+
+    def __init__(self, module: str) -> None:
+        self._module = module
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         self._name = name
 
     def __get__(self, spring: Any, owner: type[Any]) -> Callable[..., Any]:
-        function: Callable[..., Any] = getattr(import_module("strandspring"), self._name)
+        function: Callable[..., Any] = getattr(import_module(f".{self._module}", __package__), self._name)
         return function if spring is None else MethodType(function, spring)
 
 
@@ -162,8 +165,15 @@ class Spring:
         predict, info, synthesize, compare = _predict, _info, _synthesize, _compare
         isolate, study, build_fmu, export, responses = _isolate, _study, _build_fmu, _export, _responses
     else:
-        predict, info, synthesize, compare = (_Function() for _ in range(4))
-        isolate, study, build_fmu, export, responses = (_Function() for _ in range(5))
+        predict = _Function("identifying.prediction")
+        info = _Function("identifying.information")
+        synthesize = _Function("identifying.synthesis")
+        compare = _Function("comparing.comparison")
+        isolate = _Function("vibration.isolation")
+        study = _Function("studies.studying")
+        build_fmu = _Function("fmus.building")
+        export = _Function("fmus.exporting")
+        responses = _Function("responses")
 
 
 def _checked_omega(omega_start: float) -> float:

@@ -77,16 +77,17 @@ def _start(value: StartValue | None) -> str:
 
 
 def _hysteresis(model: ModelFile) -> list[tuple[str, ...]]:
-    """Rows of the hysteretic parameters of which an error is stated: name, value, error, 95 % interval, unit."""
-    intervals = model.uncertainty.get("interval_95")
-    stated = intervals if isinstance(intervals, dict) else {}
+    """Rows of the hysteretic parameters whose uncertainty is stated: name, value, error, 95 % interval, unit."""
+    intervals = model.uncertainty.get("interval_95") or {}
     rows: list[tuple[str, ...]] = []
     for column in HYSTERETIC_PARAMETERS:
-        name, error = column.key, model.uncertainty.get(column.key)
-        ends = ("open" if end is None else f"{end:.4g}" for end in stated.get(name, ()))
-        if isinstance(error, float):
-            value = f"{getattr(model.parameters, name):.6g}"
-            rows.append((name, value, f"{float(f'{error:.2g}'):g}", " to ".join(ends), column.unit))
+        name = column.key
+        if name not in model.uncertainty and name not in intervals:
+            continue
+        error = model.uncertainty.get(name)
+        stated = "unknown" if error is None else f"{float(f'{error:.2g}'):g}"
+        ends = ("open" if end is None else f"{end:.4g}" for end in intervals.get(name, ()))
+        rows.append((name, f"{getattr(model.parameters, name):.6g}", stated, " to ".join(ends), column.unit))
     return rows
 
 
