@@ -41,10 +41,12 @@ def backwards_cautions(records: Iterable[Record]) -> list[str]:
 def clipped_cautions(record: Record) -> list[str]:
     """A sentence where the force stays at the end of its sensor's range; none if it does not."""
     clipped = np.count_nonzero(clipped_samples(record.force))
+    if not clipped:
+        return []
     return [
         f"{record.path}: {clipped} of {len(record)} samples are at the end of the force sensor's range; errors leave "
         "them out, and measured loops are too flat."
-    ] * bool(clipped)
+    ]
 
 
 def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> list[str]:

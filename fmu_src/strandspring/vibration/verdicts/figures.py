@@ -154,7 +154,7 @@ class CaseFigures:
 
 
 def _shares(way: FloatArray, free: FloatArray) -> FloatArray:
-    """way/free; infinite where a spring that rests at the end of its range moved beyond it."""
+    """Ways as shares of the free strokes; infinite where a spring moved that has no free stroke."""
     return np.divide(way, free, out=np.where(way > 0.0, np.inf, 0.0), where=free > 0.0)
 
 
