@@ -14,7 +14,8 @@ from numpy.polynomial.polynomial import polyval
 
 from springs import EXAMPLES, springs
 from strandspring import SpringParameters
-from strandspring.core.parameters import antiderivative, derivative, least_value, polynomial, problems
+from strandspring.core.parameters import problems
+from strandspring.core.polynomials import antiderivative, derivative, least_value, polynomial
 
 LAW = settings(derandomize=True, deadline=None, max_examples=200)
 

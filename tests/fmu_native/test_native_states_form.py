@@ -24,7 +24,7 @@ from monolithic import monolithic
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, doubles, states_library
 from springs import TABLE
 from strandspring import SpringParameters
-from strandspring.core.parameters import polynomial
+from strandspring.core.polynomials import polynomial
 from strandspring.core.variables import start_values
 from strandspring.cosimulation import Attachment, Plant
 from strandspring.fmu.archive import write_archive

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from strandspring import SpringParameters
-from strandspring.core.parameters import derivative, polynomial
+from strandspring.core.polynomials import derivative, polynomial
 from strandspring.cosimulation import Plant
 
 

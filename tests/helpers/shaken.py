@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from strandspring.core.parameters import polynomial
+from strandspring.core.polynomials import polynomial
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 
 _PHASES = 256

@@ -110,7 +110,8 @@ class OracleSpring:
         if start < 1.0:
             run = self._solved(lambda _, u: 1.0 - np.clip(u, 0.0, 1.0) ** n, start, min(way[-1], saturation) - crossing)
             rising = later & (way <= saturation)
-            u[rising] = run.sol(way[rising] - crossing)[0]
+            if rising.any():
+                u[rising] = run.sol(way[rising] - crossing)[0]
         return u
 
     def _solved(self, slope: Any, start: float, end: float, event: Any = None) -> Any:

@@ -17,7 +17,7 @@ from strandspring import (
     identify,
     read_record,
 )
-from strandspring.core.parameters import least_value
+from strandspring.core.polynomials import least_value
 from strandspring.errors import RecordError
 from strandspring.identification.certainty.figures import predict_record, rmse, rnl
 from strandspring.identification.points.direction import backwards

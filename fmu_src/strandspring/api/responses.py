@@ -14,6 +14,7 @@ from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
 from ..ground.arguments import workers_of
+from ..ground.plain_springs import require_plain
 from ..kernel.arrays import FloatArray
 from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields
 from ..kernel.path import as_path
@@ -115,6 +116,7 @@ def responses(
     True
     """
     base = model_of(model).parameters
+    require_plain(base, "`responses`")
     wanted = _chosen("quantities", quantities, QUANTITIES)
     places = {name: gradient_fields(name, size) for name, size in _sizes(base).items()}
     names = list(places) if isinstance(by, str) and by == "all" else _chosen("by", by, places)

@@ -14,7 +14,8 @@ from ..core.parameters import SpringParameters
 from ..ground.arguments import number
 from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
-from ..kernel.path import PathSolver, as_path
+from ..kernel.branches import as_times
+from ..kernel.path import OmegaStart, PathSolver, as_path
 from ..loops.modelled import steady_loop
 from ..model.modelfile import ModelFile, load_model, save_model
 
@@ -91,9 +92,11 @@ class Spring:
     def __repr__(self) -> str:
         p = self.parameters
         shape = f"FE spline of {len(p.FE_knots)} knots" if p.FE_knots else f"FE of degree {len(p.kE) - 1}"
+        second = "" if p.second is None else f", second kappa_omega {p.second.kappa_omega:.4g} N"
+        branches = f", {len(p.branches)} Maxwell branches" if p.branches else ""
         return (
             f"<Spring {self.model.name}: kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, "
-            f"n {p.n:.4g}, {shape}, FA of degree {len(p.kA) - 1}, {1e3 * p.displacement_min:.6g} to "
+            f"n {p.n:.4g}, {shape}, FA of degree {len(p.kA) - 1}{second}{branches}, {1e3 * p.displacement_min:.6g} to "
             f"{1e3 * p.displacement_max:.6g} mm>"
         )
 
@@ -113,13 +116,21 @@ class Spring:
         """Write the model file; the same spring gives the same bytes."""
         save_model(path, self.model)
 
-    def response(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+    def response(
+        self, displacement: ArrayLike, omega_start: OmegaStart = 0.0, time: ArrayLike | None = None
+    ) -> FloatArray:
         """Restoring force along a displacement path, paper eqs. (10)-(11), exact for any sampling.
+
+        With Maxwell branches (`SpringParameters.branches`) it is exact where the displacement moves at constant
+        velocity between samples; they begin without force.
 
         Parameters
         ----------
         displacement : array_like, shape (K,)   [m]; the path starts at the first sample.
-        omega_start : float                     Normalized hysteretic variable at the start, within [-1, 1].
+        omega_start : float or (float, float)   Normalized hysteretic variable at the start, within [-1, 1]: of all
+                                                mechanisms, or of the first and the second.
+        time : array_like or None, shape (K,)   Of the samples [s], none before the one that it follows; a spring with
+                                                branches needs it, and others do not depend on it.
 
         Returns
         -------
@@ -127,21 +138,34 @@ class Spring:
 
         Raises
         ------
-        ValueError                              If a displacement is not finite or omega_start out of bounds.
+        ValueError                              If a displacement or time is not finite, omega_start out of bounds, or
+                                                the times are missing.
         """
-        return self._solver.force(as_path(displacement), _checked_omega(omega_start))
+        return self._solver.force(*_checked(displacement, omega_start, time))
 
-    def omega(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
-        """Normalized hysteretic variable along a path, shape (K,) [-]; arguments as for `response`."""
-        return self._solver.omega(as_path(displacement), _checked_omega(omega_start))
+    def omega(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
+        """Normalized hysteretic variable of the first mechanism, shape (K,) [-]; arguments as for `response`."""
+        path, start, _ = _checked(displacement, omega_start, None)
+        return self._solver.omega(path, start)
 
-    def stiffness(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
-        """Tangent stiffness in the direction of motion, shape (K,) [N/m]; arguments as for `response`."""
-        return self._solver.stiffness(as_path(displacement), _checked_omega(omega_start))
+    def stiffness(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
+        """Tangent stiffness in the direction of motion, shape (K,) [N/m]; arguments as for `response`.
 
-    def absorbed_energy(self, displacement: ArrayLike, omega_start: float = 0.0) -> FloatArray:
+        It is that of fast motion, to which each Maxwell branch adds its stiffness.
+        """
+        path, start, _ = _checked(displacement, omega_start, None)
+        return self._solver.stiffness(path, start)
+
+    def absorbed_energy(
+        self, displacement: ArrayLike, omega_start: OmegaStart = 0.0, time: ArrayLike | None = None
+    ) -> FloatArray:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
-        return self._solver.absorbed_energy(as_path(displacement), _checked_omega(omega_start))
+        return self._solver.absorbed_energy(*_checked(displacement, omega_start, time))
+
+    def stored_energy(self, displacement: ArrayLike, time: ArrayLike | None = None) -> FloatArray:
+        """The part of `absorbed_energy` that the springs of the Maxwell branches hold, shape (K,) [J]."""
+        path, _, times = _checked(displacement, 0.0, time)
+        return self._solver.stored_energy(path, times)
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw steady loops over the identified range, and over three quarters, a half and a quarter of it.
@@ -176,8 +200,17 @@ class Spring:
         responses = _Function("responses")
 
 
-def _checked_omega(omega_start: float) -> float:
-    value = number("omega_start", omega_start)
-    if not -1.0 <= value <= 1.0:
-        raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
-    return value
+def _checked(
+    displacement: ArrayLike, omega_start: OmegaStart, time: ArrayLike | None
+) -> tuple[FloatArray, OmegaStart, FloatArray | None]:
+    """A path with where it starts and its times, as a solver takes them."""
+    path = as_path(displacement)
+    starts = omega_start if isinstance(omega_start, tuple | list) else (omega_start,)
+    values = tuple(number("omega_start", start) for start in starts)
+    if len(values) not in (1, 2):
+        raise ValueError(f"`omega_start` must be one number or two, got {len(values)}.")
+    for value in values:
+        if not -1.0 <= value <= 1.0:
+            raise ValueError(f"`omega_start` must be within [-1, 1], got {value!r}.")
+    times = None if time is None else as_times(time, path.size)
+    return path, (values[0], values[-1]), times

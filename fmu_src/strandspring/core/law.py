@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from functools import cached_property, lru_cache
 
-from .parameters import SpringParameters, derivative
+from .parameters import SpringParameters
 from .pieces import Pieces, falling_pieces, rising_pieces
+from .polynomials import derivative
 from .saturation import Saturation
 from .spline import Elastic
 
@@ -33,6 +34,8 @@ class SpringLaw:
 
     def __init__(self, parameters: SpringParameters) -> None:
         p = parameters
+        if not p.is_plain:
+            raise ValueError("`parameters` must be without a second mechanism and branches here.")
         self.parameters = p
         self.elastic = Elastic(p)
         self.FA = p.kA

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+import re
+from dataclasses import asdict, dataclass, fields, replace
 from itertools import pairwise
 from typing import Any
+
+from .branches import BRANCHES, TIME_CONSTANT_RANGE, MaxwellBranch, Mechanism, as_coefficients
+from .polynomials import least_value
 
 # The limits of what is a spring, for model files, identification, FMUs and both kernels; c/spring_limits.h repeats
 # them. Real springs lie far inside, and no force, energy or derivative of what lies inside overflows.
@@ -40,24 +43,6 @@ LARGEST_START_XI = 1e6
 LARGEST_SUM = 1e100
 
 
-def polynomial(coefficients: Sequence[float], x: float) -> float:
-    """Sum of coefficients[i]*x**i by Horner's rule."""
-    total = 0.0
-    for coefficient in reversed(coefficients):
-        total = total * x + coefficient
-    return total
-
-
-def derivative(coefficients: tuple[float, ...]) -> tuple[float, ...]:
-    """Coefficients of the derivative of a polynomial given by ascending powers."""
-    return tuple(i * c for i, c in enumerate(coefficients))[1:] or (0.0,)
-
-
-def antiderivative(coefficients: tuple[float, ...]) -> tuple[float, ...]:
-    """Coefficients of the antiderivative that is zero at x = 0."""
-    return (0.0, *(c / (i + 1) for i, c in enumerate(coefficients)))
-
-
 @dataclass(frozen=True)
 class SpringParameters:
     """One identified spring, paper eqs. (8)-(11), in SI units.
@@ -79,10 +64,12 @@ class SpringParameters:
     displacement_min, displacement_max : float   Identified range of displacement [m].
     FE_knots, FE_forces : tuple of float   Table of FE: rising displacements [m] from one end of the range to the
                                other, and the forces there [N]; both empty if FE is a polynomial.
+    second : Mechanism or None   A second friction mechanism, see `branches`; a mapping of its fields is one.
+    branches : tuple of MaxwellBranch   At most BRANCHES, whose forces are added; mappings likewise.
 
     Raises
     ------
-    TypeError    If coefficients are text or a set.
+    TypeError    If coefficients are text or a set, or a field of `second` or of a branch is unknown or missing.
     ValueError   If the spring is not physically possible, see `problems`.
     """
 
@@ -97,13 +84,14 @@ class SpringParameters:
     displacement_max: float
     FE_knots: tuple[float, ...] = ()
     FE_forces: tuple[float, ...] = ()
+    second: Mechanism | None = None
+    branches: tuple[MaxwellBranch, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
-            values = getattr(self, name)
-            if isinstance(values, (str, bytes, set, frozenset)):  # taken apart into characters, or without an order
-                raise TypeError(f"`{name}` must be a sequence of numbers, got {values!r}.")
-            object.__setattr__(self, name, tuple(map(float, values)))
+            object.__setattr__(self, name, as_coefficients(name, getattr(self, name)))
+        for name, kind in (("second", Mechanism), ("branches", MaxwellBranch)):
+            object.__setattr__(self, name, _made(kind, getattr(self, name)))
         for problem in problems(self):
             raise ValueError(problem)
 
@@ -120,7 +108,21 @@ class SpringParameters:
     def as_dict(self) -> dict[str, Any]:
         """The parameters by name, without the lists that this spring does not have."""
         values = {name: getattr(self, name) for name in (*ARRAYS, *SCALARS)}
-        return {name: value for name, value in values.items() if value != ()}
+        values |= {"second": self.second and asdict(self.second), "branches": tuple(map(asdict, self.branches))}
+        return {name: value for name, value in values.items() if value not in ((), None)}
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether this is the paper's spring: neither a second mechanism nor branches."""
+        return self.second is None and not self.branches
+
+    @property
+    def mechanisms(self) -> tuple[SpringParameters, ...]:
+        """The paper's spring, and the second mechanism as a spring without FE; their forces add up to all but r."""
+        if self.is_plain:
+            return (self,)
+        first = replace(self, second=None, branches=())
+        return (first,) if self.second is None else (first, _of_second(self, self.second))
 
     @property
     def x_min(self) -> float:
@@ -135,7 +137,16 @@ class SpringParameters:
 
 # The parameters that are lists, in the order of the FMU's variables, and the others.
 ARRAYS = ("kE", "FE_knots", "FE_forces", "kA")
-SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in ARRAYS)
+OF_MECHANISM = tuple(f.name for f in fields(Mechanism))
+_ADDED = ("second", "branches")
+SCALARS = tuple(f.name for f in fields(SpringParameters) if f.name not in (*ARRAYS, *_ADDED))
+
+
+def _made(kind: type[Any], given: Any) -> Any:
+    """What was given as an object of a kind, or None, or several of it, where mappings of fields stand for objects."""
+    if given is None or isinstance(given, kind):
+        return given
+    return kind(**given) if isinstance(given, dict) else tuple(_made(kind, one) for one in given)
 
 
 def problems(p: SpringParameters) -> list[str]:
@@ -175,7 +186,39 @@ def problems(p: SpringParameters) -> list[str]:
                 f"the amplifier FA (coefficients `kA`) must be > 0 over the identified range, "
                 f"got {least:.6g} at displacement {where + p.displacement_offset:.6g} m."
             )
-    return sentences
+    return sentences or [*_second_problems(p), *_branch_problems(p)]
+
+
+def _of_second(p: SpringParameters, second: Mechanism) -> SpringParameters:
+    """A second mechanism as a spring without FE."""
+    placed = ("displacement_offset", "displacement_min", "displacement_max")
+    values = {name: getattr(second, name) for name in OF_MECHANISM} | {name: getattr(p, name) for name in placed}
+    return SpringParameters(kE=(0.0,), **values)
+
+
+def _second_problems(p: SpringParameters) -> list[str]:
+    """What is wrong with the second mechanism, over a range that is one."""
+    if p.second is None:
+        return []
+    try:
+        _of_second(p, p.second)
+    except ValueError as problem:
+        return [re.sub(rf"`({'|'.join(OF_MECHANISM)})\b", r"`second.\1", str(problem))]
+    return []
+
+
+def _branch_problems(p: SpringParameters) -> list[str]:
+    """What is wrong with the branches, over a range that is one."""
+    if len(p.branches) > BRANCHES:
+        return [f"`branches` must have at most {BRANCHES} Maxwell branches, got {len(p.branches)}."]
+    largest = FORCE_RANGE[1] / (p.displacement_max - p.displacement_min)
+    limits = (("stiffness", 0.0, largest, "N/m"), ("time_constant", *TIME_CONSTANT_RANGE, "s"))
+    return [
+        f"`branches[{i}].{name}` must be within [{low:g}, {high:.6g}] {unit}, got {getattr(branch, name)!r}."
+        for i, branch in enumerate(p.branches)
+        for name, low, high, unit in limits
+        if not low <= getattr(branch, name) <= high
+    ]
 
 
 def _count_problems(p: SpringParameters) -> list[str]:
@@ -267,38 +310,3 @@ def _knot_problems(p: SpringParameters) -> list[str]:
         for i, (before, after) in enumerate(pairwise(p.FE_knots), start=1)
         if not after - before >= least
     ]
-
-
-def least_value(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
-    """Least value of a polynomial on [low, high] and where it is taken; NaN if a coefficient is.
-
-    Exact up to rounding: the interval is cut at the real roots of the derivative, found by bisection between
-    the roots of the next derivative, where each derivative is monotone.
-    """
-    candidates = [low, *_roots(derivative(coefficients), low, high), high]
-    return min((polynomial(coefficients, x), x) for x in candidates)
-
-
-def _roots(coefficients: tuple[float, ...], low: float, high: float) -> list[float]:
-    """Real roots inside (low, high) at which the polynomial changes sign."""
-    if len(coefficients) < 2:
-        return []
-    corners = [low, *_roots(derivative(coefficients), low, high), high]
-    roots = []
-    for left, right in pairwise(corners):
-        at_left, at_right = polynomial(coefficients, left), polynomial(coefficients, right)
-        # Not the sign of the product, which may underflow.
-        if at_left == 0.0 or at_right == 0.0 or (at_left > 0.0) == (at_right > 0.0):
-            continue
-        a, b = left, right
-        while True:
-            middle = 0.5 * (a + b)
-            if not a < middle < b:
-                break
-            value = polynomial(coefficients, middle)
-            if value != 0.0 and (value > 0.0) == (at_left > 0.0):
-                a = middle
-            else:
-                b = middle
-        roots.append(a)
-    return roots

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from .law import SpringLaw
-from .parameters import polynomial
+from .polynomials import polynomial
 
 
 def elastic_force(law: SpringLaw, x: float) -> float:

@@ -21,7 +21,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from .parameters import SpringParameters, antiderivative, derivative, polynomial
+from .parameters import SpringParameters
+from .polynomials import antiderivative, derivative, polynomial
 
 
 class Piece(NamedTuple):

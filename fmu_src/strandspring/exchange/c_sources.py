@@ -16,6 +16,7 @@ from textwrap import fill, wrap
 
 from ..core.parameters import SpringParameters
 from ..ground.files import write_text
+from ..ground.plain_springs import require_plain
 from ..kernel.library import library
 from ..kernel.path import packed
 from ..kernel.structures import constants, structures
@@ -59,6 +60,7 @@ def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
     ------
     StrandspringError  If the folder cannot be written, or the kernel is missing and cannot be compiled.
     """
+    require_plain(model.parameters, "The C sources of a spring")
     texts = _kernel()
     kernel = hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:8]
     texts[_LOCAL] = (

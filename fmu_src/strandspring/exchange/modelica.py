@@ -19,6 +19,7 @@ from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
 from ..ground.files import read_text, reason_of, write_text
+from ..ground.plain_springs import require_plain
 from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
 
@@ -84,6 +85,7 @@ def write_library(folder: Path, model: ModelFile, zero: float) -> Path:
     StrandspringError  If the folder holds something else by that name, or another record whose name differs in upper
                        and lower case only, or cannot be written.
     """
+    require_plain(model.parameters, "The Modelica library")
     library, record = folder / LIBRARY, record_path(folder, model.name)
     _check_library(library)
     for other in _records(library):

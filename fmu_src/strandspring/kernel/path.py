@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.parameters import LARGEST_DISPLACEMENT, SCALARS, SpringParameters
+from ..errors import StrandspringError
+from ..ground.plain_springs import require_plain
 from .arrays import FloatArray, address, floats
+from .branches import maxwell_sums
 from .library import library
 from .saturation_table import table
 from .structures import structures
+
+# omega where a path starts: of both mechanisms, or of each.
+OmegaStart: TypeAlias = "float | tuple[float, float]"
 
 _COPIED = ("kE", "kA", "FE_knots", "FE_forces", *SCALARS)
 
@@ -30,8 +38,14 @@ def as_path(displacement: ArrayLike) -> FloatArray:
 
 
 def packed(parameters: SpringParameters) -> bytes:
-    """SpringParameters of spring.h; every host is little-endian, as FMUs are."""
+    """SpringParameters of spring.h; every host is little-endian, as FMUs are.
+
+    Raises
+    ------
+    StrandspringError   If there is a second mechanism or a branch, which that structure does not have.
+    """
     p = parameters
+    require_plain(p, "This computation")
     counts = {"elastic": len(p.kE), "amplifier": len(p.kA), "knots": len(p.FE_knots), "forces": len(p.FE_forces)}
     return bytes(structures()["SpringParameters"](**counts, **{name: getattr(p, name) for name in _COPIED}))
 
@@ -41,14 +55,15 @@ class Law:
 
     Parameters
     ----------
-    parameters : SpringParameters
-    energies : bool              Whether energies will be asked for.
+    parameters : SpringParameters   Without a second mechanism and branches.
+    energies : bool                 Whether energies will be asked for.
     """
 
     def __init__(self, parameters: SpringParameters, energies: bool = False) -> None:
-        self._table = table(parameters.n, parameters.sigma, energies=energies)
         self._memory = np.empty(ctypes.sizeof(structures()["SpringLaw"]) // 8)
-        library().kernel_prepare(self.address, packed(parameters), self._table.address)
+        values = packed(parameters)
+        self._table = table(parameters.n, parameters.sigma, energies=energies)
+        library().kernel_prepare(self.address, values, self._table.address)
 
     @property
     def address(self) -> int:
@@ -59,7 +74,8 @@ class Law:
 class PathSolver:
     """omega, force, stiffness and energy of one spring along displacement paths of shape (K,) [m].
 
-    The first sample is where a path starts, with omega = `omega_start`.
+    The first sample is where a path starts, with omega = `omega_start`, one for both mechanisms or one for each, and no
+    force in the branches. A spring with branches needs the times of the samples, see `branches.as_times`.
 
     Parameters
     ----------
@@ -68,36 +84,80 @@ class PathSolver:
 
     def __init__(self, parameters: SpringParameters) -> None:
         self.parameters = parameters
-        self._law = Law(parameters)
+        self._laws = tuple(map(Law, parameters.mechanisms))
 
-    def omega(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
-        """Normalized hysteretic variable at each sample [-]."""
-        return self._along(path, omega_start, 0)
+    def omega(self, path: FloatArray, omega_start: OmegaStart = 0.0) -> FloatArray:
+        """Normalized hysteretic variable of the first mechanism at each sample [-]."""
+        return self._along(self._laws[:1], path, omega_start, 0)
 
-    def force(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+    def omegas(self, path: FloatArray, omega_start: OmegaStart = 0.0) -> FloatArray:
+        """Normalized hysteretic variable of each mechanism at each sample, shape (1, K) or (2, K) [-]."""
+        starts = _of_each(omega_start, len(self._laws))
+        return np.stack([self._along((law,), path, start, 0) for law, start in zip(self._laws, starts, strict=True)])
+
+    def force(self, path: FloatArray, omega_start: OmegaStart = 0.0, time: FloatArray | None = None) -> FloatArray:
         """Restoring force at each sample [N], paper eq. (10)."""
-        return self._along(path, omega_start, 1)
+        return self._with_branches(self._along(self._laws, path, omega_start, 1), path, time, 0)
 
-    def stiffness(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
-        """Tangent stiffness at each sample in the direction that led to it [N/m]; of loading at the first."""
-        return self._along(path, omega_start, 2)
+    def stiffness(self, path: FloatArray, omega_start: OmegaStart = 0.0) -> FloatArray:
+        """Tangent stiffness at each sample in the direction that led to it [N/m]; of loading at the first.
 
-    def absorbed_energy(self, path: FloatArray, omega_start: float = 0.0) -> FloatArray:
+        It is that of fast motion, which the branches follow as springs.
+        """
+        of_mechanisms = self._along(self._laws, path, omega_start, 2)
+        branches = self.parameters.branches
+        return of_mechanisms + float(sum(branch.stiffness for branch in branches)) if branches else of_mechanisms
+
+    def absorbed_energy(
+        self, path: FloatArray, omega_start: OmegaStart = 0.0, time: FloatArray | None = None
+    ) -> FloatArray:
         """Integral of the force over the displacement from the first sample to each [J]."""
-        return self._along(path, omega_start, 3)
+        laws = [Law(mechanism, energies=True) for mechanism in self.parameters.mechanisms]
+        return self._with_branches(self._along(laws, path, omega_start, 3), path, time, 1)
+
+    def stored_energy(self, path: FloatArray, time: FloatArray | None = None) -> FloatArray:
+        """Energy in the springs of the branches at each sample [J], part of `absorbed_energy`; what else the branches
+        have absorbed is dissipated.
+        """
+        return self._with_branches(np.zeros(len(path)), path, time, 2)
 
     def force_with_partials(self, path: FloatArray, omega: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]."""
+        """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]; of
+        a spring without a second mechanism and branches.
+        """
+        require_plain(self.parameters, "The force at a given omega")
         path, omega = floats(path), floats(omega)
         partials = np.empty((3, path.size))
-        library().spring_force_at(self._law.address, path.size, address(path), address(omega), *map(address, partials))
+        address_of_law = self._laws[0].address
+        library().spring_force_at(address_of_law, path.size, address(path), address(omega), *map(address, partials))
         return partials[0], partials[1], partials[2]
 
-    def _along(self, path: FloatArray, omega_start: float, which: int) -> FloatArray:
-        """One of the four results along a path."""
+    def _along(self, laws: Sequence[Law], path: FloatArray, omega_start: OmegaStart, which: int) -> FloatArray:
+        """One of the four results along a path, summed over mechanisms."""
         path = floats(path)
-        values = np.empty_like(path)
-        results = [address(values) if k == which else None for k in range(4)]
-        law = Law(self.parameters, energies=True) if which == 3 else self._law
-        library().spring_path(law.address, path.size, address(path), omega_start, *results)
-        return values
+        total = np.empty_like(path)
+        for place, (law, start) in enumerate(zip(laws, _of_each(omega_start, len(laws)), strict=True)):
+            values = total if place == 0 else np.empty_like(path)
+            results = [address(values) if k == which else None for k in range(4)]
+            library().spring_path(law.address, path.size, address(path), start, *results)
+            if place > 0:
+                total += values
+        return total
+
+    def _with_branches(self, values: FloatArray, path: FloatArray, time: FloatArray | None, which: int) -> FloatArray:
+        """Values along a path with one of the sums over the branches added."""
+        branches = self.parameters.branches
+        if not branches:
+            return values
+        if time is None:
+            raise StrandspringError(
+                f"The force of a spring with {len(branches)} Maxwell branches (`branches`) depends on the times of the "
+                "displacements, and none are given; give them (`time`)."
+            )
+        total: FloatArray = values + maxwell_sums(branches, path, time)[which]
+        return total
+
+
+def _of_each(omega_start: OmegaStart, mechanisms: int) -> Sequence[float]:
+    """Where the omega of each of some of the mechanisms starts."""
+    return omega_start[:mechanisms] if isinstance(omega_start, tuple) else [omega_start] * mechanisms

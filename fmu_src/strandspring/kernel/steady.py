@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.parameters import SpringParameters
+from ..ground.plain_springs import require_plain
 from .arrays import address
 from .library import library
 from .saturation_table import table
@@ -22,7 +23,12 @@ def steady_omega(parameters: SpringParameters, stroke: float) -> float:
     ----------
     parameters : SpringParameters
     stroke : float                  Distance between the turning points [m], >= 0.
+
+    Raises
+    ------
+    StrandspringError               If there is a second mechanism or a branch.
     """
+    require_plain(parameters, "A steady loop")
     saturation = table(parameters.n, parameters.sigma)
     way, omega, xi = np.full(2, parameters.rho * stroke), np.zeros(1), np.empty(2)
     library().spring_steady(

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic.config import JsonDict
 
+from ..core.branches import BRANCHES, TIME_CONSTANT_RANGE
 from ..core.parameters import (
     FORCE_RANGE,
     KNOTS,
@@ -21,7 +22,7 @@ from ..core.parameters import (
 )
 from ..ground.tables import TAG, StrictTable
 from .joint import LEVEL
-from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION
+from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES
 
 Value = TypeVar("Value")
 
@@ -37,8 +38,8 @@ _Elastic = Annotated[list[float], Field(min_length=1, max_length=MAXIMUM_DEGREE 
 _Knots = Annotated[list[float], Field(min_length=KNOTS[0], max_length=KNOTS[1])]
 
 
-class _Common(StrictTable):
-    """Parameters that every spring has."""
+class _OfMechanism(StrictTable):
+    """Parameters of a friction mechanism kappa_omega*FA*omega."""
 
     kA: _Amplifier = Field(
         description="Amplifier coefficients of ascending powers of displacement - displacement_offset [1/m^i], the "
@@ -52,6 +53,26 @@ class _Common(StrictTable):
     )
     sigma: float = Field(description="Recovery after a reversal [-]", json_schema_extra=_within(*SIGMA_RANGE))
     n: float = Field(description="Smoothness exponent [-]", json_schema_extra=_within(*N_RANGE))
+
+
+class Second(_OfMechanism):
+    """A second friction mechanism, whose force is added; it has an omega of its own."""
+
+
+class Branch(StrictTable):
+    """A Maxwell branch, whose force r is added: dr/dt = stiffness*dx/dt - r/time_constant."""
+
+    stiffness: float = Field(
+        description="What it adds to the stiffness of fast motion [N/m]", json_schema_extra={"minimum": 0.0}
+    )
+    time_constant: float = Field(
+        description="In which its force decays to 1/e at rest [s]", json_schema_extra=_within(*TIME_CONSTANT_RANGE)
+    )
+
+
+class _Common(_OfMechanism):
+    """Parameters that every spring has, and those that one of format_version 3 may have."""
+
     displacement_offset: float = Field(
         description="Displacement about which the polynomials are written [m]", json_schema_extra=_OF_DISPLACEMENT
     )
@@ -60,6 +81,10 @@ class _Common(StrictTable):
     )
     displacement_max: float = Field(
         description="Upper end of the identified range [m]", json_schema_extra=_OF_DISPLACEMENT
+    )
+    second: Second | None = Field(None, description="A second friction mechanism; in files of format_version 3")
+    branches: list[Branch] = Field(
+        [], max_length=BRANCHES, description="Maxwell branches; in files of format_version 3"
     )
 
 
@@ -199,6 +224,12 @@ class Fit(_Open):
     )
 
 
+def _check_version(version: int) -> int:
+    if version not in (VERSION, VERSION_OF_BRANCHES):
+        raise ValueError(f"must be {VERSION} or {VERSION_OF_BRANCHES}, got {version}; correct it, or identify again")
+    return version
+
+
 class FileTable(StrictTable):
     """Content of a model file.
 
@@ -207,7 +238,9 @@ class FileTable(StrictTable):
     """
 
     format: Literal["strandspring-model"]
-    format_version: Annotated[int, Field(ge=VERSION, le=VERSION)]
+    format_version: Annotated[int, AfterValidator(_check_version)] = Field(
+        json_schema_extra={"enum": [VERSION, VERSION_OF_BRANCHES]}
+    )
     name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
     description: str = Field("", max_length=MAX_DESCRIPTION)
     parameters: Annotated[
@@ -217,3 +250,13 @@ class FileTable(StrictTable):
     fit: Fit = Field(default_factory=lambda: Fit.model_validate({}))
     uncertainty: Uncertainty = Field(default_factory=lambda: Uncertainty.model_validate({}))
     provenance: dict[str, Any] = Field({})
+
+    @model_validator(mode="after")
+    def _check_fields(self) -> FileTable:
+        given = {"second", "branches"} & self.parameters.model_fields_set
+        if given and self.format_version < VERSION_OF_BRANCHES:
+            raise ValueError(
+                f'field "parameters.{max(given)}" is for files of format_version {VERSION_OF_BRANCHES}, and this is '
+                f"one of version {self.format_version}; write {VERSION_OF_BRANCHES} there, or remove the field"
+            )
+        return self

@@ -20,7 +20,7 @@ from ..ground.quoting import shown
 from ..ground.strict_json import parse, plain
 from ..ground.unpacking import unpacked_text
 from .joint import JointCovariance
-from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
+from .names import FORMAT, MAX_DESCRIPTION, VERSION, VERSION_OF_BRANCHES, check_name
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -86,7 +86,7 @@ class ModelFile:
         with _refused_in_words("correct it, or identify the spring again"):
             table = FileTable.model_validate(content)
         try:
-            parameters = SpringParameters(**{"kE": (), **table.parameters.model_dump()})
+            parameters = SpringParameters(**{"kE": (), **table.parameters.model_dump(exclude_defaults=True)})
         except ValueError as problem:
             raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
         free = {name: content.get(name, {}) for name in ("fit", "uncertainty", "provenance")}
@@ -96,7 +96,7 @@ class ModelFile:
         """Text of the file; the same model gives the same text."""
         content = {
             "format": FORMAT,
-            "format_version": VERSION,
+            "format_version": VERSION if self.parameters.is_plain else VERSION_OF_BRANCHES,
             "name": self.name,
             "description": self.description,
             "parameters": self.parameters.as_dict(),
@@ -160,10 +160,10 @@ def model_of_text(text: str, path: str) -> ModelFile:
             f'{path}: field "format" must be "{FORMAT}"; give a model file written by `strandspring identify`.'
         )
     version = content.get("format_version")
-    if type(version) is int and version > VERSION:
+    if type(version) is int and version > VERSION_OF_BRANCHES:
         raise ModelError(
             f'{path}: field "format_version" is {str(version)[:20]}: the file was written by a newer strandspring, '
-            f"and this one reads version {VERSION} only; upgrade strandspring."
+            f"and this one reads versions up to {VERSION_OF_BRANCHES}; upgrade strandspring."
         )
     try:
         return ModelFile.from_content(content)

@@ -6,7 +6,9 @@ import re
 
 from ..errors import ModelError
 
-FORMAT, VERSION = "strandspring-model", 1
+FORMAT = "strandspring-model"
+# Of the paper's springs, and of those with a second mechanism or Maxwell branches.
+VERSION, VERSION_OF_BRANCHES = 1, 3
 MAX_DESCRIPTION = 2000
 # An identifier of C and Python that is also a safe file name.
 LONGEST_NAME = 64

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...core.variables import FmiUnit, Variable, start_values, units, variables
+from ...ground.plain_springs import require_plain
 from ...kernel.path import PathSolver
 from .array_variables import StartValue, array_values, known_units, spring_variables
 
@@ -25,6 +26,7 @@ def described_variables(
     spring: SpringParameters, with_states: bool, fmi: int, arrays: bool = False
 ) -> DescribedVariables:
     """Those of the usual form or of the form with states, by a version of FMI, 2 or 3, which knows arrays."""
+    require_plain(spring, "An FMU")
     counts, start = spring.counts, start_values(spring, with_states)
     if fmi == 2:
         known = units(*counts[:2], with_states=with_states)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.parameters import SpringParameters, least_value
+from ...core.parameters import SpringParameters
+from ...core.polynomials import least_value
 from ...kernel.arrays import FloatArray
 from ...kernel.saturation_table import table
 from ...model.outcomes import IdentificationError, Outcome
@@ -116,6 +117,8 @@ def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis, where: s
             displacement_offset=basis.offset,
             displacement_min=basis.low,
             displacement_max=basis.high,
+            second=None,
+            branches=(),
         )
     except ValueError as problem:
         raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
+from ...ground.plain_springs import require_plain
 from ...kernel.arrays import FloatArray
 from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
 
@@ -183,6 +184,7 @@ class MountAxis:
     name: str = ""
 
     def __post_init__(self) -> None:
+        require_plain(self.spring, "An axis of a mount")
         _check_direction(self.direction, "the direction of an axis")
         for name, count in (("parallel", self.parallel), ("series", self.series)):
             if not 1 <= count <= MOST_SPRINGS:

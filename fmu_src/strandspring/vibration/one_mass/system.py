@@ -17,6 +17,7 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
 from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.plain_springs import require_plain
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 
@@ -81,6 +82,7 @@ class IsolatedMass:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
+        require_plain(self.spring, "A mass on springs (`isolate`, `study`)")
         if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
             raise IsolationError(
                 f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."

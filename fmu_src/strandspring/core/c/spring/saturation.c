@@ -152,23 +152,26 @@ double spring_logarithm(double u)
     return exponent * LN_2_HIGH + (exponent * LN_2_LOW + s * spring_polynomial(SERIES, s * s));
 }
 
-/* e^y, y <= 0. */
-static double exponential(double y)
+double spring_exponential_tail(double y)
 {
-    /* (e^y - 1 - y)/y^2 */
     static const double SERIES[SPRING_POWERS] = {
         1.0 / 2.0,     1.0 / 6.0,      1.0 / 24.0,      1.0 / 120.0,      1.0 / 720.0,       1.0 / 5040.0,
         1.0 / 40320.0, 1.0 / 362880.0, 1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 / 6227020800.0};
+    return spring_polynomial(SERIES, y);
+}
+
+double spring_exponential(double y)
+{
     if (y < -708.0)
         return 0.0;
     int exponent = (int)(y / (LN_2_HIGH + LN_2_LOW) - 0.5);
     double rest = (y - exponent * LN_2_HIGH) - exponent * LN_2_LOW, power;
     uint64_t bits = (uint64_t)(exponent + 1023) << 52;
     memcpy(&power, &bits, sizeof power);
-    return power * (1.0 + (rest + rest * rest * spring_polynomial(SERIES, rest)));
+    return power * (1.0 + (rest + rest * rest * spring_exponential_tail(rest)));
 }
 
 double spring_power(double u, double n)
 {
-    return u > 0.0 ? exponential(n * spring_logarithm(u)) : 0.0;
+    return u > 0.0 ? spring_exponential(n * spring_logarithm(u)) : 0.0;
 }

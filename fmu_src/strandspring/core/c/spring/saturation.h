@@ -88,6 +88,10 @@ SPRING_LOCAL SpringSlopes spring_slopes(const SpringTable *table, double xi);
 SPRING_LOCAL double spring_power(double u, double n);
 SPRING_LOCAL double spring_logarithm(double u);
 
+/* e^y, y <= 0, and (e^y - 1 - y)/y^2, |y| <= 0.35, likewise. */
+SPRING_LOCAL double spring_exponential(double y);
+SPRING_LOCAL double spring_exponential_tail(double y);
+
 /* The polynomial of a piece. */
 static inline double spring_polynomial(const double *c, double t)
 {

@@ -1,0 +1,90 @@
+"""Model files of format_version 3, and what does not take such springs yet: refused in one sentence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import strandspring
+from branched_springs import BASE, BRANCHED
+from strandspring import ModelError, Spring, StrandspringError
+from strandspring.model.modelfile import model_of_text, model_schema
+
+
+@pytest.mark.parametrize("name", BRANCHED)
+def test_a_saved_spring_is_loaded_as_it_was(name: str, tmp_path: Path) -> None:
+    spring = Spring(BRANCHED[name], name)
+    spring.save(tmp_path / "model.json")
+    content = json.loads((tmp_path / "model.json").read_text(encoding="utf-8"))
+    assert content["format_version"] == 3
+    jsonschema.Draft202012Validator(model_schema()).validate(content)
+    assert Spring.load(tmp_path / "model.json") == spring
+
+
+def test_springs_without_them_are_files_of_version_1() -> None:
+    content = json.loads(Spring(BASE).model.to_json())
+    assert content["format_version"] == 1
+    assert not {"second", "branches"} & set(content["parameters"])
+    # As written by hand; it is written as version 1 again.
+    newer = model_of_text(json.dumps({**content, "format_version": 3}), "model.json")
+    assert newer.to_json() == Spring(BASE).model.to_json()
+
+
+@pytest.mark.parametrize("field", ["second", "branches"])
+def test_version_1_has_none_of_them(field: str) -> None:
+    content = json.loads(Spring(BRANCHED[field]).model.to_json())
+    with pytest.raises(ModelError, match=f'"parameters.{field}" is for files of format_version 3, and this is one of'):
+        model_of_text(json.dumps({**content, "format_version": 1}), "model.json")
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "sentence"),
+    [
+        (("branches", 0, "time_constant"), -1.0, r"`branches\[0\].time_constant` must be within \[1e-09, 1e\+09\] s"),
+        (("branches", 0, "viscosity"), 1.0, r"parameters.branches\[0\]: 'viscosity' is not a key here"),
+        (("second", "n"), 0.0, r"`second.n` must be within \[0.01, 100\], got 0.0"),
+        (("second", "kE"), [1.0], "parameters.second: 'kE' is not a key here"),
+    ],
+)
+def test_bad_fields_are_named(place: tuple[str | int, ...], value: object, sentence: str) -> None:
+    content = json.loads(Spring(BRANCHED["both"]).model.to_json())
+    table = content["parameters"]
+    for key in place[:-1]:
+        table = table[key]
+    table[place[-1]] = value
+    with pytest.raises(ModelError, match=sentence):
+        model_of_text(json.dumps(content), "model.json")
+
+
+PATH = 0.01 * np.sin(np.linspace(0.0, 9.0, 200)) + 0.05
+DOORS: dict[str, Callable[[Spring, Path], object]] = {
+    "info": lambda spring, _: spring.info(),
+    "plot": lambda spring, _: spring.plot(),
+    "predict": lambda spring, _: spring.predict(strandspring.Record(PATH, 1e4 * PATH, np.linspace(0.0, 9.0, 200))),
+    "compare": lambda spring, _: Spring(BASE).compare(spring),
+    "isolate": lambda spring, _: spring.isolate(mass=2.0),
+    "study": lambda spring, _: spring.study(mass=2.0, base_displacement=1e-4, draws=0),
+    "responses": lambda spring, _: spring.responses(PATH),
+    "build": lambda spring, folder: spring.build_fmu(folder),
+    "build of FMI 3.0": lambda spring, folder: spring.build_fmu(folder, fmi=3),
+    "build with states": lambda spring, folder: spring.build_fmu(folder, states=True),
+    "build by Python": lambda spring, folder: spring.build_fmu(folder, backend="python"),
+    "export of parameters": lambda spring, folder: spring.export(folder, ssv=True),
+    "export of a system": lambda spring, folder: spring.export(folder, ssp_mass=2.0),
+    "export to Modelica": lambda spring, folder: spring.export(folder, modelica=True),
+    "export to C": lambda spring, folder: spring.export(folder, c=True),
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize("name", ["second", "branches"])
+def test_what_cannot_take_it_refuses_it(door: str, name: str, tmp_path: Path) -> None:
+    with pytest.raises(StrandspringError, match=r"`second`|`branches`") as refused:
+        DOORS[door](Spring(BRANCHED[name]), tmp_path)
+    assert str(refused.value).count("; ") >= 1  # says what to do
+    assert list(tmp_path.iterdir()) == []
