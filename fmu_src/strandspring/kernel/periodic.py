@@ -18,20 +18,20 @@ class FourierBasis:
 
     Parameters
     ----------
-    harmonics, samples : int   H >= 1; K > 2H and K >= 8.
+    harmonics, samples : int   H >= 1; K > 2H, a multiple of 4, and K >= 8.
 
     Attributes
     ----------
     order : ndarray, shape (N,)         0, 1 .. H, 1 .. H.
     functions : ndarray, shape (N, K)   1, cosines and sines of orders 1 to H.
-    rows : ndarray, shape (4H + 1, K)   1, cosines and sines of orders 1 to 2H.
-    structure : ctypes.Structure        The same for the kernel; valid while the basis lives.
+    structure : ctypes.Structure        The same for the kernel, orders 1 to 2H; valid while the basis lives.
     """
 
     def __init__(self, harmonics: int, samples: int) -> None:
-        if not (harmonics >= 1 and samples > max(2 * harmonics, 7)):
+        if not (harmonics >= 1 and samples > max(2 * harmonics, 7) and samples % 4 == 0):
             raise ValueError(
-                f"`harmonics` must be >= 1 and `samples` > 2*harmonics and >= 8, got {harmonics!r} and {samples!r}."
+                "`harmonics` must be >= 1 and `samples` a multiple of 4, > 2*harmonics and >= 8, got "
+                f"{harmonics!r} and {samples!r}."
             )
         self.harmonics = harmonics
         self.samples = samples
@@ -40,10 +40,11 @@ class FourierBasis:
         phase = 2.0 * np.pi * np.arange(samples) / samples
         # Every angle is that of a sample.
         angle = phase[np.outer(np.arange(1, 2 * harmonics + 1), np.arange(samples)) % samples]
-        self.rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
-        self.functions = np.vstack([self.rows[: harmonics + 1], self.rows[2 * harmonics + 1 : 3 * harmonics + 1]])
+        rows = np.vstack([np.ones((1, samples)), np.cos(angle), np.sin(angle)])
+        self.functions = np.vstack([rows[: harmonics + 1], rows[2 * harmonics + 1 : 3 * harmonics + 1]])
+        self._quarters = np.ascontiguousarray(rows[:, : samples // 4 + 1])
         self.structure: ctypes.Structure = structures()["FourierBasis"](
-            harmonics=harmonics, samples=samples, rows=address(self.rows)
+            harmonics=harmonics, samples=samples, rows=address(self._quarters)
         )
 
 

@@ -11,10 +11,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, fields, replace
 from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
+from ...campaigns.jobs.threads import in_threads
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
@@ -142,7 +145,7 @@ def with_responses(
     points: int,
     progress: Progress,
 ) -> tuple[Part, ...]:
-    """The parts with their responses, computed one after the other.
+    """The parts with their responses, computed in threads.
 
     Parameters
     ----------
@@ -153,17 +156,23 @@ def with_responses(
     progress : callable
     """
     total = len(parts) * len(motions) * points
+    one_at_a_time, done = Lock(), [0.0] * (len(parts) * len(motions))
 
-    def advance(name: str, before: int, count: float) -> None:
-        progress(name, before + count, total)
+    def respond(number: int, part: Part, name: str, of_part: Callable[[Part, Callable[[float], None]], Any]) -> Any:
+        def advance(count: float) -> None:
+            with one_at_a_time:
+                done[number] = count
+                progress(f"{part.label}, {name}", sum(done), total)
 
-    finished = []
-    for place, part in enumerate(parts):
-        begins = range(place * len(motions) * points, total, points)
-        responses = tuple(
-            respond(part, partial(advance, f"{part.label}, {name}", begin))
-            for begin, (name, respond) in zip(begins, motions, strict=False)
-        )
-        finished.append(replace(part, responses=responses))
+        response = of_part(part, advance)
+        advance(points)
+        return response
+
+    pairs = enumerate((part, *motion) for part in parts for motion in motions)
+    # Its systems of equations are too small to be shared among threads.
+    with threadpool_limits(limits=1):
+        responses = list(in_threads(partial(respond, number, *pair) for number, pair in pairs))
+    count = len(motions)
+    finished = [replace(part, responses=tuple(responses[k * count : (k + 1) * count])) for k, part in enumerate(parts)]
     progress("done", total, total)
     return tuple(finished)

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from threadpoolctl import threadpool_limits
 
 from ...errors import MountedSystemError
 from ...ground.arguments import flag, limits
@@ -318,12 +317,9 @@ def isolate_system(
         shaking: Shaking, level: float, part: IsolatedSystem, advance: Callable[[float], None]
     ) -> SystemResponse:
         try:
-            # Its systems of equations are too small to be shared among threads.
-            with threadpool_limits(limits=1):
-                return system_response(
-                    part.motion, shaking, level, _band(band, points, part),
-                    extrapolate=extrapolate, advance=advance,
-                )  # fmt: skip
+            return system_response(
+                part.motion, shaking, level, _band(band, points, part), extrapolate=extrapolate, advance=advance
+            )
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)(f"{part.label}, {shaking.name}: {refusal}") from None
 

@@ -18,12 +18,18 @@ SPRING_LOCAL double *linear_taken(Workspace *workspace, size_t count);
 /* Largest absolute value; NaN if there is one. */
 SPRING_LOCAL double linear_largest(size_t count, const double *values);
 
+/* Sum of products, in an order that does not depend on the compiler. */
+SPRING_LOCAL double linear_dot(size_t count, const double *a, const double *b);
+
 /* Euclidean norm, and that of a difference. */
 SPRING_LOCAL double linear_norm(size_t count, const double *values);
 SPRING_LOCAL double linear_distance(size_t count, const double *a, const double *b);
 
-/* Solves matrix*x = right side by Gaussian elimination with row interchanges; the solution replaces the right side, the
- * matrix (rows of `count`) is lost. Returns 0 if it is singular. */
-SPRING_LOCAL int linear_solve(size_t count, double *matrix, double *right);
+/* Replaces a matrix (rows of `count`) by its factors L and U, with the row that each row changed places with. Returns 0
+ * if it is singular. */
+SPRING_LOCAL int linear_factor(size_t count, double *matrix, size_t *order);
+
+/* Solves matrix*x = right side by those factors; the solution replaces the right side. */
+SPRING_LOCAL void linear_substitute(size_t count, const double *factors, const size_t *order, double *right);
 
 #endif

@@ -371,10 +371,14 @@ class _MovedPoints:
 
     def course(self, q: FloatArray, rates: FloatArray, accelerations: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Displacement and acceleration relative to the base, shape (P, 3, K), of courses of the coordinates (D, K)."""
-        bent, bent_rates = (np.tensordot(self.bend, values, 1) for values in (q, rates))
-        along = self.along[..., None]
-        displacement = ((along + 0.5 * bent) * q).sum(axis=2)
-        return displacement, ((along + bent) * accelerations + bent_rates * rates).sum(axis=2)
+        second = q[:, None] * accelerations + rates[:, None] * rates
+        return self._moved(q, 0.5 * q[:, None] * q), self._moved(accelerations, second)
+
+    def _moved(self, first: FloatArray, second: FloatArray) -> FloatArray:
+        """The sum of both derivatives times courses of shapes (D, K) and (D, D, K), shape (P, 3, K)."""
+        count = first.shape[1]
+        bent = self.bend.reshape(-1, self.bend.shape[3] ** 2) @ second.reshape(-1, count)
+        return self.along @ first + bent.reshape(-1, 3, count)
 
 
 def _response(
@@ -388,14 +392,14 @@ def _response(
     on_base = np.array([mount.support == BASE for mount in system.axis_mounts])
     directions = np.where(on_base[:, None], [axis.direction for axis in system.axes], 0.0)
     base = -(omega**2) * shaken.shaking.kind.base_amplitude(shaken.level, omega)
-    acceleration, sway, tilt = [], [], []
-    courses = (base, displacements(balance, motions), rates(balance, motions), accelerations(balance, motions))
+    acceleration, sway, moved_by = [], [], displacements(balance, motions)
+    courses = (base, moved_by, rates(balance, motions), accelerations(balance, motions))
     for amplitude, q, *derivatives in zip(*courses, strict=True):
         of_displacement, of_acceleration = moved.course(q, *derivatives)
         of_base = moved.carried[:, :, None] * amplitude * balance.basis.functions[1]
         acceleration.append(np.abs(of_acceleration + of_base).max(axis=2))
         sway.append(np.linalg.norm(of_displacement, axis=1).max(axis=1))
-        tilt.append(np.linalg.norm(shaken.motion.rotations(q), axis=1).max(axis=1))
+    turned = shaken.motion.rotations(moved_by.swapaxes(0, 1))
     return SystemResponse(
         shaking=shaken.shaking,
         level=shaken.level,
@@ -406,7 +410,7 @@ def _response(
         base_force=np.asarray((figures[:, :, 3] - 1j * figures[:, :, 4]) @ directions),
         acceleration=np.array(acceleration),
         sway=np.array(sway),
-        tilt=np.array(tilt),
+        tilt=np.linalg.norm(turned, axis=1).max(axis=2).T,
         low=low,
         high=high,
         stable=np.array([motion.rising for motion in motions]),

@@ -24,7 +24,6 @@ static Balance lay_balance(const BalancedSystem *system, Workspace *workspace)
     Balance balance = {
         .z = linear_taken(workspace, size),
         .residual = linear_taken(workspace, size),
-        .jacobian = linear_taken(workspace, size * size),
         .by_frequency = linear_taken(workspace, size),
         .motion = {linear_taken(workspace, system->axes * BALANCED_OF_AXIS),
                    linear_taken(workspace, system->degrees * system->basis.samples)}};
@@ -44,6 +43,7 @@ static BalanceRoom lay_room(const BalancedSystem *system, Workspace *workspace)
         .guess = linear_taken(workspace, size),
         .last = linear_taken(workspace, size),
         .matrix = linear_taken(workspace, size * size),
+        .order = (size_t *)linear_taken(workspace, size),
         .moved = linear_taken(workspace, system->axes * count),
         .sizes = linear_taken(workspace, system->axes),
         .values = linear_taken(workspace, signals),
@@ -59,6 +59,8 @@ static BalanceRoom lay_room(const BalancedSystem *system, Workspace *workspace)
         .row = linear_taken(workspace, size),
         .is_bent = !is_zero(system->axes * degrees * degrees, system->bend),
         .product = linear_taken(workspace, count * count),
+        .memory = linear_taken(workspace, samples),
+        .signal = linear_taken(workspace, samples),
         .period = {.displacement = linear_taken(workspace, samples),
                    .rate = linear_taken(workspace, samples),
                    .omega = linear_taken(workspace, samples),
@@ -68,7 +70,7 @@ static BalanceRoom lay_room(const BalancedSystem *system, Workspace *workspace)
                    .turns = linear_taken(workspace, samples),
                    .inherited = linear_taken(workspace, samples * count),
                    .spans = (Span *)linear_taken(workspace, spans * (sizeof(Span) / sizeof(double)))},
-        .fourier = linear_taken(workspace, samples + 2 * (3 * system->basis.harmonics + 1)),
+        .fourier = linear_taken(workspace, fourier_workspace(&system->basis)),
         .periodic = linear_taken(workspace, spring_periodic_workspace(system->basis.harmonics, samples))};
 }
 
@@ -134,16 +136,17 @@ static void take_gradient(const BalancedSystem *system, size_t axis, BalanceRoom
     }
 }
 
-/* Fills the coordinates over the period and the displacements of the axes; returns the size of the largest motion. */
-static double move_axes(const BalancedSystem *system, const double *z, BalanceRoom *room)
+/* Fills the coordinates over the period and, if asked for, products with them, and the displacements of the axes;
+ * returns the size of the largest motion. */
+static double move_axes(const BalancedSystem *system, const double *z, int with_products, BalanceRoom *room)
 {
     const FourierBasis *basis = &system->basis;
     size_t count = fourier_size(basis), samples = basis->samples;
     double largest = 0.0, *displacement = room->period.displacement;
     for (size_t d = 0; d < system->degrees; d++) {
         double *values = room->values + d * samples;
-        fourier_samples(basis, z + d * count, values, room->rates + d * samples);
-        if (room->is_bent)
+        fourier_samples(basis, z + d * count, values, room->rates + d * samples, room->fourier);
+        if (room->is_bent && with_products)
             fourier_product(basis, values, room->products + d * count * count, room->fourier);
     }
     for (size_t m = 0; m < system->axes; m++) {
@@ -157,7 +160,7 @@ static double move_axes(const BalancedSystem *system, const double *z, BalanceRo
             for (size_t j = 0; j < samples; j++)
                 displacement[j] += 0.5 * room->turning[d * samples + j] * room->values[d * samples + j];
         }
-        fourier_coefficients(basis, displacement, moved);
+        fourier_coefficients(basis, displacement, moved, room->fourier);
         for (size_t d = 0; d < system->degrees; d++)
             add_signal(count, along[d], z + d * count, moved);
         room->sizes[m] = linear_norm(count - 1, moved + 1);
@@ -167,12 +170,13 @@ static double move_axes(const BalancedSystem *system, const double *z, BalanceRo
 }
 
 /* One spring that stands still: its tangent stiffness midway in its hysteresis, about its mean that of its force. */
-static void stand_still(const BalancedAxis *axis, const FourierBasis *basis, const double *c, SpringPeriod *period)
+static void stand_still(const BalancedAxis *axis, const FourierBasis *basis, const double *c, BalanceRoom *room)
 {
+    SpringPeriod *period = &room->period;
     double force, by_displacement, by_omega;
     spring_force_at(axis->law, 1, c, &(double){0.0}, &force, &by_displacement, &by_omega);
     double stiffness = by_displacement + axis->law->parameters.rho * by_omega;
-    fourier_samples(basis, c, period->displacement, period->rate);
+    fourier_samples(basis, c, period->displacement, period->rate, room->fourier);
     for (size_t j = 0; j < basis->samples; j++) {
         period->omega[j] = 0.0;
         period->force[j] = force + stiffness * (period->displacement[j] - c[0]);
@@ -199,7 +203,7 @@ static size_t axis_force(BalancedAxis *axis, const FourierBasis *basis, double *
     if (!is_still)
         strokes = spring_periodic(axis->law, basis, c, &axis->start, room->periodic, period);
     if (strokes == 0) {
-        stand_still(axis, basis, c, period);
+        stand_still(axis, basis, c, room);
         strokes = 1;
     }
     figures[0] = figures[1] = period->turns[0];
@@ -218,8 +222,8 @@ static size_t axis_force(BalancedAxis *axis, const FourierBasis *basis, double *
     return strokes;
 }
 
-/* Adds the damper of an axis to its force, and to the derivatives of the forces on the coordinates. */
-static void add_damper(const BalancedSystem *system, size_t m, double frequency, BalanceRoom *room)
+/* Adds the damper of an axis to its force and, if asked for, to the derivatives of the forces on the coordinates. */
+static void add_damper(const BalancedSystem *system, size_t m, double frequency, int with_jacobian, BalanceRoom *room)
 {
     const BalancedAxis *axis = system->axis + m;
     size_t samples = system->basis.samples, degrees = system->degrees;
@@ -233,7 +237,7 @@ static void add_damper(const BalancedSystem *system, size_t m, double frequency,
         bend(system, bend_of(system, m, d), samples, room->rates, room->turning + d * samples);
         add_product(samples, room->gradient + d * samples, rate, room->damped + d * samples);
     }
-    for (size_t d = 0; d < degrees; d++)
+    for (size_t d = 0; with_jacobian && d < degrees; d++)
         for (size_t e = 0; e < degrees && !is_apart(system, m, d); e++) {
             if (is_apart(system, m, e))
                 continue;
@@ -248,8 +252,8 @@ static void add_damper(const BalancedSystem *system, size_t m, double frequency,
         }
 }
 
-/* Adds the force of an axis to that on the coordinates, and its derivatives but those of the strokes. */
-static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, Balance *balance)
+/* Adds the force of an axis to that on the coordinates, and its derivatives, if asked for, but those of the strokes. */
+static void add_axis(const BalancedSystem *system, size_t m, int with_jacobian, BalanceRoom *room, Balance *balance)
 {
     size_t samples = system->basis.samples, degrees = system->degrees;
     const SpringPeriod *period = &room->period;
@@ -259,12 +263,12 @@ static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, 
         const double *here = room->gradient + d * samples, *bent = bend_of(system, m, d);
         add_product(samples, here, period->force, balance->motion.force + d * samples);
         for (size_t j = 0; j < samples; j++)
-            room->fourier[j] = here[j] * period->stiffness[j];
-        for (size_t e = 0; e < degrees; e++) {
+            room->signal[j] = here[j] * period->stiffness[j];
+        for (size_t e = 0; with_jacobian && e < degrees; e++) {
             if (is_apart(system, m, e))
                 continue;
             double *stiffness = room->stiffness + (d * degrees + e) * samples;
-            add_product(samples, room->fourier, room->gradient + e * samples, stiffness);
+            add_product(samples, room->signal, room->gradient + e * samples, stiffness);
             if (bent[e] != 0.0)
                 add_signal(samples, bent[e], period->force, stiffness);
             room->is_coupled[d * degrees + e] = 1.0;
@@ -276,18 +280,16 @@ static void add_axis(const BalancedSystem *system, size_t m, BalanceRoom *room, 
 static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, BalanceRoom *room)
 {
     const FourierBasis *basis = &system->basis;
-    size_t count = fourier_size(basis), degrees = system->degrees;
+    size_t count = fourier_size(basis), degrees = system->degrees, samples = basis->samples;
     double *column = room->column, *row = room->row;
     memset(column, 0, degrees * count * sizeof *column);
     memset(row, 0, degrees * count * sizeof *row);
     const double *inherited = room->period.inherited + stroke * count;
-    double *projected = room->fourier, *turned = projected + count, *turned_row = turned + count;
-    memset(projected, 0, count * sizeof *projected);
-    for (size_t i = 2 * stroke; i < 2 * stroke + 2; i++)
-        fourier_add_sums(basis, room->period.memory, room->period.spans[i], basis->harmonics, projected,
-                         projected + basis->harmonics);
-    for (size_t i = 0; i < count; i++)
-        projected[i] *= (i ? 2.0 : 1.0) / (double)basis->samples;
+    double *projected = room->signal, *turned = room->fourier, *turned_row = turned + count;
+    memset(room->memory, 0, samples * sizeof *room->memory);
+    for (const Span *span = room->period.spans + 2 * stroke; span < room->period.spans + 2 * stroke + 2; span++)
+        memcpy(room->memory + span->from, room->period.memory + span->from, (span->to - span->from) * sizeof(double));
+    fourier_coefficients(basis, room->memory, projected, room->fourier);
     for (size_t d = 0; d < degrees; d++) {
         double along = system->along[m * degrees + d];
         add_signal(count, along, projected, column + d * count);
@@ -299,7 +301,7 @@ static void take_stroke(const BalancedSystem *system, size_t m, size_t stroke, B
             continue;
         memset(turned_row, 0, count * sizeof *turned_row);
         for (size_t i = 0; i < count; i++) {
-            turned[i] = fourier_dot(count, product + i * count, projected);
+            turned[i] = linear_dot(count, product + i * count, projected);
             add_signal(count, inherited[i], product + i * count, turned_row);
         }
         for (size_t d = 0; d < degrees; d++)
@@ -365,7 +367,8 @@ static void add_couplings(const BalancedSystem *system, int has_dampers, Balance
 }
 
 /* Adds inertia to the forces on a coordinate, those of the axes being there; returns the largest term that moves. */
-static double add_inertia(const BalancedSystem *system, double frequency, size_t coordinate, Balance *balance)
+static double add_inertia(const BalancedSystem *system, double frequency, size_t coordinate, double *jacobian,
+                          Balance *balance)
 {
     size_t harmonics = system->basis.harmonics, count = fourier_size(&system->basis), size = balance_size(system);
     double most = 0.0;
@@ -374,52 +377,58 @@ static double add_inertia(const BalancedSystem *system, double frequency, size_t
         double per_length = -system->mass * (order * frequency) * (order * frequency);
         double inertia = per_length * balance->z[row];
         most = fmax(most, fmax(fabs(balance->residual[row]), fabs(inertia)));
-        balance->jacobian[row * size + row] += per_length;
+        if (jacobian != NULL)
+            jacobian[row * size + row] += per_length;
         balance->residual[row] += inertia;
         balance->by_frequency[row] += 2.0 * inertia / frequency;
     }
     return most;
 }
 
-int balance_motion(BalancedSystem *system, double frequency, BalanceRoom *room, Balance *balance)
+int balance_motion(
+    BalancedSystem *system, double frequency, BalanceRoom *room, Balance *balance, double *jacobian)
 {
     const FourierBasis *basis = &system->basis;
     size_t count = fourier_size(basis), size = balance_size(system), degrees = system->degrees;
     size_t samples = basis->samples, signals = degrees * samples;
-    double largest = move_axes(system, balance->z, room), squared = frequency * frequency;
+    int has_dampers = 0, with_jacobian = jacobian != NULL;
+    double largest = move_axes(system, balance->z, with_jacobian, room), squared = frequency * frequency;
     if (!(largest > 0.0))
         return 0;
-    int has_dampers = 0;
-    memset(balance->jacobian, 0, size * size * sizeof *balance->jacobian);
     memset(balance->motion.force, 0, signals * sizeof *balance->motion.force);
-    memset(room->stiffness, 0, degrees * signals * sizeof *room->stiffness);
-    memset(room->damping, 0, degrees * signals * sizeof *room->damping);
     memset(room->damped, 0, signals * sizeof *room->damped);
-    memset(room->is_coupled, 0, degrees * degrees * sizeof *room->is_coupled);
+    if (with_jacobian) {
+        memset(jacobian, 0, size * size * sizeof *jacobian);
+        memset(room->stiffness, 0, degrees * signals * sizeof *room->stiffness);
+        memset(room->damping, 0, degrees * signals * sizeof *room->damping);
+        memset(room->is_coupled, 0, degrees * degrees * sizeof *room->is_coupled);
+    }
     for (size_t m = 0; m < system->axes; m++) {
-        double *figures = balance->motion.of_axes + m * BALANCED_OF_AXIS, cosines[2] = {0.0}, sines[2] = {0.0};
+        double *figures = balance->motion.of_axes + m * BALANCED_OF_AXIS, cosines[2], sines[2];
         size_t strokes = axis_force(&system->axis[m], basis, room->moved + m * count,
                                     room->sizes[m] <= STILL * largest, room, figures);
         take_gradient(system, m, room);
-        add_strokes(system, m, strokes, room, balance->jacobian);
+        if (with_jacobian)
+            add_strokes(system, m, strokes, room, jacobian);
         if (system->axis[m].damping != 0.0) {
             has_dampers = 1;
-            add_damper(system, m, frequency, room);
+            add_damper(system, m, frequency, with_jacobian, room);
         }
-        add_axis(system, m, room, balance);
-        fourier_add_sums(basis, room->period.force, (Span){0, samples}, 1, cosines, sines);
+        add_axis(system, m, with_jacobian, room, balance);
+        fourier_sums(basis, room->period.force, 1, cosines, sines, room->fourier);
         figures[3] = 2.0 / (double)samples * cosines[1];
         figures[4] = 2.0 / (double)samples * sines[1];
     }
-    add_couplings(system, has_dampers, room, balance->jacobian);
+    if (with_jacobian)
+        add_couplings(system, has_dampers, room, jacobian);
     balance->scale = 0.0;
     for (size_t d = 0; d < degrees; d++) {
         const double *forcing = system->forcing + d;
         double by_square = forcing[degrees] * squared, by_inverse = forcing[2 * degrees] / squared;
         double amplitude = forcing[0] + by_square + by_inverse;
-        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count);
-        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count);
-        balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, balance));
+        fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
+        fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
+        balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, jacobian, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;
         balance->by_frequency[d * count + 1] -= 2.0 * (by_square - by_inverse) / frequency;
@@ -444,10 +453,9 @@ int balance_at(
 {
     size_t size = balance_size(system);
     BalanceRoom room = balance_begin(system, z);
-    if (!balance_motion(system, frequency, &room, &room.here))
+    if (!balance_motion(system, frequency, &room, &room.here, jacobian))
         return 0;
     memcpy(residual, room.here.residual, size * sizeof *residual);
-    memcpy(jacobian, room.here.jacobian, size * size * sizeof *jacobian);
     memcpy(by_frequency, room.here.by_frequency, size * sizeof *by_frequency);
     *scale = room.here.scale;
     balance_hand_out(system, &room, motion, 0);

@@ -10,14 +10,35 @@ enum {
     SWEEP_PARTS = 32 /* of the way to the next wanted frequency, at the finest */
 };
 
-static const double BALANCED = 1e-9;        /* of the largest term */
+static const double BALANCED = 1e-10;       /* of the largest term */
+static const double FAST = 0.1;             /* by which a step with an earlier Jacobian must reduce the residual */
 static const double WITHIN_ROUNDING = 1e-7; /* of the same: accepted where no step reduces the residual */
 static const double LARGEST_CHANGE = 0.6;   /* of the motion's norm in one step of the sweep */
 static const double LARGEST_SURPRISE = 0.3; /* of the same, between the motion and its prediction */
 
 /* ---- Newton's method ---- */
 
-/* A motion along room->step from here with a smaller residual, in room->there; 0 if there is none. */
+/* Fills the balance in room->here, and room->matrix with its Jacobian. */
+static int linearize(BalancedSystem *system, double frequency, BalanceRoom *room)
+{
+    room->is_factored = 0;
+    return balance_motion(system, frequency, room, &room->here, room->matrix);
+}
+
+/* Solves Jacobian*x = -factor*right by that in room->matrix; 0 if there is no solution. */
+static int solve_along(const BalancedSystem *system, BalanceRoom *room, double factor, const double *right, double *x)
+{
+    size_t size = balance_size(system);
+    if (!room->is_factored && !linear_factor(size, room->matrix, room->order))
+        return 0;
+    room->is_factored = 1;
+    for (size_t i = 0; i < size; i++)
+        x[i] = -factor * right[i];
+    linear_substitute(size, room->matrix, room->order, x);
+    return 1;
+}
+
+/* A motion along room->step from here with a smaller residual takes its place; 0 if there is none. */
 static int descend(BalancedSystem *system, double frequency, BalanceRoom *room)
 {
     size_t size = balance_size(system);
@@ -25,39 +46,35 @@ static int descend(BalancedSystem *system, double frequency, BalanceRoom *room)
     for (int halving = 0; halving < HALVINGS; halving++, share *= 0.5) {
         for (size_t i = 0; i < size; i++)
             room->there.z[i] = room->here.z[i] + share * room->step[i];
-        if (balance_motion(system, frequency, room, &room->there) && room->there.size < room->here.size)
+        if (balance_motion(system, frequency, room, &room->there, NULL) && room->there.size < room->here.size) {
+            Balance kept = room->here;
+            room->here = room->there;
+            room->there = kept;
             return 1;
+        }
     }
     return 0;
 }
 
-/* Solves jacobian*x = -factor*right of the balance in room->here; 0 if there is no solution. */
-static int solve_here(const BalancedSystem *system, BalanceRoom *room, double factor, const double *right, double *x)
-{
-    size_t size = balance_size(system);
-    memcpy(room->matrix, room->here.jacobian, size * size * sizeof *room->matrix);
-    for (size_t i = 0; i < size; i++)
-        x[i] = -factor * right[i];
-    return linear_solve(size, room->matrix, x);
-}
-
-/* The steady motion in room->here, from the motion room->here.z. Returns whether it has been found. */
+/* The steady motion in room->here, from the motion room->here.z. Returns whether it has been found. The Jacobian is that
+ * of an earlier motion as long as it serves. */
 static int newton(BalancedSystem *system, double frequency, BalanceRoom *room)
 {
-    if (!balance_motion(system, frequency, room, &room->here))
+    int is_fresh = 1;
+    if (!linearize(system, frequency, room))
         return 0;
-    for (int step = 0; step < NEWTON_STEPS; step++) {
-        if (room->here.size <= BALANCED * room->here.scale)
-            return 1;
-        if (!solve_here(system, room, 1.0, room->here.residual, room->step))
+    for (int step = 0; step < NEWTON_STEPS && room->here.size > BALANCED * room->here.scale; step++) {
+        double before = room->here.size;
+        if (!solve_along(system, room, 1.0, room->here.residual, room->step))
             return 0;
-        if (!descend(system, frequency, room))
-            return room->here.size <= WITHIN_ROUNDING * room->here.scale;
-        Balance kept = room->here;
-        room->here = room->there;
-        room->there = kept;
+        int is_better = descend(system, frequency, room);
+        if (!is_better && is_fresh)
+            return before <= WITHIN_ROUNDING * room->here.scale;
+        is_fresh = !(is_better && room->here.size <= FAST * before);
+        if (is_fresh && room->here.size > BALANCED * room->here.scale && !linearize(system, frequency, room))
+            return 0;
     }
-    return 0;
+    return room->here.size <= BALANCED * room->here.scale;
 }
 
 int balance_solve(BalancedSystem *system, double frequency, double *z, const BalancedMotion *motion)
@@ -108,7 +125,7 @@ static int reach(BalancedSystem *system, double log, double target, BalanceRoom 
             double *kept = room->before;
             room->before = room->tangent;
             room->tangent = kept;
-            if (!solve_here(system, room, exp(log), room->here.by_frequency, room->tangent))
+            if (!solve_along(system, room, exp(log), room->here.by_frequency, room->tangent))
                 return 0;
         }
         double next = log + 1.5 * step > target ? target : log + step;
@@ -136,7 +153,7 @@ size_t balance_sweep(
 {
     size_t size = balance_size(system), reached = 0;
     BalanceRoom room = balance_begin(system, z);
-    if (!balance_motion(system, exp(log), &room, &room.here))
+    if (!linearize(system, exp(log), &room))
         return 0;
     /* That of the motion before, of which there is none. */
     memset(room.tangent, 0, size * sizeof *room.tangent);

@@ -1,14 +1,12 @@
 #include "fourier.h"
 
 #include "../../../core/c/spring/numerics.h"
+#include "../linear.h"
 
 #include <math.h>
 #include <string.h>
 
-enum {
-    TURN_STEPS = 3,  /* of Newton's method between samples: 1e-3 of their distance, 1e-6, 1e-12 */
-    SAMPLE_LANES = 8 /* samples at once, which compilers vectorise */
-};
+enum { TURN_STEPS = 3 }; /* of Newton's method between samples: 1e-3 of their distance, 1e-6, 1e-12 */
 
 static const double FULL_TURN = 6.28318530717958647693;
 
@@ -17,44 +15,90 @@ size_t fourier_size(const FourierBasis *basis)
     return 2 * basis->harmonics + 1;
 }
 
+/* ---- quarters ---- */
+
+/* About phase 0 cosines are even and sines odd, and about a quarter of the period each is even or odd by its order: of a
+ * row of the basis the samples from one to the other, both included, are enough. A folded signal has four such quarters:
+ * what cosines of even and of odd order see of it, and what sines do. */
+enum { QUARTERS = 4 };
+
+static size_t quarter_size(const FourierBasis *basis)
+{
+    return basis->samples / QUARTERS + 1;
+}
+
+size_t fourier_workspace(const FourierBasis *basis)
+{
+    return QUARTERS * quarter_size(basis) + 3 * fourier_size(basis);
+}
+
 static const double *cosine_row(const FourierBasis *basis, size_t order)
 {
-    return basis->rows + order * basis->samples;
+    return basis->rows + order * quarter_size(basis);
 }
 
 /* Of an order from 1 on. */
 static const double *sine_row(const FourierBasis *basis, size_t order)
 {
-    return basis->rows + (2 * basis->harmonics + order) * basis->samples;
+    return basis->rows + (2 * basis->harmonics + order) * quarter_size(basis);
 }
 
-double fourier_dot(size_t count, const double *a, const double *b)
+/* Samples a and c, and b and d, which are as far from half the period or its end; 0 where they are the same. */
+static inline void fold_at(size_t count, double a, double b, double c, double d, double *folded)
 {
-    double sum[SAMPLE_LANES] = {0.0};
-    size_t i = 0;
-    for (; i + SAMPLE_LANES <= count; i += SAMPLE_LANES)
-        for (int k = 0; k < SAMPLE_LANES; k++)
-            sum[k] += a[i + k] * b[i + k];
-    for (; i < count; i++)
-        sum[0] += a[i] * b[i];
-    return ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    double outer = a + d, inner = b + c, outer_sine = a - d, inner_sine = b - c;
+    folded[0] = outer + inner;
+    folded[count] = outer - inner;
+    folded[2 * count] = outer_sine - inner_sine;
+    folded[3 * count] = outer_sine + inner_sine;
 }
 
-void fourier_samples(const FourierBasis *basis, const double *c, double *value, double *rate)
+static void fold(const FourierBasis *basis, const double *signal, double *folded)
 {
-    size_t harmonics = basis->harmonics, samples = basis->samples;
-    memset(value, 0, samples * sizeof *value);
-    memset(rate, 0, samples * sizeof *rate);
-    for (size_t k = 1; k <= harmonics; k++) {
+    size_t count = quarter_size(basis), last = count - 1, half = 2 * last;
+    fold_at(count, signal[0], 0.0, signal[half], 0.0, folded);
+    for (size_t j = 1; j < last; j++)
+        fold_at(count, signal[j], signal[half - j], signal[half + j], signal[2 * half - j], folded + j);
+    fold_at(count, signal[last], 0.0, signal[half + last], 0.0, folded + last);
+}
+
+/* Fills a signal with a series but for its mean. */
+static void unfold(const FourierBasis *basis, const double *c, double *signal, double *folded)
+{
+    size_t count = quarter_size(basis), last = count - 1, half = 2 * last;
+    memset(folded, 0, QUARTERS * count * sizeof *folded);
+    for (size_t k = 1; k <= basis->harmonics; k++) {
         const double *cosine = cosine_row(basis, k), *sine = sine_row(basis, k);
-        double a = c[k], b = c[harmonics + k], rate_a = -(double)k * a, rate_b = (double)k * b;
-        for (size_t j = 0; j < samples; j++) {
-            value[j] += a * cosine[j] + b * sine[j];
-            rate[j] += rate_a * sine[j] + rate_b * cosine[j];
+        double *of_cosine = folded + k % 2 * count, *of_sine = of_cosine + 2 * count;
+        double a = c[k], b = c[basis->harmonics + k];
+        for (size_t j = 0; j < count; j++) {
+            of_cosine[j] += a * cosine[j];
+            of_sine[j] += b * sine[j];
         }
     }
+    const double *even = folded, *odd = even + count, *even_sine = odd + count, *odd_sine = even_sine + count;
+    for (size_t j = 0; j < count; j++) {
+        signal[j] = (even[j] + odd[j]) + (even_sine[j] + odd_sine[j]);
+        signal[half + j] = (even[j] - odd[j]) + (even_sine[j] - odd_sine[j]);
+    }
+    for (size_t j = 1; j < last; j++) {
+        signal[half - j] = (even[j] - odd[j]) - (even_sine[j] - odd_sine[j]);
+        signal[2 * half - j] = (even[j] + odd[j]) - (even_sine[j] + odd_sine[j]);
+    }
+}
+
+void fourier_samples(const FourierBasis *basis, const double *c, double *value, double *rate, double *workspace)
+{
+    size_t harmonics = basis->harmonics;
+    double *by_phase = workspace + QUARTERS * quarter_size(basis);
+    for (size_t k = 1; k <= harmonics; k++) {
+        by_phase[k] = (double)k * c[harmonics + k];
+        by_phase[harmonics + k] = -(double)k * c[k];
+    }
+    unfold(basis, by_phase, rate, workspace);
+    unfold(basis, c, value, workspace);
     /* The mean last, which may be far larger than the motion. */
-    for (size_t j = 0; j < samples; j++)
+    for (size_t j = 0; j < basis->samples; j++)
         value[j] += c[0];
 }
 
@@ -99,7 +143,7 @@ static Turn turn_in(const FourierBasis *basis, const double *c, double here, dou
     }
     functions_at(harmonics, turn.phase, column);
     /* The mean last, which may be far larger than the motion. */
-    turn.value = c[0] + fourier_dot(2 * harmonics, c + 1, column + 1);
+    turn.value = c[0] + linear_dot(2 * harmonics, c + 1, column + 1);
     return turn;
 }
 
@@ -118,22 +162,20 @@ size_t fourier_turns(const FourierBasis *basis, const double *c, const double *r
 
 /* ---- sums ---- */
 
-void fourier_add_sums(
-    const FourierBasis *basis, const double *signal, Span span, size_t last, double *cosines, double *sines)
+void fourier_sums(
+    const FourierBasis *basis, const double *signal, size_t last, double *cosines, double *sines, double *workspace)
 {
-    size_t count = span.to - span.from;
-    if (count == 0)
-        return;
+    size_t count = quarter_size(basis);
+    fold(basis, signal, workspace);
     for (size_t k = 0; k <= last; k++)
-        cosines[k] += fourier_dot(count, cosine_row(basis, k) + span.from, signal + span.from);
+        cosines[k] = linear_dot(count, cosine_row(basis, k), workspace + k % 2 * count);
     for (size_t k = 1; k <= last; k++)
-        sines[k] += fourier_dot(count, sine_row(basis, k) + span.from, signal + span.from);
+        sines[k] = linear_dot(count, sine_row(basis, k), workspace + (2 + k % 2) * count);
 }
 
-void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c)
+void fourier_coefficients(const FourierBasis *basis, const double *signal, double *c, double *workspace)
 {
-    memset(c, 0, fourier_size(basis) * sizeof *c);
-    fourier_add_sums(basis, signal, (Span){0, basis->samples}, basis->harmonics, c, c + basis->harmonics);
+    fourier_sums(basis, signal, basis->harmonics, c, c + basis->harmonics, workspace);
     for (size_t i = 0; i < fourier_size(basis); i++)
         c[i] *= (i ? 2.0 : 1.0) / (double)basis->samples;
 }
@@ -142,10 +184,10 @@ void fourier_coefficients(const FourierBasis *basis, const double *signal, doubl
 void fourier_product(const FourierBasis *basis, const double *signal, double *matrix, double *workspace)
 {
     size_t harmonics = basis->harmonics, size = fourier_size(basis);
-    double *c = workspace + harmonics, *s = c + 3 * harmonics + 1;
+    double *c = workspace + QUARTERS * quarter_size(basis) + harmonics, *s = c + 3 * harmonics + 1;
     double scale = 1.0 / (double)basis->samples;
-    memset(workspace, 0, 2 * (3 * harmonics + 1) * sizeof *workspace);
-    fourier_add_sums(basis, signal, (Span){0, basis->samples}, 2 * harmonics, c, s);
+    s[0] = 0.0;
+    fourier_sums(basis, signal, 2 * harmonics, c, s, workspace);
     for (size_t k = 0; k <= 2 * harmonics; k++) {
         c[k] *= scale;
         s[k] *= scale;

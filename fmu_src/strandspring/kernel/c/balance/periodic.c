@@ -34,6 +34,7 @@ typedef struct {
     Chain chain;
     double *slope; /* K */
     double *begin; /* N */
+    double *fourier;
 } PeriodRoom;
 
 static PeriodRoom lay_room_of_period(const FourierBasis *basis, Workspace *workspace)
@@ -47,7 +48,8 @@ static PeriodRoom lay_room_of_period(const FourierBasis *basis, Workspace *works
                   .start_slope = linear_taken(workspace, samples),
                   .end_slope = linear_taken(workspace, samples)},
         .slope = linear_taken(workspace, samples),
-        .begin = linear_taken(workspace, size)};
+        .begin = linear_taken(workspace, size),
+        .fourier = linear_taken(workspace, fourier_workspace(basis))};
 }
 
 size_t spring_periodic_workspace(size_t harmonics, size_t samples)
@@ -147,7 +149,7 @@ size_t spring_periodic(
     size_t size = fourier_size(basis), samples = basis->samples;
     PeriodRoom room = lay_room_of_period(basis, &(Workspace){.memory = workspace});
     Chain *chain = &room.chain;
-    fourier_samples(basis, coefficients, period->displacement, period->rate);
+    fourier_samples(basis, coefficients, period->displacement, period->rate, room.fourier);
     chain->strokes = fourier_turns(basis, coefficients, period->rate, chain->turns, chain->columns);
     if (chain->strokes == 0)
         return 0;

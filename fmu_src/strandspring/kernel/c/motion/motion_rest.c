@@ -212,6 +212,7 @@ int motion_rest(
         int is_better = 0;
         for (; !is_better && damping < 1e12; damping *= is_better ? 0.1 : 10.0) {
             double matrix[UNKNOWNS * UNKNOWNS];
+            size_t order[UNKNOWNS];
             memcpy(matrix, normal, count * count * sizeof *matrix);
             for (size_t i = 0; i < count; i++) {
                 matrix[i * count + i] += damping * normal[i * count + i] + 1e-14 * largest;
@@ -219,8 +220,9 @@ int motion_rest(
                 for (size_t k = 0; k < count; k++)
                     way[i] -= jacobian[i * count + k] * kept[k];
             }
-            if (!linear_solve(count, matrix, way))
+            if (!linear_factor(count, matrix, order))
                 continue;
+            linear_substitute(count, matrix, order, way);
             displace(&rest, way);
             unbalanced(&rest, residual);
             next = linear_norm(count, residual);
