@@ -8,7 +8,7 @@ import sys
 from importlib.util import find_spec
 from pathlib import Path
 
-from strandspring.compiled.images import FMU, KERNEL, OF_FMUS
+from strandspring.compiled.images import KERNEL, OF_FMUS
 from strandspring.compiled.targets import FLAGS
 
 TIDY = ["clang-tidy", "--quiet", f"--config-file={Path(__file__).with_name('clang-tidy.yaml')}"]
@@ -26,8 +26,7 @@ def main() -> None:
     package = folder("strandspring")
     headers = f"-I{folder('fmpy') / 'c-code'}"
     windows = ["-target", "x86_64-windows-gnu", f"-isystem{folder('ziglang') / 'lib/libc/include/any-windows-any'}"]
-    units = [(unit.file, [*FLAGS, *unit.flags, *unit.file_flags, headers]) for unit in (KERNEL, *OF_FMUS)]
-    units += [(file, [*FLAGS, *FMU.flags]) for file in sorted({unit.shared for unit in OF_FMUS})]
+    units = [(file, [*FLAGS, *unit.flags, headers]) for unit in (KERNEL, *OF_FMUS) for file in unit.files]
     units += [("compiled/windows_runtime.c", [*FLAGS, *windows])]
     failures = 0
     for file, flags in units:

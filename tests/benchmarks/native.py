@@ -25,7 +25,7 @@ from rich.console import Console
 from rich.table import Table
 
 from strandspring import Spring
-from strandspring.compiled import images, zig
+from strandspring.compiled import zig
 from strandspring.compiled.targets import host_target
 from strandspring.fmu.archive import installed_version
 from strandspring.fmu.checks.check import running
@@ -82,8 +82,8 @@ def unpacked(fmu: Path, folder: Path) -> tuple[str, Path, str]:
 
 def compiled(sources: dict[str, bytes], unit: str, library: Path) -> Path:
     """A C source compiled as the native FMU is."""
-    flags = (*images.FMU.flags, "-Wno-unused-function", "-Wno-undefined-inline")
-    library.write_bytes(zig.shared_library(host_target(), sources, unit, library.stem, flags))
+    flags = ("-O2", "-fvisibility=hidden", "-Wno-unused-function", "-Wno-undefined-inline")
+    library.write_bytes(zig.shared_library(host_target(), sources, (unit,), library.stem, flags))
     return library
 
 

@@ -22,7 +22,8 @@ from worst_step import DEGREES, ROUNDS, SATURATIONS, SEED, SIGMA, N, adversarial
 
 from strandspring import SpringParameters
 from strandspring.compiled import zig
-from strandspring.compiled.images import FMI_HEADERS, FMU3, fmi_header, image
+from strandspring.compiled.images import FMU, image
+from strandspring.compiled.sources import FMI_HEADERS, fmi_header
 from strandspring.compiled.targets import host_target
 from strandspring.fmu.native.block import NativeForm, filled
 
@@ -44,7 +45,7 @@ def driver(folder: Path) -> ctypes.CDLL:
     sources |= {name: (here / name).read_bytes() for name in ("worst_call.c", "ticks.h")}
     library = folder / "worst.so"
     flags = ("-O2", "-D_GNU_SOURCE", "-Wno-strict-prototypes")
-    library.write_bytes(zig.shared_library(host_target(), sources, "worst_call.c", "worst", flags, ()))
+    library.write_bytes(zig.shared_library(host_target(), sources, ("worst_call.c",), "worst", flags))
     loaded = ctypes.CDLL(str(library))
     loaded.worst_ticks_per_ns.restype = ctypes.c_double
     loaded.worst_calls.argtypes = [
@@ -59,7 +60,7 @@ def timed(
     """Ticks of each step of one FMU, which is made and thrown away."""
     binary = folder / "spring.so"
     form = NativeForm(real_time=True, no_energy=not energies)
-    binary.write_bytes(filled(image(FMU3, host_target()).read_bytes(), parameters, GUID, form))
+    binary.write_bytes(filled(image(FMU, host_target()).read_bytes(), parameters, GUID, form))
     fmu = ctypes.CDLL(str(binary))
     fmu.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
     begin = [ctypes.c_char_p(b"spring"), ctypes.c_char_p(GUID.encode()), None, False, False, False, False, None]

@@ -44,7 +44,7 @@ def driver(folder: Path, core: Path) -> ctypes.CDLL:
     sources |= {name: (here / name).read_bytes() for name in ("worst_step.c", "ticks.h")}
     flags = ("-O2", "-D_GNU_SOURCE", "-Wno-unused-function")
     library = folder / "worst.so"
-    library.write_bytes(zig.shared_library(host_target(), sources, "worst_step.c", "worst", flags))
+    library.write_bytes(zig.shared_library(host_target(), sources, ("worst_step.c",), "worst", flags))
     loaded = ctypes.CDLL(str(library))
     loaded.worst_spring.restype = ctypes.c_void_p
     loaded.worst_free.argtypes = [ctypes.c_void_p]

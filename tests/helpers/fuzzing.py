@@ -31,7 +31,8 @@ from kernel_tools import compiled
 from native_tools import library, write_file, write_native
 from springs import TABLE
 from strandspring import SpringParameters
-from strandspring.compiled.images import FMU3, SYSTEM3, fmi_headers
+from strandspring.compiled.images import SPRING_FILES, SYSTEM_FILES
+from strandspring.compiled.sources import c_sources, fmi_headers
 from strandspring.fmu.native.block import USUAL, NativeForm, values_source
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.system.system_native import system_contents
@@ -92,7 +93,7 @@ def write_system_sources(folder: Path, system: MountedSystem = BOX, options: Sys
 def write_system_pair_sources(folder: Path) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one system, which have one GUID here."""
     write_system_sources(folder)
-    for path, content in {**SYSTEM3.sources(), **fmi_headers(3)}.items():
+    for path, content in {**c_sources(SYSTEM_FILES[3]), **fmi_headers(3)}.items():
         if not path.endswith("system_values.h"):
             write_file(folder / path, content)
     with (folder / "fuzz_model.h").open("a") as file:
@@ -103,7 +104,7 @@ def write_system_pair_sources(folder: Path) -> Path:
 def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form: NativeForm = USUAL) -> Path:
     """The same for the FMUs of FMI 2.0 and FMI 3.0 of one spring, which have one GUID here."""
     write_sources(folder, parameters, form.with_states)
-    for path, content in {**FMU3.sources(), **fmi_headers(3)}.items():
+    for path, content in {**c_sources(SPRING_FILES[3]), **fmi_headers(3)}.items():
         write_file(folder / path.removeprefix("core/c/"), content)
     guid = fmpy.read_model_description(str(folder), validate=False).guid
     (folder / "fmu/spring_values.h").write_text(values_source(parameters, str(guid), form))

@@ -25,9 +25,10 @@ from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.model.modelfile import ModelFile
 
-# The headers of FMI, and the functions of both interfaces that they declare.
+# The headers of FMI, and the functions that they declare: of FMI 2.0, and of FMI 3.0.
 HEADERS = Path(str(files("fmpy") / "c-code"))
 FUNCTIONS = set(re.findall(r"FMI2_Export fmi2\w+TYPE +(fmi2\w+);", (HEADERS / "fmi2Functions.h").read_text()))
+FUNCTIONS3 = set(re.findall(r"FMI3_Export fmi3\w+TYPE +(fmi3\w+);", (HEADERS / "fmi3Functions.h").read_text()))
 OK, WARNING, DISCARD, ERROR = range(4)
 MODEL_EXCHANGE, CO_SIMULATION = range(2)
 # The same closed form, step by step in C and vectorised in Python.

@@ -38,7 +38,7 @@ class Verlet:
         target = host_target()
         with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
             file = Path(folder) / f"verlet{target.system.suffix}"
-            file.write_bytes(shared_library(target, sources, unit, "verlet", KERNEL.flags))
+            file.write_bytes(shared_library(target, sources, (unit,), "verlet", KERNEL.flags))
             self._verlet = ctypes.CDLL(str(file)).verlet
         self._verlet.argtypes = ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p
         self._system = system

@@ -28,7 +28,7 @@ def compile_with(sources: dict[str, bytes], target: Target) -> None:
     tool("ziglang")
     included = (f'#include "kernel/c/{header}.h"' for header in ("balance/balance", "motion/motion"))
     unit = "\n".join([*included, *comparisons(), "int compared;"])
-    zig.shared_library(target, {**sources, "compared.c": unit.encode()}, "compared.c", KERNEL.name, ("-O1",))
+    zig.shared_library(target, {**sources, "compared.c": unit.encode()}, ("compared.c",), KERNEL.name, ("-O1",))
 
 
 @pytest.mark.parametrize("target", FMU_TARGETS, ids=lambda target: target.triple)

@@ -10,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import time
+import tarfile
 from pathlib import Path
 
 import pytest
@@ -52,31 +52,45 @@ def test_type_checkers_know_the_package(tmp_path: Path) -> None:
     assert "1 error in 1 file" in end
 
 
-WHEEL = """
+BUILD = """
+import os, sys
 from setuptools import build_meta
 from strandspring.compiled import images
-images.all_compiled = lambda units, target: [f"{unit} {target}".encode() for unit in units]
-print(build_meta.build_wheel("wheel"))
+if "not compiled" in sys.argv:
+    images.compiled = lambda unit, target: f"{unit} {target}".encode()
+os.umask(int(sys.argv[1], 8))
+print(getattr(build_meta, f"build_{sys.argv[2]}")("built"))
 """
 
 
-def test_a_wheel_has_the_same_bytes_from_other_files_of_the_same_content(tmp_path: Path) -> None:
-    """Built twice, with images that are not compiled, which test_native_build.py holds to the same bytes."""
-    wheels = []
-    for folder, age in ((tmp_path / "one", 0.0), (tmp_path / "a longer name", 1e7)):
-        for name in ("fmu_src", "models"):
-            shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
-        for name in ("LICENSE", "MANIFEST.in", "README.md", "build_fmu.py", "pyproject.toml"):
-            shutil.copy(ROOT / name, folder)
-        for path in folder.rglob("*"):
-            os.utime(path, (time.time() - age, time.time() - age))
+@pytest.mark.parametrize("images", ["not compiled", pytest.param("compiled", marks=pytest.mark.slow)])
+def test_sources_and_wheel_have_the_same_bytes_wherever_they_are_built(images: str, tmp_path: Path) -> None:
+    """Once as here, once from a folder of another name with files of other times and permissions; there the wheel is
+    built of the archive of the sources, by a compiler with an empty cache.
+    """
+
+    def built(what: str, folder: Path, umask: str = "022") -> Path:
         environment = {**os.environ, "PYTHONPATH": str(folder / "fmu_src")}
         environment.pop("SOURCE_DATE_EPOCH", None)
-        done = subprocess.run(
-            [sys.executable, "-c", WHEEL], cwd=folder, env=environment, capture_output=True, text=True, check=True
-        )
-        wheels.append((folder / "wheel" / done.stdout.splitlines()[-1]).read_bytes())
-    assert wheels[0] == wheels[1]
+        if umask != "022":
+            environment["ZIG_GLOBAL_CACHE_DIR"] = str(tmp_path / "cache")
+        command = [sys.executable, "-c", BUILD, umask, what, images]
+        done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+        return folder / "built" / done.stdout.splitlines()[-1]
+
+    one, other = tmp_path / "one", tmp_path / "a longer name"
+    for folder in (one, other):
+        unwanted = shutil.ignore_patterns("__pycache__", "*.egg-info", ".git", ".*_cache", ".hypothesis", "build")
+        shutil.copytree(ROOT, folder, ignore=unwanted)
+    for path in other.rglob("*"):
+        path.chmod(path.stat().st_mode | 0o020)
+        os.utime(path, (1e9, 1e9))
+    archive = built("sdist", other, "002")
+    assert archive.read_bytes() == built("sdist", one).read_bytes()
+    with tarfile.open(archive) as members:
+        members.extractall(tmp_path, filter="data")
+    unpacked = tmp_path / archive.name.removesuffix(".tar.gz")
+    assert built("wheel", unpacked, "002").read_bytes() == built("wheel", one).read_bytes()
 
 
 def test_the_schema_is_that_beside_the_models() -> None:

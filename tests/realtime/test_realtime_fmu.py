@@ -13,7 +13,7 @@ from fmu_tools import SPRING
 from native_tools import write_file, write_native
 from realtime_tools import FLAGS, HERE, MOST_STACK, SPRINGS, cc
 from strandspring import SpringParameters
-from strandspring.compiled.images import fmi_headers
+from strandspring.compiled.sources import fmi_headers
 from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.model.modelfile import ModelFile
 

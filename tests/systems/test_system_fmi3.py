@@ -23,10 +23,11 @@ from lxml import etree
 
 import strandspring
 from kernel_tools import compiled
-from native_tools import ERROR, HEADERS, OK, Library, doubles
+from native_tools import ERROR, FUNCTIONS3, HEADERS, OK, Library, doubles
 from portable_host import environment
 from strandspring.api.fmus.building_system import SystemToBuild
-from strandspring.compiled.images import SYSTEM3
+from strandspring.compiled.images import SYSTEM_FILES
+from strandspring.compiled.sources import c_sources
 from strandspring.errors import MountedSystemError
 from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION
 from strandspring.fmu.native.platforms import chosen_platforms, host_folder
@@ -39,7 +40,6 @@ from system_fmu_tools import BOX, BOX_OPTIONS, STAGES, STAGES_OPTIONS, NativeSys
 
 SYSTEMS = {"box": (BOX, BOX_OPTIONS, 3), "stages": (STAGES, STAGES_OPTIONS, 2)}
 STEP = 4e-4  # of co-simulation [s]
-FUNCTIONS = set(re.findall(r"FMI3_Export fmi3\w+TYPE +(fmi3\w+);", (HEADERS / "fmi3Functions.h").read_text()))
 EXAMPLES = Path(strandspring.__file__).parent / "examples" / "systems"
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 
@@ -463,12 +463,12 @@ def test_files_are_those_of_fmi_3() -> None:
     assert contents["terminalsAndIcons/icon.png"].startswith(b"\x89PNG")
     # Importers bring the headers of FMI.
     sources = {name.removeprefix("sources/") for name in contents if name.startswith("sources/")}
-    assert sources == {*SYSTEM3.sources(), "buildDescription.xml"}
+    assert sources == {*c_sources(SYSTEM_FILES[3]), "buildDescription.xml"}
     root = ElementTree.fromstring(contents[BUILD_DESCRIPTION])
     assert {one.get("modelIdentifier") for one in root} == {"Electronics_box_fmi3"}
-    assert {one.get("name") for one in root.iter("SourceFile")} == {SYSTEM3.file} < sources
+    assert {one.get("name") for one in root.iter("SourceFile")} == {SYSTEM_FILES[3]} < sources
     page = contents["documentation/index.html"].decode()
-    for told in ("FMI 3.0 FMU", "no input derivatives", "fmi3DoStep", SYSTEM3.file, "buildDescription.xml"):
+    for told in ("FMI 3.0 FMU", "no input derivatives", "fmi3DoStep", SYSTEM_FILES[3], "buildDescription.xml"):
         assert told in page, told
     assert "fmi2" not in page
     page2 = system_contents(BOX, BOX_OPTIONS, ())["documentation/index.html"].decode()
@@ -507,7 +507,7 @@ def test_other_versions_are_refused() -> None:
 
 def test_exported_functions_are_those_of_fmi_3() -> None:
     functions = system_library3().functions
-    assert {name for name in FUNCTIONS if hasattr(functions, name)} == FUNCTIONS
+    assert {name for name in FUNCTIONS3 if hasattr(functions, name)} == FUNCTIONS3
     assert not hasattr(functions, "fmi3_motion_rest")
 
 
@@ -534,7 +534,7 @@ def test_sources_compiled_by_the_system_give_the_same_motion(tmp_path: Path) -> 
         np.testing.assert_array_equal(one.run(inputs, STEP), two.run(inputs, STEP))
     # By hand, with a prefix: no other name, so that several can be linked into one program.
     flags = ("-O2", "-fPIC", "-fvisibility=hidden", "-Wno-sign-conversion", f"-I{HEADERS}")
-    unit = folder / "sources" / SYSTEM3.file
+    unit = folder / "sources" / SYSTEM_FILES[3]
     linked = compiled(tmp_path / "unit.o", *flags, "-DFMI3_FUNCTION_PREFIX=stages_", "-c", unit)
     names = subprocess.run(["nm", "-g", "--defined-only", linked], capture_output=True, text=True, check=True).stdout
     assert all(line.split()[-1].startswith("stages_") for line in names.splitlines())

@@ -1,22 +1,27 @@
 """What setuptools does besides copying files when the package is built.
 
-It compiles the images of a wheel, and describes the package by a README without links into the repository.
+It compiles the images of a wheel, describes the package by a README without links into the repository, and writes the
+same bytes for the same sources, whatever the times and the permissions of their files.
 
 pyproject.toml names these commands. setuptools loads this file by itself, before the package can be imported.
 """
 
 from __future__ import annotations
 
+import gzip
 import os
 import re
 import shutil
 import sys
+import tarfile
 from concurrent.futures import ThreadPoolExecutor
+from itertools import product
 from pathlib import Path
 
 from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_py import build_py
 from setuptools.command.egg_info import egg_info
+from setuptools.command.sdist import sdist
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
@@ -26,6 +31,8 @@ from strandspring.compiled.targets import FMU_TARGETS, host_target, wheel_platfo
 # The bundled record and the schemas of files, which a source checkout keeps beside its models.
 _RECORD = [f"models/records/{name}" for name in ("LICENSE.txt", "README.md", "rubber_stretch.csv")]
 _EXAMPLES = [*_RECORD, *(f"models/strandspring-{file}.schema.json" for file in ("model", "system"))]
+
+_TIME = 315532800  # of every file in an archive [s]: the earliest that a wheel can hold, 1980
 
 
 class BuildWithImages(build_py):
@@ -40,13 +47,12 @@ class BuildWithImages(build_py):
         folder = self._images()
         # A folder that an earlier build left may hold images of other sources.
         shutil.rmtree(folder, ignore_errors=True)
-        wanted = [(host_target(), [images.KERNEL]), *((target, images.OF_FMUS) for target in FMU_TARGETS)]
+        wanted = [(images.KERNEL, host_target()), *product(images.OF_FMUS, FMU_TARGETS)]
         with ThreadPoolExecutor() as pool:
-            contents = pool.map(lambda job: images.all_compiled(job[1], job[0]), wanted)
-            folder.mkdir(parents=True)
-            for (target, units), of_target in zip(wanted, contents, strict=True):
-                for unit, content in zip(units, of_target, strict=True):
-                    (folder / unit.file_name(target)).write_bytes(content)
+            contents = list(pool.map(images.compiled, *zip(*wanted, strict=True)))
+        folder.mkdir(parents=True)
+        for (unit, target), content in zip(wanted, contents, strict=True):
+            (folder / unit.file_name(target)).write_bytes(content)
         for path in _EXAMPLES:
             self.mkpath(str(self._example(path).parent))
             self.copy_file(path, self._example(path))
@@ -63,14 +69,42 @@ class BuildWithImages(build_py):
         return Path(self.build_lib, "strandspring", "examples", *Path(path).parts[1:])
 
 
+class SourcesAsArchive(sdist):
+    """Writes the archive of the sources."""
+
+    def make_archive(self, base_name: str, *_: object, base_dir: str, **__: object) -> str:
+        """The path of the archive of a folder."""
+        path = f"{base_name}.tar.gz"
+        with gzip.GzipFile(path, "wb", mtime=_TIME) as packed, tarfile.open(fileobj=packed, mode="w") as archive:
+            archive.add(base_dir, filter=_without_origin)
+        return path
+
+
+def _without_origin(member: tarfile.TarInfo) -> tarfile.TarInfo:
+    member.mtime, member.mode = _TIME, _permissions(member.mode)
+    member.uid = member.gid = 0
+    member.uname = member.gname = ""
+    return member
+
+
+def _permissions(mode: int) -> int:
+    """Those that do not depend on whose file it is."""
+    return 0o755 if mode & 0o100 else 0o644
+
+
 class WheelOfPlatform(bdist_wheel):
-    """Tags the wheel: any Python 3, this kind of computer. The same sources give the same bytes."""
+    """Tags the wheel: any Python 3, this kind of computer."""
 
     def run(self) -> None:
         """Run the command."""
-        # The time of every file in the archive: the earliest that it can hold, 1980.
-        os.environ.setdefault("SOURCE_DATE_EPOCH", "315532800")
+        os.environ.setdefault("SOURCE_DATE_EPOCH", str(_TIME))
         super().run()
+
+    def write_wheelfile(self, wheelfile_base: str, *arguments: str) -> None:
+        """Write the last of the files that are archived."""
+        super().write_wheelfile(wheelfile_base, *arguments)
+        for path in Path(self.bdist_dir).rglob("*"):
+            path.chmod(_permissions(path.stat().st_mode))
 
     def get_tag(self) -> tuple[str, str, str]:
         """Python, binary interface and platform of the wheel."""

@@ -9,36 +9,25 @@ from __future__ import annotations
 
 import hashlib
 import os
-import posixpath
-import re
 import stat
 import sys
 import tempfile
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 
 from ..errors import BuildError, StrandspringError
 from ..ground.children import kill_all
 from ..ground.files import replacing, user_cache
 from . import zig
+from .sources import PACKAGE, c_sources, fmi_headers
 from .targets import FLAGS, Target
 
-_PACKAGE = Path(__file__).resolve().parent.parent
-PACKAGED = _PACKAGE / "compiled" / "images"
-
-# By version of FMI.
-FMI_HEADERS = {
-    2: ("fmi2FunctionTypes.h", "fmi2Functions.h", "fmi2TypesPlatform.h"),
-    3: ("fmi3FunctionTypes.h", "fmi3Functions.h", "fmi3PlatformTypes.h"),
-}
-
-_INCLUDED = re.compile(rb'^ *#include "([^"]+)"', re.MULTILINE)
+PACKAGED = PACKAGE / "compiled" / "images"
 _KEPT_FOR = 30 * 24 * 3600.0  # [s]
 
 
@@ -48,38 +37,20 @@ class CompiledUnit:
 
     Attributes
     ----------
-    name : str                  Of the library, without suffix.
-    file : str                  To be compiled, below the package; it includes the others.
-    flags : tuple of str        Besides those of every library.
-    shared : str or None        A file that is compiled apart, once for all units that share it, and linked.
-    file_flags : tuple of str   Of `file` alone.
-    fmi : int                   The version of FMI whose headers are needed; 0: none.
+    name : str               Of the library, without suffix.
+    files : tuple of str     To be compiled, each by itself, below the package; they include the others.
+    flags : tuple of str     Besides those of every library.
+    fmi : tuple of int       The versions of FMI whose headers are needed.
     """
 
     name: str
-    file: str
+    files: tuple[str, ...]
     flags: tuple[str, ...] = ()
-    shared: str | None = None
-    file_flags: tuple[str, ...] = ()
-    fmi: int = 0
+    fmi: tuple[int, ...] = ()
 
     def sources(self) -> dict[str, bytes]:
-        """Content of each C file by its path below the package: of the unit's file and of all that it includes."""
-        contents: dict[str, bytes] = {}
-        waiting = [self.file, *([self.shared] if self.shared else [])]
-        while waiting:
-            path = waiting.pop()
-            if path not in contents:
-                contents[path] = (_PACKAGE / path).read_bytes()
-                folder = posixpath.dirname(path)
-                included = (posixpath.join(folder, name.decode()) for name in _INCLUDED.findall(contents[path]))
-                # Those of FMI are not the package's.
-                waiting += [posixpath.normpath(name) for name in included if (_PACKAGE / name).is_file()]
-        return dict(sorted(contents.items()))
-
-    def sources_in_fmu(self) -> dict[str, bytes]:
-        """The same with FMI's headers, which importers of FMI 3.0 have."""
-        return self.sources() | (fmi_headers(self.fmi) if self.fmi == 2 else {})
+        """Content of each C file of the package that is compiled, by its path below the package."""
+        return c_sources(*self.files)
 
     def file_name(self, target: Target) -> str:
         """Of the image for a target."""
@@ -91,22 +62,16 @@ class CompiledUnit:
 
 # Vectors of three are slower in pairs, and a spring's force through a call.
 _KERNEL_FLAGS = ("-O3", "-fno-slp-vectorize", "-mllvm", "-inline-threshold=600")
-KERNEL = CompiledUnit("kernel", "kernel/c/kernel.c", _KERNEL_FLAGS)
-# -O3 makes it a tenth larger, and no step faster.
-_FMU_FLAGS = ("-O2", "-fvisibility=hidden")
-_APART = ("-DFMU_SHARED_APART",)
-# The header of FMI 3 declares two callbacks without a prototype.
-_APART3 = (*_APART, "-Wno-strict-prototypes")
-FMU = CompiledUnit("spring", "core/c/fmi2_all.c", _FMU_FLAGS, "core/c/fmu_all.c", _APART, fmi=2)
-FMU3 = CompiledUnit("spring3", "core/c/fmi3_all.c", _FMU_FLAGS, "core/c/fmu_all.c", _APART3, fmi=3)
-# The binary of the FMU of bodies on mounts, the same for all systems.
-_SYSTEM_C = "fmu/system/c"
-SYSTEM = CompiledUnit("system", f"{_SYSTEM_C}/system_all.c", _FMU_FLAGS, f"{_SYSTEM_C}/system_shared.c", _APART, fmi=2)
-SYSTEM3 = CompiledUnit(
-    "system3", f"{_SYSTEM_C}/system_all3.c", _FMU_FLAGS, f"{_SYSTEM_C}/system_shared.c", _APART3, fmi=3
-)
-# Those that become binaries of FMUs.
-OF_FMUS = (FMU, FMU3, SYSTEM, SYSTEM3)
+KERNEL = CompiledUnit("kernel", ("kernel/c/kernel.c",), _KERNEL_FLAGS)
+# -O3 makes it a tenth larger, and no step faster. The header of FMI 3 declares two callbacks without a prototype.
+_FMU_FLAGS = ("-O2", "-fvisibility=hidden", "-DFMU_SHARED_APART", "-Wno-strict-prototypes")
+# The binary of every spring's FMU, and that of every system of bodies on mounts, for both versions of FMI. The second
+# and third file are all of the FMU's sources for one version, unless what both share is compiled apart, as here.
+SPRING_FILES = {2: "core/c/fmi2_all.c", 3: "core/c/fmi3_all.c"}
+SYSTEM_FILES = {2: "fmu/system/c/system_all.c", 3: "fmu/system/c/system_all3.c"}
+FMU = CompiledUnit("spring", ("core/c/fmu_all.c", *SPRING_FILES.values()), _FMU_FLAGS, (2, 3))
+SYSTEM = CompiledUnit("system", ("fmu/system/c/system_shared.c", *SYSTEM_FILES.values()), _FMU_FLAGS, (2, 3))
+OF_FMUS = (FMU, SYSTEM)
 
 
 @cache
@@ -166,45 +131,10 @@ def contents(unit: CompiledUnit, targets: Collection[Target]) -> dict[Target, by
 
 def compiled(unit: CompiledUnit, target: Target) -> bytes:
     """The image of a unit, compiled now."""
-    (image_of_unit,) = all_compiled([unit], target)
-    return image_of_unit
-
-
-def all_compiled(units: Sequence[CompiledUnit], target: Target) -> list[bytes]:
-    """The images of units for a target, compiled now; what units share is compiled once."""
-    images = []
-    shared: dict[str, bytes] = {}
-    for unit in units:
-        sources = unit.sources()
-        if unit.shared and unit.shared not in shared:
-            shared[unit.shared] = zig.object_file(target, sources, unit.shared, unit.flags)
-        if unit.fmi:
-            sources |= fmi_headers(unit.fmi)
-        own = zig.object_file(target, sources, unit.file, (*unit.flags, *unit.file_flags))
-        objects = [own, shared[unit.shared]] if unit.shared else [own]
-        images.append(zig.linked(target, objects, unit.name, unit.flags))
-    return images
-
-
-def fmi_headers(fmi: int) -> dict[str, bytes]:
-    """The headers of a version of FMI by their path below the package, beside the source that includes them."""
-    return {f"core/c/fmi{fmi}/{name}": fmi_header(name) for name in FMI_HEADERS[fmi]}
-
-
-def fmi_header(name: str) -> bytes:
-    """A header of FMI, which FMPy brings.
-
-    Raises
-    ------
-    BuildError   If it is not there.
-    """
-    # Not by importing it, which takes long.
-    specification = find_spec("fmpy")
-    folders = [] if specification is None else list(specification.submodule_search_locations or ())
-    try:
-        return Path(*folders, "c-code", name).read_bytes()
-    except OSError:
-        raise BuildError(f"The header {name} is missing; install fmpy 0.3.20 or newer.") from None
+    sources = unit.sources()
+    for fmi in unit.fmi:
+        sources |= fmi_headers(fmi)
+    return zig.shared_library(target, sources, unit.files, unit.name, unit.flags)
 
 
 def _caches(create: bool = False) -> Iterator[Path]:

@@ -24,6 +24,8 @@ class System:
     suffix : str              Of a shared library.
     linking : tuple of str    Flags of the linker.
     runtime : str or None     A C file beside this one that takes the place of the compiler's start code.
+    headers : str or None     A folder of the compiler with those of the C library, where it does not find them itself
+                              without linking its own.
     wheel : str               Tag of a wheel, but for the processor.
     """
 
@@ -31,6 +33,7 @@ class System:
     wheel: str
     linking: tuple[str, ...] = ()
     runtime: str | None = None
+    headers: str | None = None
 
 
 _UCRT = (
@@ -41,7 +44,7 @@ _UCRT = (
 # Only the system's libraries are linked: the compiler's own would first be compiled for each target, which takes long.
 _SYSTEMS = {
     "linux": System(".so", "manylinux_2_17_{}", ("-nostdlib", "-lc", "-lm", "-Wl,--build-id=none")),
-    "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c"),
+    "windows": System(".dll", "win_{}", _UCRT, "windows_runtime.c", "lib/libc/include/any-windows-any"),
     "macos": System(".dylib", "macosx_11_0_{}", ("-nostdlib", "-lc")),
 }
 

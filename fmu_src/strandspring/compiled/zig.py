@@ -27,64 +27,43 @@ def is_installed() -> bool:
 
 
 def shared_library(
-    target: Target,
-    sources: Mapping[str, bytes],
-    unit: str,
-    name: str,
-    flags: tuple[str, ...],
+    target: Target, sources: Mapping[str, bytes], files: Sequence[str], name: str, flags: Sequence[str]
 ) -> bytes:
-    """The shared library of a C source; arguments and errors as in `object_file` and `linked`."""
-    return linked(target, [object_file(target, sources, unit, flags)], name, flags)
-
-
-def object_file(target: Target, sources: Mapping[str, bytes], unit: str, flags: tuple[str, ...]) -> bytes:
-    """A C source, compiled; the same arguments give the same bytes.
+    """The shared library of C sources; the same arguments give the same bytes.
 
     Parameters
     ----------
     target : Target
     sources : mapping of str to bytes   Content of each C file by its path below a common folder.
-    unit : str                          The file to be compiled; it may include others.
-    flags : tuple of str                Of the compiler, besides those of every library.
+    files : sequence of str             Those to be compiled; they may include others.
+    name : str                          Of the library, without suffix.
+    flags : sequence of str             Besides those of every library; with -O, or a file for Windows holds the time.
 
     Raises
     ------
     BuildError   If ziglang is not installed, or refuses the sources.
     """
-    if not is_installed():
+    compiler = find_spec("ziglang")
+    if compiler is None or compiler.origin is None:
         raise BuildError('C sources are compiled by ziglang; install it with pip install "strandspring[native]".')
+    system, library = target.system, f"{name}{target.system.suffix}"
+    headers = [] if system.headers is None else ["-isystem", str(Path(compiler.origin).parent / system.headers)]
+    if system.runtime is not None:
+        sources, files = {**sources, system.runtime: runtime(target)}, [*files, system.runtime]
     with TemporaryFolder() as folder:
         for path, content in sources.items():
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
-        _run(folder, target, *FLAGS, *flags, "-c", unit, "-o", "unit.o")
-        return (folder / "unit.o").read_bytes()
-
-
-def linked(target: Target, objects: Sequence[bytes], name: str, flags: tuple[str, ...]) -> bytes:
-    """The shared library of compiled sources; the same arguments give the same bytes.
-
-    Parameters
-    ----------
-    target : Target
-    objects : sequence of bytes   As `object_file` returns them.
-    name : str                    Of the library, without suffix.
-    flags : tuple of str          With which the start code of the target, if any, is compiled.
-
-    Raises
-    ------
-    BuildError   If ziglang refuses them.
-    """
-    system = target.system
-    if system.runtime is not None:
-        objects = [*objects, object_file(target, {system.runtime: runtime(target)}, system.runtime, flags)]
-    library = f"{name}{system.suffix}"
-    names = [f"{k}.o" for k in range(len(objects))]
-    with TemporaryFolder() as folder:
-        for file, content in zip(names, objects, strict=True):
-            (folder / file).write_bytes(content)
-        # Without -O the linker writes the time into a file for Windows.
-        _run(folder, target, "-O3", *names, *system.linking, "-shared", "-s", "-o", library)
+        # File names are relative to where the compiler runs: no path of this computer reaches the binary.
+        arguments = [*FLAGS, *flags, *headers, *files, *system.linking, "-shared", "-s", "-o", library]
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments]
+        done = run(command, folder, _environment(folder))
+        if done.returncode != 0:
+            message = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:200])
+            raise BuildError(
+                f"ziglang {metadata.version('ziglang')} failed to compile for {target.triple}: {message.strip()}. "
+                "Correct the source or, if it has not been changed, install another version of ziglang."
+            )
         return (folder / library).read_bytes()
 
 
@@ -108,15 +87,3 @@ def _can_write(folder: str) -> bool:
         Path(folder).mkdir(parents=True, exist_ok=True)
         return os.access(folder, os.W_OK)
     return False
-
-
-def _run(folder: Path, target: Target, *arguments: str) -> None:
-    # File names are relative to where the compiler runs: no path of this computer reaches the binary.
-    command = [sys.executable, "-m", "ziglang", "cc", "-target", target.triple, *arguments]
-    done = run(command, folder, _environment(folder))
-    if done.returncode != 0:
-        message = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr.strip()[:200])
-        raise BuildError(
-            f"ziglang {metadata.version('ziglang')} failed to compile for {target.triple}: {message.strip()}. "
-            "Correct the source or, if it has not been changed, install another version of ziglang."
-        )

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 
-from ..compiled.images import fmi_header
+from ..compiled.sources import fmi_header
 from ..errors import BuildError
 from ..ground.files import replacing
 from ..model.modelfile import ModelFile

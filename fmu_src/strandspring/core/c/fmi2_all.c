@@ -1,7 +1,7 @@
 /* The FMU of FMI 2.0 as one unit, of which the other files are parts. No name but those of FMI's functions leaves it,
  * so that several FMUs can be linked into one program, each with its FMI2_FUNCTION_PREFIX. Inline, so that compilers do
  * not warn of functions that only others need. */
-#ifdef FMU_SHARED_APART /* as in our own build, which compiles fmu_all.c once for both versions of FMI */
+#ifdef FMU_SHARED_APART /* as in our own build, whose one binary for both versions of FMI has fmu_all.c once */
 #include "fmu/fmu_instance.h"
 #else
 #define SPRING_LOCAL static inline

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from ...compiled.images import FMU, FMU3
+from ...compiled.images import FMU, SPRING_FILES
+from ...compiled.sources import sources_in_fmu
 from ...errors import BuildError
 from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
@@ -51,7 +52,6 @@ _MODEL_EXCHANGE = {
     3: {**_DERIVATIVES, "needsCompletedIntegratorStep": "true", "providesEvaluateDiscreteStates": "false"},
 }
 
-_UNITS = {2: FMU, 3: FMU3}
 # Where the C sources of a spring lie, and among them those of one spring's values.
 _C = "core/c/"
 _VALUES = "fmu/spring_values.h"
@@ -127,8 +127,8 @@ def native_contents(
         shorter = LONGEST_NAME - len(name) + len(model.name)
         raise BuildError(f"{name} is too long for an FMU; give the model a name of at most {shorter} characters.")
     model = replace(model, name=name)
-    unit, fixed, form = _UNITS[fmi], _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy, arrays)
-    listed = (unit.file.removeprefix(_C),)  # includes all other sources
+    fixed, form = _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy, arrays)
+    listed = (SPRING_FILES[fmi].removeprefix(_C),)  # includes all other sources
     backend = Backend(
         co_simulation=None if with_states else _CO_SIMULATION[fmi],
         model_exchange=_MODEL_EXCHANGE[fmi],
@@ -158,7 +158,7 @@ def native_contents(
                 platforms=tuple(sorted({folder for platform in platforms for folder in platform.folders(fmi)})),
             ),
             **related_files(of_record, settings),
-            **binaries(model.name, platforms, unit, lambda image: filled(image, spring, guid, form), fmi),
+            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid, form), fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
             **(of_fmi3 if fmi == 3 else {}),
         }
@@ -171,4 +171,4 @@ def _backend_name(with_states: bool) -> str:
 
 def _fixed_sources(fmi: int) -> dict[str, bytes]:
     """The C files that are the same for every model, by path."""
-    return {path.removeprefix(_C): content for path, content in _UNITS[fmi].sources_in_fmu().items()}
+    return {path.removeprefix(_C): content for path, content in sources_in_fmu(SPRING_FILES[fmi], fmi).items()}

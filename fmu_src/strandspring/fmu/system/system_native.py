@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ...compiled.images import SYSTEM, SYSTEM3
+from ...compiled.images import SYSTEM, SYSTEM_FILES
+from ...compiled.sources import sources_in_fmu
 from ...model.names import LONGEST_NAME, identifier
 from ...vibration.bodies.mounted import MountedSystem
 from ..archive import content_guid, installed_version, licences, write_archive
@@ -26,7 +27,6 @@ from .system_page import system_page
 from .system_reference import reference_experiment
 from .system_variables import SystemFmuOptions, system_start_values, system_units, system_variables
 
-UNITS = {2: SYSTEM, 3: SYSTEM3}
 # Capabilities by version of FMI.
 _ABILITIES = {
     2: {
@@ -96,7 +96,8 @@ def system_contents(
 ) -> dict[str, bytes]:
     """Every file of the FMU by its path inside it."""
     fmi, block = options.fmi, system_block(system, options)
-    name, unit, fixed = system_identifier(system, fmi), UNITS[fmi], UNITS[fmi].sources_in_fmu()
+    name, file = system_identifier(system, fmi), SYSTEM_FILES[fmi]
+    fixed = sources_in_fmu(file, fmi)
     table = system_variables(system, options)
     tool = f"strandspring {installed_version('strandspring')}"
     content = DescriptionContent(
@@ -110,7 +111,7 @@ def system_contents(
     )
     backend = Backend(
         co_simulation=_ABILITIES[fmi],
-        sources=(unit.file,),
+        sources=(file,),
         author=options.author,
         version=version_of(block.source("")),
         fmi=fmi,
@@ -123,12 +124,12 @@ def system_contents(
             "modelDescription.xml": described(content, guid, tool, backend),
             **icon(fmi, "system"),
             "documentation/index.html": system_page(
-                system, options, unit, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
+                system, options, file, tuple(sorted({folder for p in platforms for folder in p.folders(fmi)}))
             ).encode(),
             **licences((), fmi),
             **with_manifest(reference_experiment(system, options), SOURCE if description else None),
             **(description or {}),
-            **binaries(name, platforms, unit, lambda image: block.filled(image, guid), fmi),
+            **binaries(name, platforms, SYSTEM, lambda image: block.filled(image, guid), fmi),
             **{f"sources/{path}": text for path, text in sources.items()},
             **({BUILD_DESCRIPTION: build_description(name, backend.sources)} if fmi == 3 else {}),
         }

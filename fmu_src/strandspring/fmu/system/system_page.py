@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from ...compiled.images import CompiledUnit
 from ...errors import MountedSystemError
 from ...vibration.bodies.modes import modes
 from ...vibration.bodies.mounted import MountedSystem
@@ -15,9 +14,7 @@ from .system_sketch import sketch_svg
 from .system_variables import SystemFmuOptions, system_start_values, system_variables
 
 
-def system_page(
-    system: MountedSystem, options: SystemFmuOptions, unit: CompiledUnit, platforms: tuple[str, ...]
-) -> str:
+def system_page(system: MountedSystem, options: SystemFmuOptions, file: str, platforms: tuple[str, ...]) -> str:
     """HTML of one file: the system with a sketch and its modes, the FMU's behaviour, its variables.
 
     The same arguments give the same text.
@@ -37,6 +34,6 @@ def system_page(
         unstable=unstable,
         options=options,
         platforms=platforms,
-        unit=unit,
+        file=file,
         variables=[(variable, start.get(variable.name)) for variable in system_variables(system, options)],
     )

@@ -121,9 +121,23 @@ static inline FmuStatus fmu_step_to(Instance *instance, double time, double size
 }
 
 /* Of model exchange: how many event indicators there are, 0 or 1, and its value; how many continuous states there are. */
-SPRING_LOCAL size_t fmu_indicators(const Instance *instance);
-SPRING_LOCAL double fmu_indicator(const Instance *instance);
-SPRING_LOCAL size_t fmu_states(const Instance *instance);
+static inline size_t fmu_indicators(const Instance *instance)
+{
+    return instance->has_states ? 0 : 1;
+}
+
+static inline double fmu_indicator(const Instance *instance)
+{
+    const State *state = &instance->state;
+    return fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
+}
+
+enum { MOST_STATES = 2 };
+
+static inline size_t fmu_states(const Instance *instance)
+{
+    return instance->has_states ? MOST_STATES : 0;
+}
 
 /* Takes the instance to a state of this FMU. */
 SPRING_LOCAL void fmu_restore(Instance *instance, const State *state);

@@ -54,17 +54,6 @@ FMI(Status) FMI(SetTime)(FmiInstance c, double time)
     return FMI(OK);
 }
 
-size_t fmu_indicators(const Instance *instance)
-{
-    return instance->has_states ? 0 : 1;
-}
-
-double fmu_indicator(const Instance *instance)
-{
-    const State *state = &instance->state;
-    return fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
-}
-
 static FmuStatus get_indicators(const Instance *instance, double values[])
 {
     if (!instance->has_states)
@@ -72,13 +61,7 @@ static FmuStatus get_indicators(const Instance *instance, double values[])
     return FMU_OK;
 }
 
-enum { MOST_STATES = 2 };
 static const unsigned STATES[MOST_STATES] = {SPRING_ABSORBED_ENERGY, SPRING_OMEGA};
-
-size_t fmu_states(const Instance *instance)
-{
-    return instance->has_states ? MOST_STATES : 0;
-}
 
 static FmuStatus set_states(Instance *instance, const double values[])
 {
