@@ -108,7 +108,6 @@ def test_report_stands_alone_and_escapes(run: Any, loop: str) -> None:
     page = Path("r.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page
     assert "&lt;script&gt;" in page
-    # Whatever plotly.js holds, the page may load nothing.
     assert "default-src 'none'" in page
 
 

@@ -24,9 +24,9 @@ _OVERLAPS = """() => [...document.querySelectorAll("figure")].flatMap((figure) =
                     && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2.5)
     .map(([other]) => `${figure.id}: ${text} / ${other}`));
 })"""
-# Figures without a single drawn line, dot, bar, area or image.
+# Figures without a single drawn line, dot, bar or area.
 _EMPTY = """() => [...document.querySelectorAll("figure")].filter((figure) =>
-  ![...figure.querySelectorAll(".plot .trace path, .plot .heatmaplayer image, .plot .hm image")].some((shape) => {
+  ![...figure.querySelectorAll(".data g path")].some((shape) => {
     const box = shape.getBoundingClientRect();
     return box.width + box.height > 2;
   })).map((figure) => figure.id)"""
@@ -79,11 +79,11 @@ def chromium() -> Iterator[Browser]:
 
 
 @contextmanager
-def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Sight]:
-    """A page, all of its figures drawn."""
+def opened(browser: Browser, path: Path, width: int, scheme: str, *, scripts: bool = True) -> Iterator[Sight]:
+    """A page, all of it unfolded."""
     context = browser.new_context(
         viewport={"width": width, "height": 900}, color_scheme="dark" if scheme == "dark" else "light",
-        has_touch=width < 600,
+        has_touch=width < 600, java_script_enabled=scripts,
     )  # fmt: skip
     page = context.new_page()
     messages: list[str] = []
@@ -92,11 +92,7 @@ def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Si
     page.on("pageerror", lambda error: messages.append(str(error)))
     page.on("request", lambda request: requests.append(request.url))
     page.goto(path.as_uri())
-    page.wait_for_selector("html[data-drawn]", state="attached", timeout=60_000)
-    if page.evaluate("() => [...document.querySelectorAll('details')].map((fold) => (fold.open = true)).length"):
-        page.wait_for_function(
-            "() => [...document.querySelectorAll('figure .plot')].every((plot) => plot.querySelector('.main-svg'))"
-        )
-        page.wait_for_timeout(500)
+    page.evaluate("() => [...document.querySelectorAll('details')].forEach((fold) => { fold.open = true; })")
+    page.wait_for_timeout(100)  # the page answers to what is opened
     yield Sight(page, messages, [url for url in requests if url != path.as_uri()])
     context.close()

@@ -51,7 +51,7 @@ def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, folder
             for candidate in ("standard", "softer")
             for name in (f"{candidate}, shock +y", f"{candidate}, drop", f"{candidate}, transport")
         ]
-        legend = page.locator("#figure-history-acceleration .legend")
+        legend = page.locator("#figure-history-acceleration .panel:not([hidden]) .legend")
         assert "limit 15 g" in legend.inner_text()
         choice.select_option("softer, transport: pass")
         # The others follow.

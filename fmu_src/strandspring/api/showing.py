@@ -44,7 +44,7 @@ def show(
     >>> from strandspring import bundled_record, show
     >>> with TemporaryDirectory() as folder:
     ...     page = show(bundled_record(), Path(folder) / "hinge.html", reverse="displacement")
-    ...     page.name, "Plotly" in page.read_text(encoding="utf-8")
+    ...     page.name, "Force over displacement" in page.read_text(encoding="utf-8")
     ('hinge.html', True)
     """
     from ..report.record_page import write_record_page

@@ -1,7 +1,7 @@
 // The options that choose what is zoomed into, and the cycles chosen.
 (() => {
   "use strict";
-  const { cycles, timed } = JSON.parse(document.getElementById("choice-data").textContent);
+  const { cycles, timed } = JSON.parse(document.getElementById("page-data").textContent).choice;
   const part = (id) => document.getElementById(id);
   const [first, last, options] = [part("first-cycle"), part("last-cycle"), part("options")];
   const windows = { "--displacement-range": null, "--time": null };
@@ -30,13 +30,8 @@
   }
 
   function follow(key, option) {
-    const plot = document.querySelector(`#figure-${key} .plot`);
-    if (!plot.on) return void setTimeout(() => follow(key, option), 50);  // not drawn yet
-    plot.on("plotly_relayout", (change) => {
-      if ("xaxis.range[0]" in change) windows[option] = [change["xaxis.range[0]"], change["xaxis.range[1]"]].map(Number);
-      else if (change["xaxis.autorange"]) windows[option] = null;
-      show();
-    });
+    for (const plot of document.querySelectorAll(`#figure-${key} .plot`))
+      plot.addEventListener("zoomed", ({ detail }) => { windows[option] = detail; show(); });
   }
 
   fill(first, 1);
@@ -46,9 +41,7 @@
   part("reset").addEventListener("click", () => {
     first.value = "1";
     last.value = String(cycles);
-    for (const option of Object.keys(windows)) windows[option] = null;
-    for (const plot of document.querySelectorAll(".plot"))
-      Plotly.relayout(plot, { "xaxis.autorange": true, "yaxis.autorange": true });
+    for (const plot of document.querySelectorAll(".plot")) plot.dispatchEvent(new Event("dblclick"));
     show();
   });
   part("copy").addEventListener("click", () => navigator.clipboard?.writeText(options.value));

@@ -1,4 +1,4 @@
-"""Charts as data, drawn by plotly.js on a page (`chart_json`) and by matplotlib on paper (`drawing`)."""
+"""Charts as data, drawn by matplotlib (`drawing`) on paper and on pages."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Trace:
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
     texts : tuple of str                  What each point is, where it has a name: beside the points where there is
-                                          room, see `labels`; of bars on the page only, under the pointer.
+                                          room, see `labels`; and on a page under the pointer.
     width : float or None                 Of bars; None if they touch each other.
     whole : int or None                   So many points draw the whole line, and those after them its cycles in detail;
                                           None if all points draw the line.

@@ -10,8 +10,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from .chart import Chart, ChartForm, Trace
 
-# Name of a place as plotly.js has it, and where the middle of a text is from its point: sideways in halves of its
-# length, upwards in lines.
+# Where the middle of a text is from its point: sideways in halves of its length, upwards in lines.
 PLACES = {
     "middle right": (1, 0),
     "middle left": (-1, 0),

@@ -1,15 +1,18 @@
-"""Charts drawn by matplotlib: into given axes, or as a figure of a given width on paper."""
+"""Charts drawn by matplotlib: into given axes, or as a figure of a given width on paper; `panels` draws for pages."""
 
 from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib import font_manager, rcParams
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure as Paper
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
@@ -51,7 +54,10 @@ _TITLE = 10.0  # room for the name of a record between panel and legend [points]
 FEW = 3  # records below each other in a chart; more stand side by side
 _COLUMNS, _ROWS = 2, 4
 _LONGEST_TICK = 30
+_MOST_DIVIDED = 10.0**2.8  # ratio of the ends of an axis with ticks between powers of ten
+_CELL = 0.94  # of a heat map
 _LETTER_SIZE = (0.048, 0.105)  # of a label [inches]
+FIRST_ORDER = 3  # above grid and axes
 
 
 def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float = 1.0) -> Axes:
@@ -65,13 +71,27 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
     scale : float          Of line widths.
     """
     if isinstance(figure, HeatMap):
-        _heat_map(figure, axes)
-        return axes
+        draw_heat_map(figure, axes)
+        _colour_bar(axes)
+    elif len(names := draw_chart(figure, axes, record, scale)) > 1:
+        _legend(axes, names)
+    return axes
+
+
+def draw_chart(
+    figure: Chart, axes: Axes, record: int | None, scale: float, words: Callable[[str, int], str] | None = None
+) -> list[str]:
+    """Draw a chart without a legend and return the names for it; artists of trace k have zorder `FIRST_ORDER` + k.
+
+    `words` shortens the names of points and places to so many letters; `printable` if None.
+    """
+    words = words or printable
+    axes.use_sticky_edges = False
     named: dict[str, None] = {}
-    for order, trace in enumerate(figure.traces):
+    for order, trace in enumerate(figure.traces, FIRST_ORDER):
         if record is None or trace.record in (None, record):
             # matplotlib leaves labels with an underscore out of the legend.
-            _trace(trace, axes, "_" if trace.name in named else trace.name, scale, 2.0 + 0.001 * order)
+            _trace(trace, axes, "_" if trace.name in named else trace.name, scale, order)
             if trace.name:
                 named[trace.name] = None
     for axis, way in ((figure.x, "x"), (figure.y, "y")):
@@ -82,7 +102,7 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
         if axis.limits != (None, None):
             axes.set(**{f"{way}lim": axis.limits})
     if figure.x.names:
-        names = [printable(name, _LONGEST_TICK) for name in figure.x.names]
+        names = [words(name, _LONGEST_TICK) for name in figure.x.names]
         axes.set_xticks(range(1, len(names) + 1), names, rotation=90, parse_math=False)
     elif figure.x.whole:
         axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -90,10 +110,8 @@ def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float 
     axes.set_axisbelow(True)
     if figure.is_drawing:
         axes.set_aspect("equal", adjustable="datalim")
-    _label(figure, axes)
-    if len(named) > 1:
-        _legend(axes, list(named))
-    return axes
+    _label(figure, axes, words)
+    return list(named)
 
 
 def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Paper:
@@ -154,8 +172,12 @@ def printable(name: str, longest: int) -> str:
     >>> printable("measurement_of_a_long_day_3.csv", 20)
     'measurement…ay_3.csv'
     """
-    text = "".join(c if ord(c) in _characters() else "\N{REPLACEMENT CHARACTER}" for c in name)
-    return text if len(text) <= longest else f"{text[: longest - 9]}…{text[-8:]}"
+    return shortened("".join(c if ord(c) in _characters() else "\N{REPLACEMENT CHARACTER}" for c in name), longest)
+
+
+def shortened(name: str, longest: int) -> str:
+    """A name cut in the middle to so many letters at most (20 or more)."""
+    return name if len(name) <= longest else f"{name[: longest - 9]}…{name[-8:]}"
 
 
 @functools.cache
@@ -198,18 +220,17 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             axes.plot(x, y, ls=_STYLES[trace.form], lw=width * scale, **marks, **style)
 
 
-def _label(chart: Chart, axes: Axes) -> None:
+def _label(chart: Chart, axes: Axes, words: Callable[[str, int], str]) -> None:
     """Texts beside their points."""
-    paper = axes.get_figure()
-    width, height = paper.get_size_inches() if isinstance(paper, Paper) else (6.0, 4.0)
-    room = ((width - _AXIS * MM) / _LETTER_SIZE[0], (height - 0.5 * _AXIS * MM) / _LETTER_SIZE[1])
+    scale = axes.figure.dpi_scale_trans.inverted()
+    room = axes.bbox.transformed(scale).size / np.array(_LETTER_SIZE)
     for order, places in label_places(chart, *room).items():
         trace = chart.traces[order]
         for x, y, text, place in zip(trace.x.tolist(), trace.y.tolist(), trace.texts, places, strict=True):
             if place:
                 across, up = PLACES[place]
                 axes.annotate(
-                    printable(text, len(text) + 20), (x, y), (4.0 * across, (5.0 if not across else 4.0) * up),
+                    words(text, len(text) + 20), (x, y), (4.0 * across, (5.0 if not across else 4.0) * up),
                     textcoords="offset points", ha=("center", "left", "right")[across],
                     va=("center", "bottom", "top")[up], fontsize=6.0, color=LIGHT[trace.role.value],
                     parse_math=False, annotation_clip=False,
@@ -217,10 +238,11 @@ def _label(chart: Chart, axes: Axes) -> None:
 
 
 def _logarithmic(axes: Axes, way: str) -> None:
-    """Ticks at 1, 2 and 5, in plain numbers."""
+    """Ticks at 1, 2 and 5 where there is room, in plain numbers."""
     (axes.set_xscale if way == "x" else axes.set_yscale)("log")
-    axis = axes.xaxis if way == "x" else axes.yaxis
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0), numticks=15))
+    axis, (low, high) = (axes.xaxis, axes.get_xlim()) if way == "x" else (axes.yaxis, axes.get_ylim())
+    fine = high < _MOST_DIVIDED * low
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fine else (1.0,), numticks=15 if fine else 8))
     axis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 6)))
     axis.set_minor_locator(NullLocator())
 
@@ -250,19 +272,24 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
         text.set_parse_math(False)
 
 
-def _heat_map(figure: HeatMap, axes: Axes) -> None:
-    from matplotlib.colors import LinearSegmentedColormap
-
-    colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["blue"], LIGHT["paper"], LIGHT["model"]])
+def draw_heat_map(figure: HeatMap, axes: Axes) -> None:
+    """Draw the cells of a heat map row by row, blue for negative values and the model's colour for positive ones."""
     size = len(figure.labels)
-    image = axes.imshow(figure.values, vmin=-1.0, vmax=1.0, cmap=colours, interpolation="nearest")
+    values = figure.values.ravel().tolist()
+    colours = [to_rgba(LIGHT["blue" if value < 0.0 else "model"], abs(value)) for value in values]
+    corners = 0.5 * _CELL * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    middles = np.stack(np.meshgrid(np.arange(size), np.arange(size)), axis=-1).reshape(-1, 1, 2)
+    axes.add_collection(PolyCollection(list(middles + corners), facecolors=colours, zorder=FIRST_ORDER))
     font = 6.5 if size <= 12 else 5.0
-    places = np.arange(size)
-    axes.set_xticks(places, figure.labels, rotation=90, fontsize=font)
-    axes.set_yticks(places, figure.labels, fontsize=font)
+    axes.set_xticks(np.arange(size), figure.labels, rotation=90, fontsize=font)
+    axes.set_yticks(np.arange(size), figure.labels, fontsize=font)
+    axes.set(xlim=(-0.5, size - 0.5), ylim=(size - 0.5, -0.5), aspect="equal")
     axes.tick_params(length=0.0)
     axes.spines[:].set_visible(False)
-    paper = axes.get_figure()
-    if paper is not None:
-        bar = paper.colorbar(image, ax=axes, shrink=0.7, ticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
-        bar.outline.set_visible(False)
+
+
+def _colour_bar(axes: Axes) -> None:
+    colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["blue"], LIGHT["paper"], LIGHT["model"]])
+    shades = ScalarMappable(Normalize(-1.0, 1.0), colours)
+    bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, ticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
+    bar.outline.set_visible(False)

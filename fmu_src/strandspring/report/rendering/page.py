@@ -1,13 +1,12 @@
 """`write`: content as one page that opens offline, or as a document for print.
 
-A page holds everything: text, styles, plotly.js and the numbers of its figures, the latter two compressed, for browsers
-since 2023. Its content security policy lets it load nothing else and run no other script.
+A page holds everything: text, styles, figures as SVG, and a script that lets them be read, zoomed and chosen from. Its
+content security policy lets it load nothing else and run no other script.
 """
 
 from __future__ import annotations
 
 import base64
-import gzip
 import hashlib
 import json
 from importlib import resources
@@ -18,7 +17,6 @@ from ...errors import StrandspringError
 from ...ground.files import write_text
 from ..content.blocks import PageContent
 from ..content.quantities import bound
-from .chart_json import figure_json
 from .palette import DARK, LIGHT
 
 SUFFIXES = (".html", ".pdf")
@@ -72,53 +70,34 @@ def write_page(
     path : Path
     content : PageContent
     template : str      In report/assets; one that extends base.html.j2.
-    script : str        In report/assets, run after the figures are drawn; "" for none.
-    choice : object     What that script reads from the element "choice-data", as JSON.
+    script : str        In report/assets; "" for none.
+    choice : object     What that script reads as "choice" from the element "page-data", as JSON.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
+
+    from .panels import panels_of  # loads matplotlib
 
     environment = Environment(
         loader=PackageLoader("strandspring", "report/assets"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["bound"] = bound
-    plotly = _plotly() if content.figures else ""
+    environment.filters["panels"] = panels_of
     scripts = [_asset("figures.js")] if content.figures else []
     scripts += [_asset(script)] if script else []
-    figures = {
-        "noun": content.noun,
-        "records": content.records,
-        "first": content.first,
-        "figures": [figure_json(figure) for figure in content.figures],
-    }
+    data = {"noun": content.noun, "records": content.records, "first": content.first, "choice": choice}
     page = environment.get_template(template).render(
         content=content,
         light=LIGHT,
         dark=DARK,
         # Files of the package, JSON that cannot end its element, and hashes.
         style=Markup(_asset("page.css")),  # noqa: S704
-        choice=Markup(script_json(choice)),  # noqa: S704
-        notice=plotly.partition("*/")[0].strip("/* \n").splitlines(),
-        packed={"plotly": packed(plotly), "figure-data": packed(json.dumps(figures, allow_nan=False))}
-        if plotly
-        else {},
+        data=Markup(script_json(data)),  # noqa: S704
         scripts=[Markup(script) for script in scripts],  # noqa: S704
-        # figures.js runs plotly.js as it unpacks it.
-        script_hashes=Markup(" ".join(map(_hash, [*([plotly] if plotly else []), *scripts])) or "'none'"),  # noqa: S704
+        script_hashes=Markup(" ".join(map(_hash, scripts)) or "'none'"),  # noqa: S704
     )
     write_text(path, page)
-
-
-def packed(text: str) -> str:
-    """A text, compressed, in letters that may stand in any element; `figures.js` unpacks it.
-
-    Examples
-    --------
-    >>> gzip.decompress(base64.b64decode(packed("a line"))).decode()
-    'a line'
-    """
-    return base64.b64encode(gzip.compress(text.encode(), 9, mtime=0)).decode("ascii")
 
 
 def script_json(value: Any) -> str:
@@ -135,12 +114,6 @@ def script_json(value: Any) -> str:
 
 def _asset(name: str) -> str:
     return resources.files("strandspring").joinpath("report/assets", name).read_text(encoding="utf-8")
-
-
-def _plotly() -> str:
-    """plotly.js with its licence notice, from the data of the package `plotly`, which is not imported for it."""
-    script = resources.files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
-    return script.replace("\r\n", "\n")
 
 
 def _hash(script: str) -> str:
