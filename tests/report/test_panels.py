@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from strandspring.report.content.chart import Axis, Chart, ChartForm, HeatMap, Role, Trace
+from strandspring.report.content.chart import Axis, Chart, ChartForm, Role, Trace
 from strandspring.report.content.quantities import MM, NUMBER
 from strandspring.report.rendering.palette import DARK, LIGHT
 from strandspring.report.rendering.panels import Panel, panels_of
@@ -24,7 +24,7 @@ def chart(*traces: Trace, **options: object) -> Chart:
     return Chart("key", "Title", traces=traces, sentence="Words.", **chosen)  # type: ignore[arg-type]
 
 
-def only(figure: Chart | HeatMap) -> Panel:
+def only(figure: Chart) -> Panel:
     (panel,) = panels_of(figure)
     return panel
 
@@ -134,18 +134,19 @@ def test_drawings_are_to_scale() -> None:
     panel = only(chart(Trace("body", np.array([0.0, 40.0]), np.array([0.0, 3.0]), Role.REFERENCE), is_drawing=True))
     across, up = unit(panel)
     assert across == pytest.approx(up, rel=1e-6)
-    assert panel.is_fixed
 
 
-def test_a_heat_map_has_a_cell_for_each_pair() -> None:
-    panel = only(HeatMap("key", "Title", ("a", "b"), np.array([[1.0, -0.25], [-0.25, 1.0]]), "Words."))
-    negative, positive = panel.pieces
-    assert [(shape.text, shape.opacity) for shape in negative.shapes] == [("a, b: −0.25", 0.25), ("b, a: −0.25", 0.25)]
-    assert [(shape.text, shape.opacity) for shape in positive.shapes] == [("a, a: 1", 1.0), ("b, b: 1", 1.0)]
-    (corner,) = polylines(panel, positive.shapes[0].path)
-    assert corner.mean(axis=0) == pytest.approx([0.0, 0.0], abs=0.01)
-    assert [text for _, text in panel.y.ticks] == ["a", "b"]
-    assert panel.y.ticks[0][0] < panel.y.ticks[1][0]  # from the top
+def test_cells_are_squares_about_their_points() -> None:
+    x, y = np.array([1.0, 2.0]), np.array([2.0, 1.0])
+    cells = Trace("negative", x, y, Role.FIRST, ChartForm.CELLS, low=np.array([1.0, 0.25]), texts=("a, b", "b, a"))
+    across, down = (Axis("", NUMBER, limits=limits, names=("a", "b")) for limits in ((0.5, 2.5), (2.5, 0.5)))
+    panel = only(chart(cells, x=across, y=down, is_drawing=True))
+    (piece,) = panel.pieces
+    assert [(shape.text, shape.opacity) for shape in piece.shapes] == [("a, b", 1.0), ("b, a", 0.25)]
+    (corners,) = polylines(panel, piece.shapes[0].path)
+    assert np.sort(corners[:4, 0]) == pytest.approx([0.53, 0.53, 1.47, 1.47], abs=1e-3)
+    assert np.sort(corners[:4, 1]) == pytest.approx([1.53, 1.53, 2.47, 2.47], abs=1e-3)
+    assert panel.x.ticks == panel.y.ticks == ((25.0, "a"), (75.0, "b"))
 
 
 def test_bars_bands_and_ranges_reach_from_low_to_high() -> None:

@@ -43,7 +43,7 @@ def test_everything_is_drawn_and_nothing_overlaps(browser: Browser, folder: Path
 def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, folder: Path) -> None:
     with opened(browser, folder / "box.html", 1300, "light") as sight:
         page = sight.page
-        choice = page.locator("#figure-history-acceleration select")
+        choice = page.locator("#figure-history-acceleration [data-choice=record]")
         names = choice.locator("option").all_inner_texts()
         verdicts = {"standard, shock +y": "not decided", "softer, shock +y": "fail"}
         assert names == [
@@ -55,7 +55,7 @@ def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, folder
         assert "limit 15 g" in legend.inner_text()
         choice.select_option("softer, transport: pass")
         # The others follow.
-        assert page.locator("#figure-loops select").input_value() == choice.input_value()
+        assert page.locator("#figure-loops [data-choice=record]").input_value() == choice.input_value()
         # Spectra are those of the kind of case: none of shock for a vibration.
         shock = page.locator("#figure-shock-spectra select option").all_inner_texts()
         power = page.locator("#figure-power-spectra select option").all_inner_texts()

@@ -25,7 +25,7 @@ from ..identification.identified_model import IdentifiedModel
 from .charts import engineering, fit_charts, isolation_charts, model_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation
-from .content.chart import Figure
+from .content.chart import Chart
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,14 +34,14 @@ COLUMN = 88.0  # width of a column of a journal [mm]
 _RESOLUTION = 600  # of a PNG [dots per inch]
 
 
-def _over_amplitude(key: str, evaluation: Evaluation) -> Figure | None:
+def _over_amplitude(key: str, evaluation: Evaluation) -> Chart | None:
     charts = engineering.over_amplitude(evaluation, EngineeringFigures(evaluation))
     return next((chart for chart in charts if chart.key == key), None)
 
 
 _AMPLITUDES = ("amplitude-secant-stiffness", "amplitude-energy-per-cycle", "amplitude-loss-factor")
 # Each makes a chart, None where it is unknown, or a sentence that says why it cannot be drawn.
-CHARTS: dict[str, Callable[[Evaluation], Figure | str | None]] = {
+CHARTS: dict[str, Callable[[Evaluation], Chart | str | None]] = {
     "loops": fit_charts.loops,
     "force": fit_charts.force,
     "residuals-displacement": fit_charts.residuals_over_displacement,

@@ -20,7 +20,7 @@ from .charts import engineering, isolation_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation
 from .content.blocks import Block, Facts, Gallery, Level, Notice, PageContent, Section, Signatures, Text, Tile, Tiles
-from .content.chart import Figure
+from .content.chart import Chart
 from .content.quantities import NUMBER, number, percent, prose, span, unit_of
 from .details import ReportDetails
 from .figure import CHARTS
@@ -131,7 +131,7 @@ def report_content(
 def _gallery(evaluation: Evaluation, *keys: str) -> Gallery:
     """Charts by their names, without those that are unknown."""
     charts = (CHARTS[key](evaluation) for key in keys)
-    return Gallery(tuple(chart for chart in charts if isinstance(chart, Figure)))
+    return Gallery(tuple(chart for chart in charts if isinstance(chart, Chart)))
 
 
 def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:

@@ -6,31 +6,28 @@ unstable.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...kernel.arrays import FloatArray
+from ...report.rendering.drawing import legend_columns, shortened
 from ...vibration.bodies.six_response import SystemResponse
 from ...vibration.one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
 
 _WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25  # of a column, of both rows, of a line of the legend [inches]
-_HANDLE, _LETTER = 0.8, 0.072  # of a sample in the legend, and of a letter [inches]
-_LETTERS = 32  # of the name of a candidate or a point
+_LETTERS, _POINTS = 32, 9.0  # of a name in the legend, and its height
 
 Responses = Mapping[str, Sequence[SystemResponse]]
 
 
 def size_of(candidates: Responses) -> tuple[float, float]:
     """Width and height of the figure [inches]."""
-    curves = sum(len(responses[0].points) for responses in candidates.values()) * len(_levels(candidates))
-    width = max(8.0, _WIDTH * len(_excitations(candidates)))
-    names = [
-        name for label, responses in candidates.items() for one in responses for name in _names(candidates, label, one)
-    ]
-    return width, _HEIGHT + _LEGEND * (curves // _columns(names, width) + 1)
+    excitations = _excitations(candidates)
+    width, names = max(8.0, _WIDTH * len(excitations)), [name for name, *_ in _curves(candidates, excitations[0])]
+    return width, _HEIGHT + _LEGEND * (len(names) // _columns(names, width) + 1)
 
 
 def grid_of(candidates: Responses) -> tuple[int, int]:
@@ -45,7 +42,7 @@ def fill(figure: Figure, candidates: Responses, title: str) -> list[Axes]:
     figure.suptitle(title)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=_columns(labels, figure.get_figwidth()),
-                  fontsize=9, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
+                  fontsize=_POINTS, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
     return axes
 
 
@@ -70,39 +67,35 @@ def _levels(candidates: Responses) -> list[float]:
     return list(dict.fromkeys(response.level for responses in candidates.values() for response in responses))
 
 
-def _names(candidates: Responses, label: str, response: SystemResponse) -> list[str]:
-    """Of the curves of a response in the legend, one for each point."""
-    of = [_shortened(label)] if len(candidates) > 1 else []
-    return [", ".join([*of, _shortened(point.name), response.level_text]) for point in response.points]
-
-
-def _shortened(name: str) -> str:
-    return name if len(name) <= _LETTERS else f"{name[: _LETTERS - 9]}…{name[-8:]}"
+def _curves(candidates: Responses, excitation: str) -> Iterator[tuple[str, SystemResponse, int, int]]:
+    """Name, response, point and number of the colour of each curve of an excitation."""
+    color = 0
+    for label, responses in candidates.items():
+        of = [shortened(label, _LETTERS)] if len(candidates) > 1 else []
+        for p, point in enumerate(responses[0].points):
+            for response in responses:
+                if response.shaking.name == excitation:
+                    yield ", ".join([*of, shortened(point.name, _LETTERS), response.level_text]), response, p, color
+            color += 1
 
 
 def _columns(names: Sequence[str], width: float) -> int:
     """Of a legend as wide as a figure [inches]."""
-    return min(len(names), LEGEND_COLUMNS, max(1, int(width / (_HANDLE + _LETTER * max(map(len, names))))))
+    return min(LEGEND_COLUMNS, legend_columns(names, width, _POINTS, 12))
 
 
 def _draw(top: Axes, bottom: Axes, candidates: Responses, excitation: str) -> None:
     """The curves of one excitation."""
-    levels, color = _levels(candidates), 0
-    for label, responses in candidates.items():
-        for p in range(len(responses[0].points)):
-            for response in responses:
-                if response.shaking.name != excitation:
-                    continue
-                style = STYLES[levels.index(response.level) % len(STYLES)]
-                name = _names(candidates, label, response)[p]
-                gain = response.gain_column.factor * np.abs(response.gain[:, p]).max(axis=1)
-                for axes, values in ((top, gain), (bottom, 1e3 * response.sway[:, p])):
-                    look = {"color": COLORS[color % len(COLORS)], "lw": 1.3}
-                    stable = np.where(response.stable, values, np.nan)
-                    axes.plot(response.frequency, stable, ls=style, label=name, **look)  # type: ignore[arg-type]
-                    if not response.stable.all():
-                        axes.plot(response.frequency, _dotted(response, values), ls=UNSTABLE, **look)  # type: ignore[arg-type]
-            color += 1
+    levels = _levels(candidates)
+    for name, response, p, color in _curves(candidates, excitation):
+        style = STYLES[levels.index(response.level) % len(STYLES)]
+        gain = response.gain_column.factor * np.abs(response.gain[:, p]).max(axis=1)
+        for axes, values in ((top, gain), (bottom, 1e3 * response.sway[:, p])):
+            look = {"color": COLORS[color % len(COLORS)], "lw": 1.3}
+            stable = np.where(response.stable, values, np.nan)
+            axes.plot(response.frequency, stable, ls=style, label=name, **look)  # type: ignore[arg-type]
+            if not response.stable.all():
+                axes.plot(response.frequency, _dotted(response, values), ls=UNSTABLE, **look)  # type: ignore[arg-type]
     for axes in (top, bottom):
         axes.set(xscale="log", yscale="log")
         axes.grid(True, which="major", color="0.85", lw=0.8)

@@ -4,50 +4,40 @@
   const page = JSON.parse(document.getElementById("page-data").textContent);
   const parts = (root, selector) => [...root.querySelectorAll(selector)];
   const unique = (values) => [...new Set(values.filter((value) => value !== undefined))];
+  const ways = ["x", "y"];
   const chosen = { record: String(page.first ?? ""), cycle: "" };  // empty: all
   const figures = parts(document, "figure").map((element) => {
     const panels = parts(element, ".panel"), groups = parts(panels[0], ".data > g");
     const records = unique((panels.length > 1 ? panels : groups).map((part) => part.dataset.record));
-    return { panels, records, choice: element.querySelector(".choice"), selects: {} };
+    return { element, panels, records };
   });
 
   function show(figure) {
     const { panels, records } = figure, apart = panels.length > 1;
     const record = records.includes(chosen.record) ? chosen.record : apart || records.length === 1 ? records[0] : "";
     for (const panel of panels) panel.hidden = apart && panel.dataset.record !== record;
-    const panel = panels.find((own) => !own.hidden);
-    const groups = parts(panel, ".data > g").filter((own) => {
-      own.style.display = "none";
-      return apart || !record || [undefined, record].includes(own.dataset.record);
-    });
+    const panel = panels.find((own) => !own.hidden), buttons = parts(panel, ".legend button");
+    const every = parts(panel, ".data > g");
+    const groups = every.filter((own) => apart || !record || [undefined, record].includes(own.dataset.record));
     const cycles = records.length > 1 && !record ? [] : unique(groups.map((own) => own.dataset.cycle));
     const cycle = cycles.includes(chosen.cycle) ? chosen.cycle : "";
-    const buttons = parts(panel, ".legend button");
-    buttons.forEach((button, name) => { button.hidden = groups.every((own) => own.dataset.name !== String(name)); });
     const shown = groups.filter((own) => (cycle ? own.dataset.cycle === cycle : !own.classList.contains("detail")) &&
       buttons[own.dataset.name]?.getAttribute("aria-pressed") !== "false");
-    for (const group of shown) group.style.display = "inline";
+    for (const group of every) group.style.display = shown.includes(group) ? "inline" : "none";
+    buttons.forEach((button, k) => { button.hidden = groups.every((own) => own.dataset.name !== String(k)); });
     const all = apart ? [] : [["", `all ${page.noun.toLowerCase()}s`]];
-    offer(figure, "record", page.noun, all, records.map((place) => [place, page.records[place]]), record);
-    offer(figure, "cycle", "Cycle", [["", "all cycles"]], cycles.map((own) => [own, own]), cycle);
+    offer(figure, "record", all, records.map((place) => [place, page.records[place]]), record);
+    offer(figure, "cycle", [["", "all cycles"]], cycles.map((own) => [own, own]), cycle);
     // A part is shown as large as there is room.
     const isPart = cycle !== "" || (!apart && records.length > 1 && record !== "");
     if (isPart || panel.isPart) zoom(panel.querySelector(".plot"), isPart ? boxOf(shown) : null);
     panel.isPart = isPart;
   }
 
-  function offer(figure, name, text, all, options, value) {
-    let select = figure.selects[name];
-    if (!select && options.length < 2) return;
-    if (!select) {
-      select = figure.selects[name] = document.createElement("select");
-      const label = document.createElement("label");
-      label.append(text, select);
-      figure.choice.append(label);
-      select.addEventListener("change", () => { chosen[name] = select.value; figures.forEach(show); });
-    }
-    select.parentElement.style.display = options.length > 1 ? "" : "none";
-    select.replaceChildren(...[...all, ...options].map(([key, label]) => new Option(label, key)));
+  function offer({ element }, name, all, options, value) {
+    const select = element.querySelector(`[data-choice=${name}]`);
+    select.parentElement.hidden = options.length < 2;
+    select.replaceChildren(...(options.length < 2 ? [] : [...all, ...options]).map(([key, label]) => new Option(label, key)));
     select.value = value;
   }
 
@@ -55,52 +45,53 @@
   function boxOf(groups) {
     const boxes = groups.map((group) => group.getBBox()).filter(({ width, height }) => width + height > 0);
     if (!boxes.length) return null;
-    const [x, y] = ["x", "y"].map((way) => Math.min(...boxes.map((box) => box[way])));
-    const width = Math.max(...boxes.map((box) => box.x + box.width)) - x || 1;
-    const height = Math.max(...boxes.map((box) => box.y + box.height)) - y || 1;
-    return [x - 0.04 * width, y - 0.04 * height, 1.08 * width, 1.08 * height];
+    const [[left, right], [top, bottom]] = [["x", "width"], ["y", "height"]].map(([from, size]) =>
+      [Math.min(...boxes.map((box) => box[from])), Math.max(...boxes.map((box) => box[from] + box[size]))]);
+    const [width, height] = [right - left || 1, bottom - top || 1];
+    return [left - 0.04 * width, top - 0.04 * height, 1.08 * width, 1.08 * height];
   }
 
   const viewBox = (plot) => plot.querySelector(".data").getAttribute("viewBox").split(" ").map(Number);
   const decimals = (width, more) => Math.min(Math.max(more - Math.floor(Math.log10(width)), 0), 20);
 
-  // An axis of a plot: from shares of the whole area, from the left or the bottom, to values and back; ends of the view.
+  // An axis: values at shares of the whole area, from the left or the bottom, and back; which of them are in the view.
   function axisOf(plot, way) {
     const [low, high] = plot.dataset[way].split(" ").map(Number), log = `${way}log` in plot.dataset;
-    const [x, y, width, height] = viewBox(plot), [wide, high_] = plot.whole.slice(2);
+    plot.whole ??= viewBox(plot);
+    const k = ways.indexOf(way), view = viewBox(plot), size = plot.whole[k + 2];
+    const [from, to] = [view[k] / size, (view[k] + view[k + 2]) / size], ends = k ? [1 - to, 1 - from] : [from, to];
     const at = (share) => (log ? low * (high / low) ** share : low + (high - low) * share);
     const share = (value) => (log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low));
-    const view = way === "x" ? [x / wide, (x + width) / wide] : [1 - (y + height) / high_, 1 - y / high_];
-    return { at, share, log, view, ends: view.map(at), unit: plot.dataset[`${way}unit`] };
+    return { at, share, log, size, ends, values: ends.map(at), unit: plot.dataset[`${way}unit`] };
   }
 
-  function ticks({ ends: [low, high], log }) {
-    const from = (first, step) => Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, k) => (first + k) * step);
+  function ticks({ values: [low, high], log }) {
+    const range = (from, to) => Array.from({ length: Math.max(to - from + 1, 0) }, (_, k) => from + k);
     if (log && high / low > 5) {
-      const powers = Array.from({ length: 700 }, (_, k) => k - 350).filter((k) => 10 ** (k + 1) > low && 10 ** k <= high);
-      return powers.flatMap((k) => (high / low > 1e3 ? [1] : [1, 2, 5]).map((digit) => Number(`${digit}e${k}`)))
+      const powers = range(...[low, high].map((value) => Math.floor(Math.log10(value))));
+      return powers.flatMap((power) => (high / low > 600 ? [1] : [1, 2, 5]).map((digit) => Number(`${digit}e${power}`)))
         .filter((value) => value >= low && value <= high);
     }
     const power = 10 ** Math.floor(Math.log10((high - low) / 5));
-    const step = [1, 2, 5, 10].find((digit) => digit * power >= (high - low) / 6) * power;
-    return from(Math.ceil(low / step - 1e-9), step).map((value) => Number(value.toFixed(decimals(step, 1))));
+    const step = [1, 2, 5, 10].find((digit) => 6 * digit * power >= high - low) * power;
+    return range(Math.ceil(low / step), Math.floor(high / step)).map((k) => Number((k * step).toFixed(decimals(step, 1))));
   }
 
   // Show a part of the area between the axes, null for all of it.
   function zoom(plot, box) {
     if (!plot.dataset.x) return;
     const data = plot.querySelector(".data"), grid = data.querySelector(".grid");
-    const groups = ["x", "y"].map((way) => plot.querySelector(`g.${way}`));
-    plot.whole ??= viewBox(plot);
+    const groups = ways.map((way) => plot.querySelector(`g.${way}`));
     plot.start ??= [grid.getAttribute("d"), ...groups.map((group) => [...group.childNodes])];
+    plot.whole ??= viewBox(plot);
     data.setAttribute("viewBox", (box ?? plot.whole).join(" "));
     let [lines, ...texts] = plot.start;
     if (box) {
-      const axes = ["x", "y"].map((way) => axisOf(plot, way)), [, , wide, high] = plot.whole;
+      const axes = ways.map((way) => axisOf(plot, way));
       lines = "";
       texts = axes.map((axis, k) => ticks(axis).map((value) => {
-        const share = axis.share(value), place = 100 * (share - axis.view[0]) / (axis.view[1] - axis.view[0]);
-        lines += k ? `M0 ${(1 - share) * high}h${wide}` : `M${share * wide} 0v${high}`;
+        const share = axis.share(value), place = 100 * (share - axis.ends[0]) / (axis.ends[1] - axis.ends[0]);
+        lines += k ? `M0 ${(1 - share) * axis.size}h${axes[0].size}` : `M${share * axis.size} 0v${axes[1].size}`;
         const text = document.createElementNS(plot.namespaceURI, "text");
         text.textContent = String(value).replace("-", "−");
         text.setAttribute("x", k ? "0" : `${place}%`);
@@ -110,40 +101,40 @@
     }
     grid.setAttribute("d", lines);
     groups.forEach((group, k) => group.replaceChildren(...texts[k]));
-    plot.dispatchEvent(new CustomEvent("zoomed", { detail: box && axisOf(plot, "x").ends }));
+    plot.dispatchEvent(new CustomEvent("zoomed", { detail: box && axisOf(plot, "x").values }));
   }
 
-  for (const plot of parts(document, ".plot[data-x]")) {
+  function listen(plot) {
     const readout = plot.querySelector(".readout"), selection = document.createElementNS(plot.namespaceURI, "rect");
-    selection.setAttribute("class", "selection");
     let start = null;
+    selection.setAttribute("class", "selection");
+    // Where the pointer is, as shares of width and height from the left and the top.
     const place = (event) => {
       const { left, top, width, height } = plot.getBoundingClientRect();
-      return [[event.clientX - left, width], [event.clientY - top, height]].map(([at, size]) => Math.min(Math.max(at, 0), size));
+      return [(event.clientX - left) / width, (event.clientY - top) / height].map((at) => Math.min(Math.max(at, 0), 1));
     };
-    // The stretch of each direction that is chosen [pixels]; all of it where the pointer hardly moved.
+    // What is chosen of both; all where the pointer hardly moved.
     const stretches = (event) => place(event).map((at, k) => {
-      const size = [plot.clientWidth, plot.clientHeight][k];
-      return Math.abs(at - start[k]) < 12 ? [0, size] : [Math.min(at, start[k]), Math.abs(at - start[k])];
+      const size = Math.abs(at - start[k]);
+      return size < 0.04 ? [0, 1] : [Math.min(at, start[k]), size];
     });
+    const on = (type, answer) => plot.addEventListener(type, answer);
     const read = (event) => {
-      plot.whole ??= viewBox(plot);
-      const shares = place(event).map((at, k) => (k ? 1 - at / plot.clientHeight : at / plot.clientWidth));
-      readout.textContent = ["x", "y"].map((way, k) => {
-        const { at, view: [low, high], ends, log, unit } = axisOf(plot, way), value = at(low + (high - low) * shares[k]);
-        const text = log ? value.toPrecision(3) : value.toFixed(decimals(ends[1] - ends[0], 2));
-        return `${text.replace("-", "−")} ${unit}`;
-      }).join(", ");
+      readout.textContent = place(event).map((share, k) => {
+        const { at, log, ends: [from, to], values, unit } = axisOf(plot, ways[k]);
+        const value = at(from + (to - from) * (k ? 1 - share : share));
+        return `${log ? value.toPrecision(3) : value.toFixed(decimals(values[1] - values[0], 2))} ${unit}`;
+      }).join(", ").replaceAll("-", "−");
     };
-    plot.addEventListener("pointermove", (event) => {
+    on("pointermove", (event) => {
       read(event);
       if (start) stretches(event).forEach(([from, size], k) => {
-        selection.setAttribute(k ? "y" : "x", from);
-        selection.setAttribute(k ? "height" : "width", size);
+        selection.setAttribute(ways[k], `${100 * from}%`);
+        selection.setAttribute(["width", "height"][k], `${100 * size}%`);
       });
     });
-    plot.addEventListener("pointerleave", () => { readout.textContent = ""; });
-    plot.addEventListener("pointerdown", (event) => {
+    on("pointerleave", () => { readout.textContent = ""; });
+    on("pointerdown", (event) => {
       read(event);
       if (event.pointerType !== "mouse" || event.button) return;
       event.preventDefault();
@@ -151,17 +142,21 @@
       start = place(event);
       plot.append(selection);
     });
-    plot.addEventListener("pointerup", (event) => {
+    on("pointerup", (event) => {
       if (!start) return;
-      const [[left, wide], [top, high]] = stretches(event), [x, y, width, height] = viewBox(plot);
+      const [[x, wide], [y, high]] = stretches(event), [left, top, width, height] = viewBox(plot);
       start = null;
       selection.remove();
-      const [across, up] = [width / plot.clientWidth, height / plot.clientHeight];
-      if (wide < plot.clientWidth || high < plot.clientHeight) zoom(plot, [x + left * across, y + top * up, wide * across, high * up]);
+      if (wide * high < 1) zoom(plot, [left + x * width, top + y * height, wide * width, high * height]);
     });
-    plot.addEventListener("dblclick", () => zoom(plot, null));
+    on("dblclick", () => zoom(plot, null));
   }
 
+  parts(document, ".plot[data-x]").forEach(listen);
+  for (const select of parts(document, ".choice select")) select.addEventListener("change", () => {
+    chosen[select.dataset.choice] = select.value;
+    figures.forEach(show);
+  });
   for (const button of parts(document, ".legend button")) button.addEventListener("click", () => {
     button.setAttribute("aria-pressed", String(button.getAttribute("aria-pressed") !== "true"));
     show(figures.find(({ panels }) => panels.includes(button.closest(".panel"))));

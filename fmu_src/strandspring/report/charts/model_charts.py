@@ -6,7 +6,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
-from ..content.chart import Axis, Chart, ChartForm, HeatMap, Role, Trace
+from ..content.chart import Axis, Chart, ChartForm, Role, Trace
 from ..content.quantities import NUMBER, number, span
 from .evaluation import Evaluation
 from .fit_charts import over_cycles
@@ -80,7 +80,7 @@ def omega(evaluation: Evaluation) -> Chart:
     )  # fmt: skip
 
 
-def correlations(evaluation: Evaluation) -> HeatMap | None:
+def correlations(evaluation: Evaluation) -> Chart | None:
     """Correlations between all coefficients; None if they are unknown."""
     whole = evaluation.identification
     joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
@@ -108,7 +108,18 @@ def correlations(evaluation: Evaluation) -> HeatMap | None:
         f"between {labels[a]} and {labels[b]}; among kappa_omega, rho, sigma and n it is at most {number(between, 2)} "
         "in size."
     )
-    return HeatMap("correlations", "Correlations of the parameters", tuple(labels), values, sentence)
+    traces = []
+    for name, role, side in (("positive", Role.MODEL, 1.0), ("negative", Role.FIRST, -1.0)):
+        # The strongest first, so that the legend has its colour.
+        cells = sorted(np.argwhere(side * values > 0.0).tolist(), key=lambda cell: -side * values[tuple(cell)])
+        texts = tuple(f"{labels[i]}, {labels[j]}: {number(float(values[i, j]), 3)}" for i, j in cells)
+        y, x = np.array(cells, dtype=float).reshape(-1, 2).T + 1.0
+        opacity = np.array([abs(values[i, j]) for i, j in cells])
+        traces.append(Trace(name, x, y, role, ChartForm.CELLS, low=opacity, texts=texts))
+    ends = (0.5, len(labels) + 0.5)
+    x_axis, y_axis = (Axis("", NUMBER, limits=limits, names=tuple(labels)) for limits in (ends, ends[::-1]))
+    return Chart("correlations", "Correlations of the parameters", x_axis, y_axis, tuple(traces), sentence,
+                 is_drawing=True)  # fmt: skip
 
 
 def band(evaluation: Evaluation) -> Chart | None:

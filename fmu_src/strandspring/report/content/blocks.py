@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from .chart import Figure
+from .chart import Chart
 
 MOST_ROWS = 400  # of a table
 
@@ -101,7 +101,7 @@ class Signatures:
 class Gallery:
     """Figures."""
 
-    figures: tuple[Figure, ...]
+    figures: tuple[Chart, ...]
 
     @property
     def columns(self) -> int:
@@ -147,7 +147,7 @@ class PageContent:
     panels: int = 3
 
     @property
-    def figures(self) -> tuple[Figure, ...]:
+    def figures(self) -> tuple[Chart, ...]:
         """All figures in their order."""
         return tuple(
             figure

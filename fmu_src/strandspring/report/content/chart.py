@@ -43,6 +43,7 @@ class ChartForm(Enum):
     MARKED_LINE = "marked line"
     BARS = "bars"  # from `low` or 0 to `y`
     BAND = "band"  # between `low` and `y`
+    CELLS = "cells"  # squares about the points, each as opaque as `low`
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ class Trace:
     x, y : ndarray, shape (P,)            NaN interrupts a line.
     role : Role
     form : ChartForm
-    low : ndarray, shape (P,), or None    Lower edge of a band, or lower ends of bars and ranges.
+    low : ndarray, shape (P,), or None    Lower edge of a band, lower ends of bars and ranges, or opacity of cells.
     error : ndarray, shape (P,), or None  Half-length of error bars.
     record : int or None                  Place of the record that it belongs to; None for all.
     cycles : tuple of (label, start, stop)   Which points belong to a cycle, where cycles can be chosen.
@@ -109,7 +110,7 @@ class Trace:
     @property
     def labelled(self) -> bool:
         """Whether its texts stand beside its points."""
-        return bool(self.texts) and self.form is not ChartForm.BARS
+        return bool(self.texts) and self.form not in (ChartForm.BARS, ChartForm.CELLS)
 
     @property
     def bar_width(self) -> float:
@@ -135,7 +136,7 @@ class Chart:
     sentence : str        What it shows, in words and numbers; the alternative text too.
     wide : bool           Whether it takes the whole width of the page.
     single : bool         Whether it shows one record at a time.
-    is_drawing : bool     Whether it is a drawing, with the same scale along both axes.
+    is_drawing : bool     Whether it is a drawing or a matrix, with the same scale along both axes.
     """
 
     key: str
@@ -147,27 +148,6 @@ class Chart:
     wide: bool = False
     single: bool = False
     is_drawing: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class HeatMap:
-    """A square of values from -1 to 1; attributes as of `Chart`.
-
-    Parameters
-    ----------
-    labels : tuple of str, length m
-    values : ndarray, shape (m, m)
-    """
-
-    key: str
-    title: str
-    labels: tuple[str, ...]
-    values: FloatArray
-    sentence: str
-    wide: bool = False
-
-
-Figure = Chart | HeatMap
 
 
 def joined(pieces: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[FloatArray, FloatArray, list[tuple[int, int]]]:

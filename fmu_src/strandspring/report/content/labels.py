@@ -11,25 +11,17 @@ from ...kernel.arrays import FloatArray
 from .chart import Chart, ChartForm, Trace
 
 # Where the middle of a text is from its point: sideways in halves of its length, upwards in lines.
-PLACES = {
-    "middle right": (1, 0),
-    "middle left": (-1, 0),
-    "top center": (0, 1),
-    "bottom center": (0, -1),
-    "top right": (1, 1),
-    "top left": (-1, 1),
-    "bottom right": (1, -1),
-    "bottom left": (-1, -1),
-}
+_PLACES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 _BESIDE, _ABOVE = 1.2, 1.0  # from a point to the near end of its text [columns], or to its middle [lines]
 _MARK, _DOT = (1.0, 0.5), (0.2, 0.1)  # half of a mark, and of a piece of a line [columns, lines]
 _DRAWN = (ChartForm.LINE, ChartForm.DASHED, ChartForm.DOTTED)
 
+_Place = tuple[int, int]
 _Box = tuple[float, float, float, float]  # left, right, bottom, top
 
 
-def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[str]]:
-    """Places of the texts of each trace with labels, by its number: keys of `PLACES`, "" where there is no room.
+def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[_Place | None]]:
+    """Places of the texts of each trace with labels, by its number, to the right and up; None where there is no room.
 
     Parameters
     ----------
@@ -53,27 +45,27 @@ def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[s
         for width, height in (_DOT if chart.traces[number].form in _DRAWN else _MARK,)
         for x, y in places
     ]
-    found: dict[int, list[str]] = {}
+    found: dict[int, list[_Place | None]] = {}
     for number, trace in labelled.items():
         found[number] = []
         for (x, y), text in zip(marks[number], trace.texts, strict=True):
             free = (
-                (name, box)
-                for name, box in (_box_of(x, y, len(text), place) for place in PLACES)
+                (place, box)
+                for place, box in ((place, _box_of(x, y, len(text), place)) for place in _PLACES)
                 if box[0] >= 0.0 and box[1] <= columns and box[2] >= 0.0 and box[3] <= lines
                 and not any(_overlap(box, other) for other in taken)
             )  # fmt: skip
-            name, box = next(free, ("", None))
-            found[number].append(name)
+            place, box = next(free, (None, None))
+            found[number].append(place)
             if box is not None:
                 taken.append(box)
     return found
 
 
-def _box_of(x: float, y: float, length: int, name: str) -> tuple[str, _Box]:
-    across, up = PLACES[name]
+def _box_of(x: float, y: float, length: int, place: _Place) -> _Box:
+    across, up = place
     middle, height = x + across * (0.5 * length + _BESIDE), y + up * _ABOVE
-    return name, (middle - 0.5 * length, middle + 0.5 * length, height - 0.5, height + 0.5)
+    return (middle - 0.5 * length, middle + 0.5 * length, height - 0.5, height + 0.5)
 
 
 def _along(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -92,7 +84,7 @@ def _overlap(one: _Box, other: _Box) -> bool:
 
 def _scaled(chart: Chart, trace: Trace, columns: float, lines: float) -> list[tuple[float, float]]:
     """The points of a trace in columns and lines from the lower left corner of the chart."""
-    (left, right), (bottom, top) = (ends(chart, way) for way in "xy")
+    (left, right), (bottom, top) = (_ends(chart, way) for way in "xy")
     across, up = columns / (right - left), lines / (top - bottom)
     if chart.is_drawing:
         # A column is about half as wide as a line is high; what is left of the room is at both sides.
@@ -103,7 +95,7 @@ def _scaled(chart: Chart, trace: Trace, columns: float, lines: float) -> list[tu
     return list(zip(x.tolist(), y.tolist(), strict=True))
 
 
-def ends(chart: Chart, way: str) -> tuple[float, float]:
+def _ends(chart: Chart, way: str) -> tuple[float, float]:
     """Of an axis of a chart, with a margin; `way` is x or y."""
     axis = chart.x if way == "x" else chart.y
     values: FloatArray = np.concatenate([getattr(trace, way) for trace in chart.traces])

@@ -5,21 +5,20 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from matplotlib import font_manager, rcParams
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgba
 from matplotlib.figure import Figure as Paper
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
-from ..content.chart import Chart, ChartForm, Figure, HeatMap, Role, Trace
-from ..content.labels import PLACES, label_places
+from ..content.chart import Chart, ChartForm, Role, Trace
+from ..content.labels import label_places
 from ..content.quantities import number
 from .palette import LIGHT
 
@@ -55,82 +54,45 @@ FEW = 3  # records below each other in a chart; more stand side by side
 _COLUMNS, _ROWS = 2, 4
 _LONGEST_TICK = 30
 _MOST_DIVIDED = 10.0**2.8  # ratio of the ends of an axis with ticks between powers of ten
-_CELL = 0.94  # of a heat map
+_CELL = 0.47 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])  # corners about a point
 _LETTER_SIZE = (0.048, 0.105)  # of a label [inches]
 FIRST_ORDER = 3  # above grid and axes
 
 
-def draw(figure: Figure, axes: Axes, record: int | None = None, *, scale: float = 1.0) -> Axes:
+def draw(chart: Chart, axes: Axes, record: int | None = None, *, scale: float = 1.0) -> Axes:
     """Draw a chart into axes.
 
     Parameters
     ----------
-    figure : Chart or HeatMap
+    chart : Chart
     axes : Axes
     record : int or None   Show this record only; all if None.
     scale : float          Of line widths.
     """
-    if isinstance(figure, HeatMap):
-        draw_heat_map(figure, axes)
-        _colour_bar(axes)
-    elif len(names := draw_chart(figure, axes, record, scale)) > 1:
-        _legend(axes, names)
+    traces = tuple(trace for trace in chart.traces if record is None or trace.record in (None, record))
+    draw_bare(replace(chart, traces=traces), axes, scale, printable)
+    if len(names := dict.fromkeys(trace.name for trace in traces if trace.name)) > 1:
+        _legend(axes, list(names))
     return axes
 
 
-def draw_chart(
-    figure: Chart, axes: Axes, record: int | None, scale: float, words: Callable[[str, int], str] | None = None
-) -> list[str]:
-    """Draw a chart without a legend and return the names for it; artists of trace k have zorder `FIRST_ORDER` + k.
-
-    `words` shortens the names of points and places to so many letters; `printable` if None.
-    """
-    words = words or printable
-    axes.use_sticky_edges = False
-    named: dict[str, None] = {}
-    for order, trace in enumerate(figure.traces, FIRST_ORDER):
-        if record is None or trace.record in (None, record):
-            # matplotlib leaves labels with an underscore out of the legend.
-            _trace(trace, axes, "_" if trace.name in named else trace.name, scale, order)
-            if trace.name:
-                named[trace.name] = None
-    for axis, way in ((figure.x, "x"), (figure.y, "y")):
-        text = axes.set_xlabel(axis.label) if way == "x" else axes.set_ylabel(axis.label)
-        text.set_parse_math(False)
-        if axis.log:
-            _logarithmic(axes, way)
-        if axis.limits != (None, None):
-            axes.set(**{f"{way}lim": axis.limits})
-    if figure.x.names:
-        names = [words(name, _LONGEST_TICK) for name in figure.x.names]
-        axes.set_xticks(range(1, len(names) + 1), names, rotation=90, parse_math=False)
-    elif figure.x.whole:
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
-    axes.set_axisbelow(True)
-    if figure.is_drawing:
-        axes.set_aspect("equal", adjustable="datalim")
-    _label(figure, axes, words)
-    return list(named)
-
-
-def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Paper:
+def paper_figure(figure: Chart, width: float, names: Mapping[int, str]) -> Paper:
     """A figure for print; a chart of one record at a time gets a panel for each of the records, at most eight.
 
     Panels have the name of their record, and a legend where it is not that of the first.
 
     Parameters
     ----------
-    figure : Chart or HeatMap
+    figure : Chart
     width : float             [mm]
     names : mapping           Of the records to show, by their places.
     """
     records: list[int | None] = [None]
-    if isinstance(figure, Chart) and figure.single:
+    if figure.single:
         records = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place in names]
     columns = _COLUMNS if len(records) > FEW else 1
     rows, panel = math.ceil(len(records) / columns), width / columns
-    if isinstance(figure, HeatMap) or figure.is_drawing:
+    if figure.is_drawing:
         height = width
     else:
         height = panel * (0.66 if columns > 1 else 0.34 if panel > 120.0 else 0.62 if panel > 70.0 else 0.85)
@@ -155,9 +117,9 @@ def paper_figure(figure: Figure, width: float, names: Mapping[int, str]) -> Pape
     return paper
 
 
-def groups_of_records(figure: Figure, most: int) -> list[list[int]]:
+def groups_of_records(figure: Chart, most: int) -> list[list[int]]:
     """The first records of a chart of one record at a time, in groups for `paper_figure`; one empty group else."""
-    if not isinstance(figure, Chart) or not figure.single:
+    if not figure.single:
         return [[]]
     places = [place for place in dict.fromkeys(trace.record for trace in figure.traces) if place is not None][:most]
     size = len(places) if len(places) <= FEW else _COLUMNS * _ROWS
@@ -186,27 +148,57 @@ def _characters() -> frozenset[int]:
     return frozenset(font_manager.get_font(path).get_charmap())
 
 
+def draw_bare(chart: Chart, axes: Axes, scale: float, words: Callable[[str, int], str]) -> None:
+    """Draw a chart without a legend; artists of trace k have zorder `FIRST_ORDER` + k.
+
+    `words` makes names of points and places fit into so many letters.
+    """
+    axes.use_sticky_edges = False
+    named: set[str] = set()
+    for order, trace in enumerate(chart.traces, FIRST_ORDER):
+        # matplotlib leaves labels with an underscore out of the legend.
+        _trace(trace, axes, "_" if trace.name in named else trace.name, scale, order)
+        named.add(trace.name)
+    for axis, way in ((chart.x, "x"), (chart.y, "y")):
+        text = axes.set_xlabel(axis.label) if way == "x" else axes.set_ylabel(axis.label)
+        text.set_parse_math(False)
+        if axis.log:
+            _logarithmic(axes, way)
+        if axis.limits != (None, None):
+            axes.set(**{f"{way}lim": axis.limits})
+        drawn = axes.xaxis if way == "x" else axes.yaxis
+        if axis.names:
+            names = [words(name, _LONGEST_TICK) for name in axis.names]
+            drawn.set_ticks(range(1, len(names) + 1), names, rotation=90 if way == "x" else 0, parse_math=False,
+                            fontsize=6.5 if len(names) <= 12 else 5.0)  # fmt: skip
+        elif axis.whole:
+            drawn.set_major_locator(MaxNLocator(integer=True))
+    axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
+    axes.set_axisbelow(True)
+    if chart.is_drawing:
+        axes.set_aspect("equal", adjustable="box" if chart.y.names else "datalim")
+    _label(chart, axes, words)
+
+
 def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> None:
     colour = LIGHT[trace.role.value]
     style: dict[str, Any] = {"color": colour, "label": label, "zorder": order}
+    low = np.zeros_like(trace.y) if trace.low is None else trace.low
     match trace.form:
         case ChartForm.BAND:
-            low = trace.y if trace.low is None else trace.low
             axes.fill_between(trace.x, low, trace.y, alpha=0.18, lw=0.0, **style)
         case ChartForm.BARS:
-            low = np.zeros_like(trace.y) if trace.low is None else trace.low
             axes.bar(trace.x, trace.y - low, bottom=low, width=trace.bar_width, alpha=0.55, **style)
         case ChartForm.RANGES:
-            low = trace.y if trace.low is None else trace.low
-            half = 0.5 * (trace.y - low)
-            axes.errorbar(
-                trace.x, low + half, yerr=half, ls="none", capsize=2.5 * scale, elinewidth=1.2 * scale, **style
-            )
+            half, line = 0.5 * (trace.y - low), 1.2 * scale
+            axes.errorbar(trace.x, low + half, yerr=half, ls="none", capsize=2.5 * scale, elinewidth=line, **style)
+        case ChartForm.CELLS:
+            cells = np.column_stack([trace.x, trace.y])[:, None] + _CELL
+            axes.add_collection(PolyCollection(list(cells), fc=colour, alpha=low, label=label, zorder=order))
         case ChartForm.DOTS:
             # Thousands of dots are no picture for vectors.
-            axes.plot(
-                trace.x, trace.y, ls="none", marker=".", ms=2.8 * scale, mew=0.0, alpha=0.8, rasterized=True, **style
-            )
+            dots: dict[str, Any] = {"marker": ".", "ms": 2.8 * scale, "mew": 0.0, "alpha": 0.8}
+            axes.plot(trace.x, trace.y, ls="none", rasterized=True, **dots, **style)
         case ChartForm.MARKS:
             axes.errorbar(
                 trace.x, trace.y, yerr=trace.error, ls="none", marker="o", ms=4.0 * scale, capsize=2.5 * scale,
@@ -222,13 +214,12 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
 
 def _label(chart: Chart, axes: Axes, words: Callable[[str, int], str]) -> None:
     """Texts beside their points."""
-    scale = axes.figure.dpi_scale_trans.inverted()
-    room = axes.bbox.transformed(scale).size / np.array(_LETTER_SIZE)
+    room = axes.bbox.transformed(axes.figure.dpi_scale_trans.inverted()).size / np.array(_LETTER_SIZE)
     for order, places in label_places(chart, *room).items():
         trace = chart.traces[order]
         for x, y, text, place in zip(trace.x.tolist(), trace.y.tolist(), trace.texts, places, strict=True):
-            if place:
-                across, up = PLACES[place]
+            if place is not None:
+                across, up = place
                 axes.annotate(
                     words(text, len(text) + 20), (x, y), (4.0 * across, (5.0 if not across else 4.0) * up),
                     textcoords="offset points", ha=("center", "left", "right")[across],
@@ -247,22 +238,26 @@ def _logarithmic(axes: Axes, way: str) -> None:
     axis.set_minor_locator(NullLocator())
 
 
+def legend_columns(names: Sequence[str], width: float, points: float, handle: int = 8) -> int:
+    """As many as fit into a width [inches], in letters of a height [points]; `handle` and gap are as many letters."""
+    # A letter is about 0.55 times as wide as high.
+    lengths = [0.55 / 72.0 * points * (len(name) + handle) for name in names]
+
+    def of(columns: int) -> float:
+        rows = math.ceil(len(lengths) / columns)
+        return sum(max(lengths[k : k + rows]) for k in range(0, len(lengths), rows))
+
+    return next((k for k in range(len(names), 1, -1) if of(k) <= width), 1)
+
+
 def _legend(axes: Axes, names: Sequence[str]) -> None:
     """The legend above the axes, never over the data, in as many columns as fit."""
     paper = axes.get_figure()
     inches = axes.get_position().width * (paper.get_figwidth() if isinstance(paper, Paper) else 6.0)
-    # A letter is about 0.55 times as wide as high, the handle and the gap are as wide as eight letters.
-    letter = 0.55 / 72.0 * font_manager.FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
-    lengths = [len(name) + 8 for name in names]
-
-    def width(columns: int) -> float:
-        rows = math.ceil(len(lengths) / columns)
-        return letter * sum(max(lengths[k : k + rows]) for k in range(0, len(lengths), rows))
-
-    columns = next((k for k in range(len(names), 1, -1) if width(k) <= inches), 1)
+    points = font_manager.FontProperties(size=rcParams["legend.fontsize"]).get_size_in_points()
     legend = axes.legend(
-        loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=columns, frameon=False, handlelength=1.8,
-        columnspacing=1.4, borderpad=0.2, labelspacing=0.3,
+        loc="lower left", bbox_to_anchor=(-0.02, 1.0), ncols=legend_columns(names, inches, points), frameon=False,
+        handlelength=1.8, columnspacing=1.4, borderpad=0.2, labelspacing=0.3,
     )  # fmt: skip
     for handle in legend.legend_handles:
         if isinstance(handle, Line2D) and handle.get_marker() == ".":
@@ -270,26 +265,3 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
             handle.set_alpha(1.0)
     for text in legend.get_texts():
         text.set_parse_math(False)
-
-
-def draw_heat_map(figure: HeatMap, axes: Axes) -> None:
-    """Draw the cells of a heat map row by row, blue for negative values and the model's colour for positive ones."""
-    size = len(figure.labels)
-    values = figure.values.ravel().tolist()
-    colours = [to_rgba(LIGHT["blue" if value < 0.0 else "model"], abs(value)) for value in values]
-    corners = 0.5 * _CELL * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
-    middles = np.stack(np.meshgrid(np.arange(size), np.arange(size)), axis=-1).reshape(-1, 1, 2)
-    axes.add_collection(PolyCollection(list(middles + corners), facecolors=colours, zorder=FIRST_ORDER))
-    font = 6.5 if size <= 12 else 5.0
-    axes.set_xticks(np.arange(size), figure.labels, rotation=90, fontsize=font)
-    axes.set_yticks(np.arange(size), figure.labels, fontsize=font)
-    axes.set(xlim=(-0.5, size - 0.5), ylim=(size - 0.5, -0.5), aspect="equal")
-    axes.tick_params(length=0.0)
-    axes.spines[:].set_visible(False)
-
-
-def _colour_bar(axes: Axes) -> None:
-    colours = LinearSegmentedColormap.from_list("correlation", [LIGHT["blue"], LIGHT["paper"], LIGHT["model"]])
-    shades = ScalarMappable(Normalize(-1.0, 1.0), colours)
-    bar = axes.figure.colorbar(shades, ax=axes, shrink=0.7, ticks=[-1.0, -0.5, 0.0, 0.5, 1.0])
-    bar.outline.set_visible(False)
