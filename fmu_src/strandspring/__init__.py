@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from .api.identifying.prediction import predict as predict
     from .api.identifying.synthesis import synthesize as synthesize
     from .api.identifying.synthesis import synthesize_ni as synthesize_ni
+    from .api.planning import TestPlan as TestPlan
+    from .api.planning import plan as plan
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
     from .api.showing import show as show
@@ -95,6 +97,7 @@ _NAMES = {
     "api.identifying.many": ("ManyResult", "identify_many"),
     "api.identifying.prediction": ("Prediction", "predict"),
     "api.identifying.synthesis": ("synthesize", "synthesize_ni"),
+    "api.planning": ("TestPlan", "plan"),
     "api.responses": ("Responses", "responses"),
     "api.showing": ("show",),
     "api.spring": ("Spring",),

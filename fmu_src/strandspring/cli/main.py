@@ -27,6 +27,7 @@ COMMANDS = {
     "show": "Show loops and cycles of records on a page.",
     "identify": "Identify a spring from force-displacement records.",
     "identify-many": "Identify many springs, each from a file of its own, into one table.",
+    "plan": "Plan the test that decides what is still open about a spring.",
     "predict": "Predict the force of records with a model and report the errors.",
     "info": "Show a model's parameters and loop figures, beside those of records.",
     "compare": "Compare two springs, such as before and after fatigue, by the uncertainty of both.",
@@ -80,6 +81,7 @@ def strandspring() -> None:
     Examples:
       strandspring identify record.csv -o spring.json --report spring.html
       strandspring identify-many records/ -o models
+      strandspring plan spring.json --velocity 50 -o program.csv
       strandspring predict spring.json other.csv -o predicted.csv
       strandspring info spring.json other.csv
       strandspring compare new.json worn.json --plot difference.png

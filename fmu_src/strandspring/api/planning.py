@@ -1,0 +1,302 @@
+"""`plan`: the test that a rig should run next, chosen for what is still undecided about a spring."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..ground.arguments import number
+from ..ground.files import write_csv
+from ..identification.identified_model import IdentifiedModel
+from ..kernel.arrays import FloatArray
+from ..loops.campaign import RateVerdict, campaign_verdicts
+from ..loops.cycles import find_cycles
+from ..model.modelfile import ModelFile, is_model_path
+from ..planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
+from ..planning.limits import Limits, checked_stroke
+from ..planning.planned import Planned, PlannedBlock, planned
+from ..planning.prior import Prior, prior_of_model, prior_of_stiffness
+from ..records.given import Source, given_records
+from ..records.record import Record
+from .common.model_source import ModelSource, model_of
+from .common.result import PlottedResult
+from .common.text_table import table_lines
+from .identification import identify
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+_LARGEST_STIFFNESS = 1e15  # [N/m]
+_QUIET = 4.0  # time of the largest loop where no velocity is known [s]
+_UNDECIDED = 1.0  # interval from which nothing is known
+_RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
+
+
+class Program(NamedTuple):
+    """What a rig is to run: times from 0 at a constant step, shape (K,) [s], and displacements, shape (K,) [m]."""
+
+    time: FloatArray
+    displacement: FloatArray
+
+
+class TestPlan(PlottedResult):
+    """A test: its blocks, what each of them decides, and how well the figures of the spring will be known.
+
+    Attributes
+    ----------
+    plan : Planned
+    assumed : tuple of str   What was assumed of the rig, in words.
+    """
+
+    __test__ = False  # no test of pytest
+    _size = (9.0, 4.0)
+
+    def __init__(self, plan: Planned, assumed: tuple[str, ...] = ()) -> None:
+        self.plan = plan
+        self.assumed = assumed
+
+    @property
+    def blocks(self) -> tuple[PlannedBlock, ...]:
+        """The blocks in their order."""
+        return self.plan.blocks
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was assumed, and what the limits of the rig leave out."""
+        return (*self.assumed, *self.plan.notes)
+
+    def program(self) -> Program:
+        """The programme at the rig's sample rate; it begins and ends at rest in the middle of the range."""
+        return Program(*self.plan.path)
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the programme: time [s] and displacement [mm].
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        time, displacement = self.program()
+        rows = zip(time.tolist(), (1e3 * displacement).tolist(), strict=True)
+        write_csv(Path(path), ["time [s]", "displacement [mm]"], (map(_rounded, row) for row in rows))
+
+    def text_lines(self, width: int | None = None) -> list[str]:
+        """The blocks with what they decide, and the intervals before and after."""
+        plan = self.plan
+        low, high = (1e3 * end for end in self._ends)
+        fastest = 1e3 * max(block.velocity for block in plan.blocks)
+        return [
+            f"Test for {plan.name}: {plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to {fastest:.3g} mm/s, "
+            f"{plan.force[0]:.3g} to {plan.force[1]:.3g} N",
+            *table_lines(
+                ["block", "mm", "at mm", "s", "decides most", "+-%", "then"], [_row(block) for block in plan.blocks],
+                {"block", "decides most"}, width,
+            ),
+            *table_lines(
+                ["95 % intervals, +-%", "energy", "then", "stiffness", "then"], self._intervals(),
+                {"95 % intervals, +-%"}, width,
+            ),
+            "  " + ", ".join(
+                f"{figure.of} {_percent(before)} then {_percent(after)}"
+                for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
+                if figure.quantity == PARAMETER
+            ),
+        ]  # fmt: skip
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """Least and greatest displacement [m]."""
+        ends = [end for leg in self.plan.legs for end in (leg.start, leg.end)]
+        return min(ends), max(ends)
+
+    def _intervals(self) -> list[list[str]]:
+        """Rows of the table of loops."""
+        rows: dict[str, list[str]] = {}
+        for quantity in (ENERGY, STIFFNESS):
+            for figure, before, after in zip(self.plan.figures, self.plan.before, self.plan.after, strict=True):
+                if figure.quantity == quantity:
+                    rows.setdefault(figure.of, [figure.of]).extend([_percent(before), _percent(after)])
+        return list(rows.values())
+
+    def as_json(self) -> dict[str, Any]:
+        """The plan as an object for JSON, in SI units."""
+        plan = self.plan
+        return {
+            "for": plan.name,
+            "duration": plan.duration,
+            "displacement": list(self._ends),
+            "velocity": max(block.velocity for block in plan.blocks),
+            "acceleration": max(leg.acceleration for leg in plan.legs),
+            "force": list(plan.force),
+            "sample_rate": plan.limits.sample_rate,
+            "speeds": {pace_of(speed): speed for speed in plan.speeds},
+            "blocks": [_json(block) for block in plan.blocks],
+            "figures": [
+                {"quantity": figure.quantity, "of": figure.of, "before": float(before), "after": float(after)}
+                for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
+            ],
+            "notes": list(self.notes),
+        }
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row for each block, in SI units."""
+        import pandas as pd
+
+        return pd.DataFrame([_json(block) for block in self.plan.blocks])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw displacement over time into axes of matplotlib, those of a new figure if None."""
+        (axes,) = self._axes(ax)
+        time, displacement = self.program()
+        for block in self.plan.blocks:
+            own = (time >= block.begin) & (time <= block.begin + block.duration)
+            label = f"{block.block.kind} of {1e3 * block.amplitude:.3g} mm: {block.decides}"
+            axes.plot(time[own], 1e3 * displacement[own], lw=1.0, label=label)
+        axes.set(xlabel="time [s]", ylabel="displacement [mm]")
+        axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        return axes
+
+
+def plan(
+    source: ModelSource | IdentifiedModel | Source | Sequence[Source] | None = None,
+    *,
+    stiffness: float | None = None,
+    stroke: tuple[float, float] | None = None,
+    velocity: float | None = None,
+    force_limit: float | None = None,
+    duration: float = 300.0,
+    sample_rate: float = 200.0,
+) -> TestPlan:
+    """The displacement programme that decides most of what is open about a spring, within the limits of a rig.
+
+    Blocks are chosen one after the other, each for the most that it decides in its time: full loops, minor loops at
+    several places, small loops, another rate, dwells. Judged are the energy and stiffness of loops of 10 to 100 % of
+    the amplitude and the parameters, by a prior that allows for further friction mechanisms, an amplifier of any form
+    and relaxation. Where figures are known to 5 % (energies of the smallest loops and parameters to 10 %), or more
+    time would decide little, the programme ends.
+
+    Parameters
+    ----------
+    source : Spring, ModelFile, path, Identification, Record, or a sequence of records
+        A model with the uncertainty of its file, or records, which are identified first; None with a stiffness.
+    stiffness : float or None           Instead of a source: the rough stiffness [N/m], with the stroke.
+    stroke : (float, float) or None     Least and greatest displacement of the rig [m]; those of the model if None.
+    velocity : float or None            Largest velocity of the rig [m/s]; that of the records if None.
+    force_limit : float or None         Largest force of either sign [N], kept to with the uncertainty of the model.
+    duration : float                    Longest programme [s].
+    sample_rate : float                 Of the rig [Hz].
+
+    Returns
+    -------
+    TestPlan
+
+    Raises
+    ------
+    StrandspringError   If there is no programme within the limits, or the source is no model and no record.
+    ValueError          If a limit is impossible, or not one of source and stiffness is given.
+
+    Examples
+    --------
+    >>> from strandspring import plan
+    >>> test = plan(stiffness=20e3, stroke=(-0.02, 0.02), velocity=0.1, duration=60.0)
+    >>> time, displacement = test.program()
+    >>> time[-1] <= 60.0, displacement[0] == displacement[-1]
+    (True, True)
+    """
+    prior, assumed = _prior(source, stiffness, stroke)
+    if velocity is None:
+        spring = prior.springs[0]
+        width = spring.displacement_max - spring.displacement_min
+        velocity = prior.velocity or 2.0 * width / _QUIET
+        origin = "that of the records" if prior.velocity else f"a loop over the whole range in {_QUIET:g} s"
+        assumed.append(
+            f"The rig is assumed to reach {1e3 * velocity:.3g} mm/s ({origin}); give its largest `velocity=...`."
+        )
+    limits = Limits(velocity, stroke, force_limit, duration, sample_rate)
+    return TestPlan(planned(prior, limits), tuple(assumed))
+
+
+def _prior(source: Any, stiffness: float | None, stroke: tuple[float, float] | None) -> tuple[Prior, list[str]]:
+    """What is known before the test, and what was assumed for it."""
+    if (source is None) == (stiffness is None):
+        raise ValueError("`plan` takes either a model or records, or a `stiffness=...` with a `stroke=...`.")
+    if stiffness is not None:
+        value = number("stiffness", stiffness, "N/m")
+        if not 0.0 < value <= _LARGEST_STIFFNESS:
+            raise ValueError(f"`stiffness` must be > 0 and at most {_LARGEST_STIFFNESS:g} [N/m], got {value!r}.")
+        if stroke is None:
+            raise ValueError("A `stiffness=...` needs the `stroke=...` over which the spring is tested.")
+        return prior_of_stiffness(value, *checked_stroke(stroke)), []
+    if isinstance(source, IdentifiedModel):
+        return _of_identified(source), []
+    if isinstance(source, ModelFile) or hasattr(source, "model") or is_model_path(_path(source)):
+        return prior_of_model(model_of(source)), []
+    return _of_identified(identify(given_records(source))), []
+
+
+def _path(source: Any) -> str:
+    return os.fspath(source) if isinstance(source, str | os.PathLike) else ""
+
+
+def _of_identified(identified: IdentifiedModel) -> Prior:
+    """Of an identification, whose records say at which rates they were recorded."""
+    rate = campaign_verdicts(identified.records)[0]
+    rates = rate is not None and rate.verdict in _RATES
+    names = ", ".join(PurePath(record.path).name for record in identified.records)
+    prior = prior_of_model(identified.model_file("spring"), rates, _velocity(identified.records))
+    return replace(prior, name=names)
+
+
+def _velocity(records: Sequence[Record]) -> float | None:
+    """Largest mean velocity of the cycles [m/s]; None without times."""
+    velocities = [
+        4.0 * cycle.figures.amplitude * cycle.frequency
+        for record in records
+        for cycle in find_cycles(record)
+        if cycle.frequency is not None
+    ]
+    return max(velocities, default=None)
+
+
+def _row(planned_block: PlannedBlock) -> list[str]:
+    block = planned_block.block
+    kind = "loops" if block.speed == 1.0 else f"{pace_of(block.speed)} loops"
+    count = f"{block.cycles}+{block.cycles}" if block.is_beside_usual else f"{block.cycles}"
+    return [
+        f"rests of {block.rest:.3g} s" if block.rest else f"{count} {kind}",
+        f"{1e3 * planned_block.amplitude:.3g}",
+        f"{1e3 * planned_block.centre:.4g}",
+        f"{planned_block.duration:.3g}",
+        planned_block.decides,
+        _percent(planned_block.before),
+        _percent(planned_block.after),
+    ]
+
+
+def _json(block: PlannedBlock) -> dict[str, Any]:
+    return {
+        "kind": block.block.kind,
+        "amplitude": block.amplitude,
+        "centre": block.centre,
+        "cycles": block.block.cycles,
+        "velocity": block.velocity,
+        "frequency": block.frequency or None,
+        "rest": block.block.rest,
+        "begin": block.begin,
+        "duration": block.duration,
+        "decides": block.decides,
+        "before": block.before,
+        "after": block.after,
+    }
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.9g}")
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g}" if share < _UNDECIDED else ">100"

@@ -1,0 +1,107 @@
+"""The force along a motion, and what it would be by other parameters or of a mount of a wider class: its columns.
+
+Beside the spring's own parameters there may be further friction mechanisms, an amplifier of any form, and forces that
+relax. They are stop operators whose force may grow with the displacement, hats over the amplifier, and Maxwell
+branches. The force is linear in all of these, and linear about the spring in its own parameters.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.parameters import SpringParameters
+from ..kernel.arrays import FloatArray
+from ..kernel.many_paths import along_paths, gradient_fields
+from .blocks import Range
+from .motion import Motion
+
+_THRESHOLDS = 0.7 * 0.6 ** np.arange(8)  # of stop operators, shares of half the range
+_KNOTS = 9  # of the hats
+# Relaxation times of the branches, in periods of the largest loop.
+_RELAXATION = (0.02, 0.1, 0.5, 2.5)
+_RELAXING = len(_RELAXATION)
+
+
+@dataclass(frozen=True, eq=False)
+class Force:
+    """Force along a motion with its derivatives.
+
+    Attributes
+    ----------
+    value : ndarray, shape (K,)      [N]
+    own : ndarray, shape (K, P)      By the coefficients in the order of `joint_names`.
+    wider : ndarray, shape (K, Q)    By the forces of a wider class; the last `relaxing` of them depend on the rate.
+    hysteretic : ndarray, shape (K,) Part of omega [N].
+    """
+
+    value: FloatArray
+    own: FloatArray
+    wider: FloatArray
+    hysteretic: FloatArray
+    relaxing: int = _RELAXING
+
+    def range_in_leg(self, motion: Motion) -> FloatArray:
+        """Range of the hysteretic force within the leg of each point, shape (K,) [N]."""
+        begins = np.flatnonzero(np.diff(motion.leg, prepend=-1))
+        ranges = np.maximum.reduceat(self.hysteretic, begins) - np.minimum.reduceat(self.hysteretic, begins)
+        return np.asarray(np.repeat(ranges, np.diff(begins, append=motion.leg.size)))
+
+
+def force_along(spring: SpringParameters, motion: Motion, span: Range, period: float) -> Force:
+    """The force of a spring along a motion that begins with omega = 0.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    motion : Motion
+    span : Range      Of the largest loop.
+    period : float    Of the largest loop [s].
+    """
+    path = motion.displacement
+    elastic = spring.elastic_name
+    fields = [
+        *gradient_fields(elastic, len(getattr(spring, elastic))),
+        *list(gradient_fields("kA", len(spring.kA)))[1:],
+        *(field for name in ("kappa_omega", "rho", "sigma", "n") for field in gradient_fields(name, 1)),
+    ]
+    value, slopes = np.empty((1, path.size)), np.empty((1, len(fields), path.size))
+    along_paths([spring], path, np.zeros(1), {"force": value}, fields, {"force": slopes})
+    own = slopes[0].T.copy()
+    hysteretic = spring.kappa_omega * own[:, -4]
+    own[:, -4:] *= [spring.kappa_omega, spring.rho, spring.sigma, spring.n]  # by their logarithms
+    place = (path - span.middle) / span.half
+    thresholds = np.asarray(span.half * _THRESHOLDS)
+    stops = _stops(motion, thresholds) / thresholds
+    knots = np.linspace(-1.0, 1.0, _KNOTS)
+    hats = np.maximum(1.0 - np.abs(place[:, None] - knots) / (knots[1] - knots[0]), 0.0)
+    branches = _branches(motion, period * np.array(_RELAXATION)) / span.half
+    wider = np.hstack([stops, place[:, None] * stops, hysteretic[:, None] * hats, branches])
+    return Force(value[0], own, wider, hysteretic)
+
+
+def _stops(motion: Motion, thresholds: FloatArray) -> FloatArray:
+    """Outputs of stop operators along the motion, shape (K, T) [m]; 0 at the start."""
+    path = motion.displacement
+    outputs = np.zeros((path.size, thresholds.size))
+    ends = np.flatnonzero(np.diff(motion.leg, append=-1))  # the last point of each leg
+    begin = 0
+    for end in ends.tolist():
+        # A leg is monotone, so that it may be passed in one step.
+        moved = path[begin : end + 1, None] - path[begin]
+        outputs[begin : end + 1] = np.clip(outputs[begin] + moved, -thresholds, thresholds)
+        begin = end
+    return outputs
+
+
+def _branches(motion: Motion, relaxation: FloatArray) -> FloatArray:
+    """Forces of Maxwell branches of stiffness 1, shape (K, B) [m], exact for straight lines between the points."""
+    outputs = np.zeros((motion.time.size, relaxation.size))
+    steps = np.diff(motion.time)[:, None] / relaxation
+    kept = np.exp(-steps)
+    gained = -np.expm1(-steps) / steps * np.diff(motion.displacement)[:, None]
+    state = outputs[0]
+    for k, (keep, gain) in enumerate(zip(kept, gained, strict=True), start=1):
+        state = outputs[k] = keep * state + gain
+    return outputs
