@@ -37,6 +37,7 @@ COMMANDS = {
     "zoo-measured": "zoo.py measured",
     "zoo-own": "zoo.py own --seed 7",
     "zoo-lab": "zoo.py lab --seed 7",
+    "planning": "planning.py",
     "methods": "methods.py",
     "limits": "limits.py",
     "kernel": "kernel.py",

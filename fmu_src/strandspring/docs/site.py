@@ -24,7 +24,7 @@ from ..ground.scratch import TemporaryFolder
 # Pages by their reader, in the order in which they are read.
 CHAPTERS = {
     "Start": ("overview", "tutorial", "gallery", "limits"),
-    "Test engineer": ("test-engineer", "rig-files", "cautions"),
+    "Test engineer": ("test-engineer", "rig-files", "cautions", "planning"),
     "Simulation engineer": (
         "simulation-engineer", "fmu-kinds", "tools", "tool-tests", "coupling", "export", "real-time",
     ),

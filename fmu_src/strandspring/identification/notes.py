@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..model.outcomes import SETTLED_BY_A_TEST
 from ..records.record import Record
 from .identified_model import IdentifiedModel
 from .methods.refined import RefinedOptions
@@ -24,7 +25,14 @@ def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
         *unknown_effects(records, known),
         *dwells_without_relaxation(records),
         *(times_that_do_not_rise(records) if seeks_effects else ()),
+        *_next_test(identification),
     )
+
+
+def _next_test(identification: IdentifiedModel) -> tuple[str, ...]:
+    """A note with the cautions that another test would settle; none without any."""
+    settled = [outcome.name.lower() for outcome in identification.outcomes if outcome in SETTLED_BY_A_TEST]
+    return (f"`plan()` chooses the test that would settle {', '.join(settled)}",) if settled else ()
 
 
 def times_that_do_not_rise(records: Sequence[Record]) -> tuple[str, ...]:

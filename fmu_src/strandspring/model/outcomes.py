@@ -240,6 +240,15 @@ class Outcome(Enum):
     FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
 
 
+# Cautions about what the records do not hold, which the records of a planned test would.
+SETTLED_BY_A_TEST = frozenset(
+    {
+        Outcome.RIG_OR_MOUNT, Outcome.OTHER_MOUNT, Outcome.OTHER_CLASS, Outcome.RANGE_WITH_GAPS, Outcome.SMALL_LOOPS,
+        Outcome.VISCOSITY, Outcome.SIGMA_AT_BOUND, Outcome.N_AT_BOUND, Outcome.ONE_AMPLITUDE, Outcome.INDISTINCT,
+    }
+)  # fmt: skip
+
+
 def by_harm(findings: Mapping[Outcome, str]) -> dict[Outcome, str]:
     """Findings in the order of `Outcome`, in which the most harmful ones come first."""
     return {outcome: findings[outcome] for outcome in Outcome if outcome in findings}

@@ -85,7 +85,8 @@ def identify(
     # For one record that holds several amplitudes or frequencies there is `info`.
     verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, verdicts)
-    notes = [f"Note: {sentence}" for sentence in identification.notes]
+    named = f"`strandspring plan {output} -o PROGRAM.csv`"
+    notes = [f"Note: {sentence}".replace("`plan()`", named) for sentence in identification.notes]
 
     def ranked(width: int | None) -> list[str]:
         return [] if ranking is None else ranking_lines(ranking, width)

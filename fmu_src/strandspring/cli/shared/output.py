@@ -36,6 +36,7 @@ _OTHERWISE = {
     "`options=RefinedOptions()`": "--method refined",
     "`options=TwoStageOptions()`": "--method two-stage",
     "`with_rivals()`": "--rivals",
+    "`plan()`": "`strandspring plan MODEL.json`",
 }
 
 
