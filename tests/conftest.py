@@ -24,8 +24,10 @@ LONG = frozenset(
     test_golden test_isolation test_journals test_limits test_manners test_many test_measured_mounts test_modelfile
     test_models_fuzz test_motion_figures test_motion_laws test_motion_reference test_native_kernel
     test_native_kernel_build test_native_states_form test_other_mounts test_page test_pages test_paper test_path
+    test_planning
     test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets test_record_page
-    test_records_fuzz test_refined test_rivals test_saturation test_search test_signals_random test_simulation_page
+    test_records_fuzz test_refined test_rig_limits test_rivals test_saturation test_search test_signals_random
+    test_simulation_page
     test_small_loops test_spring_alone test_study_runners test_system_fmi3 test_system_study
     """.split()  # noqa: SIM905 - as a list it is fifty lines
 )

@@ -70,6 +70,13 @@ def test_the_main_job_prints_what_the_readme_shows(folder: Path) -> None:
         assert (folder / f"dist/{backend}.fmu").stat().st_size > 50_000
 
 
+def test_plan_prints_what_the_page_shows(capsys: pytest.CaptureFixture[str]) -> None:
+    model = ROOT / "models" / "rubber_hinge.json"
+    program(["plan", str(model), "--velocity", "10", "--sample-rate", "50"], "strandspring", standalone_mode=False)
+    (shown,) = blocks("planning", "text")
+    assert capsys.readouterr().out == shown
+
+
 def test_simulate_prints_what_the_page_shows(tmp_path: Path) -> None:
     example = [sys.executable, "-m", "strandspring.examples.system_models", "systems"]
     assert run(example, tmp_path).returncode == 0

@@ -29,7 +29,7 @@ def rigs(draw: st.DrawFn, spring: SpringParameters) -> dict[str, float]:
     }
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.data())
 def test_a_programme_keeps_to_all_limits(data: st.DataObject) -> None:
     spring = data.draw(springs())

@@ -8,6 +8,8 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from threadpoolctl import threadpool_limits
+
 from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..identification.identified_model import IdentifiedModel
@@ -217,7 +219,8 @@ def plan(
             f"The rig is assumed to reach {1e3 * velocity:.3g} mm/s ({origin}); give its largest `velocity=...`."
         )
     limits = Limits(velocity, stroke, force_limit, duration, sample_rate)
-    return TestPlan(planned(prior, limits), tuple(assumed))
+    with threadpool_limits(limits=1):  # for matrices as small as these more threads only cost
+        return TestPlan(planned(prior, limits), tuple(assumed))
 
 
 def _prior(source: Any, stiffness: float | None, stroke: tuple[float, float] | None) -> tuple[Prior, list[str]]:

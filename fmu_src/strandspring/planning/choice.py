@@ -93,7 +93,7 @@ def chosen_blocks(setting: Setting, known: Sequence[Knowledge]) -> list[Block]:
     reached = badness
     while True:
         spared = []
-        for block in chosen.keys() - needed:
+        for block in [block for block in chosen if block not in needed]:
             fewer = {other: count for other, count in chosen.items() if other != block}
             if choice.badness(fewer) - reached <= _WORTH:
                 spared.append(fewer)

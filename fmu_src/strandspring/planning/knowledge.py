@@ -109,10 +109,8 @@ class Knowledge:
             columns, wider = weights * (force.own @ own), weights * force.wider * deviations
             gain = np.linalg.lstsq(columns, wider, rcond=_RANK)[0]
             left = wider - columns @ gain
-            _, singular, directions = np.linalg.svd(left, full_matrices=True)
-            sizes = np.ones(q)
-            sizes[: singular.size] = 1.0 / np.sqrt(1.0 + singular**2)
-            posterior = directions.T * sizes
+            _, singular, directions = np.linalg.svd(left, full_matrices=False)  # of more points than columns
+            posterior = directions.T / np.sqrt(1.0 + singular**2)
             root[p:, p:] = deviations[:, None] * posterior
             root[:p, p:] = -own @ gain @ posterior
         return cls(spring, noise, root, own, np.zeros((p + q, p + q)), np.zeros((p, p)))

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
+from ..ground.plain_springs import require_plain
 from ..kernel.arrays import FloatArray
 from ..model.joint import JointCovariance
 from ..model.modelfile import ModelFile
@@ -62,8 +63,13 @@ def prior_of_model(model: ModelFile, rates: bool = False, velocity: float | None
     model : ModelFile
     rates : bool              Whether its records hold several rates, which the file does not say.
     velocity : float or None  Of their strokes [m/s].
+
+    Raises
+    ------
+    StrandspringError   If the spring has a second mechanism or branches.
     """
     spring = model.parameters
+    require_plain(spring, "`plan`", "plan for a spring without them")
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     amplitudes = tuple(value for value in stated_amplitudes(model) if value <= 1.5 * half)
     noise = _noise(model)
