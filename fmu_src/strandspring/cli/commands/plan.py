@@ -107,8 +107,8 @@ def plan(
     Examples:
       strandspring plan spring.json --velocity 50 -o program.csv
       strandspring plan loop.csv --velocity 50 --duration 120 -o program.csv
-      strandspring plan --stiffness 20 --stroke -20:20 --velocity 50 -o program.csv
-      strandspring plan spring.json --velocity 50 --force-limit 800 --plot plan.png
+      strandspring plan --stiffness 20 --stroke -20:20 -o program.csv
+      strandspring plan spring.json --force-limit 800 --plot plan.png
     """
     if bool(sources) == (stiffness is not None):
         raise click.UsageError("Give either a model or records, or --stiffness with --stroke.")
