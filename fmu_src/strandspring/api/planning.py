@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _LARGEST_STIFFNESS = 1e15  # [N/m]
 _QUIET = 4.0  # time of the largest loop where no velocity is known [s]
-_UNDECIDED = 1.0  # interval from which nothing is known
+_UNDECIDED = 0.995  # interval from which nothing is known, below which two digits say it
 _RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
 
 

@@ -32,7 +32,7 @@ def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
 def _next_test(identification: IdentifiedModel) -> tuple[str, ...]:
     """A note with the cautions that another test would settle; none without any."""
     settled = [outcome.name.lower() for outcome in identification.outcomes if outcome in SETTLED_BY_A_TEST]
-    return (f"`plan()` chooses the test that would settle {', '.join(settled)}",) if settled else ()
+    return (f"`plan()` chooses the test that would settle {', '.join(settled)}.",) if settled else ()
 
 
 def times_that_do_not_rise(records: Sequence[Record]) -> tuple[str, ...]:
