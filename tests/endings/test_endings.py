@@ -26,6 +26,7 @@ from strandspring.compiled.targets import FMU_TARGETS
 from strandspring.errors import BuildError, StrandspringError
 from strandspring.ground import scratch
 from strandspring.ground.children import kill_all, run
+from strandspring.ground.endings import kept_endings
 from strandspring.ground.scratch import TemporaryFolder
 
 PATIENCE = 30.0  # seconds, for a busy machine
@@ -325,6 +326,69 @@ def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
     assert process.poll() is None
     process.terminate()
     assert process.wait(PATIENCE) == 128 + signal.SIGTERM
+
+
+LOADING = """
+import sys, time
+from strandspring.__main__ import main
+
+class Slow:
+    def find_spec(self, name, *_):
+        if name == "strandspring.cli.main":
+            print("ready", flush=True)
+            time.sleep(0.5)
+
+sys.meta_path.insert(0, Slow())
+sys.argv = ["strandspring", "--version"]
+main()
+"""
+LEAVING = """
+import atexit, sys, time
+from strandspring.__main__ import main
+
+def leave():
+    print("ready", flush=True)
+    time.sleep(0.5)
+
+atexit.register(leave)
+sys.argv = ["strandspring", "info", "--help"]
+sys.stdout.write = lambda text: len(text)
+try:
+    main()
+finally:
+    del sys.stdout.write
+"""
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_while_the_command_is_loaded_is_answered(start: Start, number: signal.Signals) -> None:
+    process = start(LOADING)
+    process.send_signal(number)
+    assert process.communicate(timeout=PATIENCE)[0] == ""
+    assert process.returncode == 128 + number
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_signal_after_the_end_of_a_command_does_not_change_it(start: Start, number: signal.Signals) -> None:
+    process = start(LEAVING)
+    process.send_signal(number)
+    assert process.wait(PATIENCE) == 0
+
+
+def test_a_kept_signal_follows_the_block_that_did_not_look() -> None:
+    before = signal.getsignal(signal.SIGTERM)
+    done = []
+
+    def block() -> None:
+        with kept_endings():
+            signal.raise_signal(signal.SIGTERM)
+            done.append("the block")
+
+    with pytest.raises(KeyboardInterrupt) as end:
+        block()
+    assert done == ["the block"]
+    assert end.value.args == (signal.SIGTERM,)
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 INTERRUPTED_CHECK = """

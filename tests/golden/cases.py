@@ -8,8 +8,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import runpy
-import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stderr, redirect_stdout
@@ -19,7 +17,6 @@ from itertools import count, product
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 import fmpy
 import numpy as np
@@ -27,6 +24,7 @@ from fmpy.fmi2 import FMU2Slave
 from numpy.typing import NDArray
 
 from strandspring import Spring, SpringParameters
+from strandspring.cli.main import main
 
 HERE = Path(__file__).parent
 ROOT = next(folder for folder in HERE.absolute().parents if (folder / "pyproject.toml").is_file())
@@ -105,12 +103,11 @@ class Workshop:
 
 
 def command(*arguments: object) -> tuple[int, str]:
-    """Exit status and standard output of `python -m strandspring`, run in this process for speed."""
+    """Exit status and standard output of `strandspring`, run in this process for speed."""
     out, status = io.StringIO(), 0
-    words = ["strandspring", *map(str, arguments)]
-    with redirect_stdout(out), redirect_stderr(io.StringIO()), patch.object(sys, "argv", words):
+    with redirect_stdout(out), redirect_stderr(io.StringIO()):
         try:
-            runpy.run_module("strandspring", run_name="__main__")
+            main(list(map(str, arguments)))
         except SystemExit as leaving:
             status = int(leaving.code or 0)
     return status, out.getvalue()

@@ -9,7 +9,7 @@ in place. Afterwards each output must be absent, the complete old one or the com
 same command must give all bytes that an undisturbed run gives. Left-overs are counted after five seconds, and again
 after the next run, which should have swept them. A run that answers its signal must do so within ten seconds, leave
 nothing, and print no traceback or warning. A trial that is reported is repeated by the same --seed and its --signal
-alone, with `--only COMMAND --first TRIAL --count 1`.
+alone, with `--only COMMAND --first TRIAL --count 1`. A run that has kept finished work says that it resumes.
 
 Only for Linux: processes are found through /proc.
 """
@@ -64,6 +64,8 @@ directions = ["+z", "-z"]
 """
 # What nobody should read who ends a command.
 UNWANTED = ("Traceback", "leaked", "Exception ignored", "Warning")
+# What everybody has to know whose command has kept what it had finished.
+RESUMED = "the same command continues from there"
 
 
 @dataclass(frozen=True)
@@ -306,6 +308,9 @@ def trial(
         remains.wrong.append(f"ended with {process.returncode}: {place.printed()}")
     if has_answered:
         remains.wrong += [f"printed {word!r}: {place.printed()}" for word in UNWANTED if word in place.printed()]
+    is_kept = any((place.folder / name).exists() for name in command.kept)
+    if number != signal.SIGKILL and process.returncode != 0 and is_kept and RESUMED not in place.printed():
+        remains.wrong.append(f"ended with {process.returncode} and did not say that it resumes: {place.printed()}")
     moment += ", finished before" if process.returncode == 0 else ", ended"
     deadline = time.monotonic() + PATIENCE
     while (alive := list(descendants(place.environment[MARK]))) and time.monotonic() < deadline:

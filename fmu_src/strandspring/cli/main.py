@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from collections.abc import Sequence
 from difflib import get_close_matches
 from importlib import import_module
 from io import TextIOWrapper
-from types import FrameType
 from typing import NoReturn
 
 import click
@@ -17,7 +15,7 @@ from click.shell_completion import CompletionItem
 
 from .._version import __version__
 from ..errors import StrandspringError
-from ..ground.endings import handled_endings
+from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
 from ..model.outcomes import IdentificationError
 from .shared.output import drop_failing_output, refusal, result_json, with_flags
@@ -122,7 +120,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         offer_files()
     try:
-        with handled_endings(_interrupt):
+        with handled_endings(interrupt):
             # Of sys.argv, click expands patterns of files on Windows.
             strandspring.main(None if arguments is None else given, "strandspring", standalone_mode=False)
     except click.exceptions.Exit as leaving:
@@ -131,13 +129,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         problem.show()
         _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
     except (click.Abort, KeyboardInterrupt) as end:
-        number = _signal_of(end)
+        status, sentence = status_and_sentence(end)
         # After an interrupt in the midst of `exec`, which dataclasses use, `python -m` would end by SIGINT whatever the
         # status, unless other code is executed so.
         exec("")  # noqa: S102
-        sentence = f"{'interrupted' if number == signal.SIGINT else 'terminated'}; no output file is half written."
         click.echo(f"strandspring: {sentence}", err=True)
-        _leave(128 + number, as_json, {"type": "Interrupt", "message": sentence})
+        _leave(status, as_json, {"type": "Interrupt", "message": sentence})
     except OSError as problem:
         if problem.filename is None and drop_failing_output():
             sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
@@ -170,14 +167,3 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
         except OSError:
             drop_failing_output()
     sys.exit(status)
-
-
-def _interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
-    """Let SIGTERM and SIGHUP end the command as Ctrl-C does, so that nothing is left behind."""
-    raise KeyboardInterrupt(number)
-
-
-def _signal_of(end: BaseException) -> int:
-    """The number of the signal that ended a command: what raises KeyboardInterrupt for another than SIGINT names it."""
-    cause = end if isinstance(end, KeyboardInterrupt) else end.__cause__
-    return cause.args[0] if isinstance(cause, KeyboardInterrupt) and cause.args else signal.SIGINT

@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import NoReturn
 
 # SIGHUP, which Windows lacks, comes when a terminal is closed.
 _ENDINGS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)]
@@ -18,12 +19,29 @@ _BURST = 0.5  # [s]
 _burst = [-math.inf]  # when the last signal came
 
 
+def interrupt(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+    """Let SIGTERM and SIGHUP end the program as Ctrl-C does, so that nothing is left behind."""
+    raise KeyboardInterrupt(number)
+
+
+def status_and_sentence(end: BaseException) -> tuple[int, str]:
+    """The exit status of a program that a signal ends, as of shells, and what there is to say.
+
+    What raises KeyboardInterrupt for another signal than SIGINT names it.
+    """
+    cause = end if isinstance(end, KeyboardInterrupt) else end.__cause__
+    number = cause.args[0] if isinstance(cause, KeyboardInterrupt) and cause.args else signal.SIGINT
+    word = "interrupted" if number == signal.SIGINT else "terminated"
+    return 128 + number, f"{word}; no output file is half written."
+
+
 @contextmanager
-def handled_endings(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+def handled_endings(handler: Callable[[int, FrameType | None], None], to_the_end: bool = False) -> Iterator[None]:
     """Call a handler for the signals that end the program, except those that it was set to ignore, as by `nohup`.
 
     Signals that follow each other at once count as one: `timeout` sends two, and so do shells whose terminal is closed.
-    Nothing happens outside the main thread, which alone handles signals.
+    Nothing happens outside the main thread, which alone handles signals. After the block they do what they did before;
+    or nothing, if the program has come to its end and said how: Python takes a while to leave.
     """
 
     def handle_burst(number: int, frame: FrameType | None) -> None:
@@ -42,13 +60,14 @@ def handled_endings(handler: Callable[[int, FrameType | None], None]) -> Iterato
         yield
     finally:
         for number, old in before.items():
-            signal.signal(number, old)
+            signal.signal(number, signal.SIG_IGN if to_the_end else old)
 
 
 @contextmanager
 def kept_endings() -> Iterator[list[int]]:
     """Keep the number of the first signal, which would otherwise strike anywhere; a second one strikes at once.
 
+    The block may end early for it; in any case KeyboardInterrupt follows the block, unless that raised something else.
     An exception inside an executor may leave a lock behind, and so hang the program, or be lost in a callback.
     """
     kept: list[int] = []
@@ -60,6 +79,8 @@ def kept_endings() -> Iterator[list[int]]:
 
     with handled_endings(keep):
         yield kept
+    if kept:
+        raise KeyboardInterrupt(*kept)
 
 
 @contextmanager

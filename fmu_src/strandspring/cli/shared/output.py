@@ -125,8 +125,9 @@ def reporting_kept(noun: str, journal: Path, rate: str = "") -> Iterator[Callabl
         with reporting(rate) as report:
             yield progress
     except KeyboardInterrupt:
-        if finished:
-            note(f"{finished} of {total} {noun} are kept in {journal}; the same command continues from there.")
+        if journal.exists():  # all is written where it does not
+            kept = f"{finished} of {total} {noun}" if finished else f"Finished {noun}"
+            note(f"{kept} are kept in {journal}; the same command continues from there.")
         raise
 
 
