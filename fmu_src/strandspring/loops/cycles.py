@@ -231,8 +231,14 @@ def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
         spread=spread_of(group),
         cycles=len(group),
         frequency=float(np.mean(frequencies)) if frequencies else None,
-        gap=float(np.mean([cycle.gap / cycle.figures.height for cycle in group])),
+        gap=float(np.mean([_gap_share(cycle) for cycle in group])),
     )
+
+
+def _gap_share(cycle: Cycle) -> float:
+    """The gap over the height of the loop; over its peak-to-peak force where the branches have no distance."""
+    figures = cycle.figures
+    return cycle.gap / (figures.height or figures.max_force - figures.min_force) if cycle.gap else 0.0
 
 
 def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:

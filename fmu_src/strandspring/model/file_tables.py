@@ -21,7 +21,7 @@ from ..core.parameters import (
     SIGMA_RANGE,
 )
 from ..ground.tables import TAG, StrictTable
-from .joint import LEVEL
+from .joint import LARGEST_SPREAD, LEVEL
 from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES
 
 Value = TypeVar("Value")
@@ -134,6 +134,7 @@ def _check_ends(ends: list[float | None]) -> list[float | None]:
 
 
 _Size = Annotated[float, Field(ge=0.0)]
+_Spread = Annotated[float, Field(ge=0.0, le=LARGEST_SPREAD)]
 _Interval = Annotated[list[float | None], Field(min_length=2, max_length=2), AfterValidator(_check_ends)]
 _Quantiles = Annotated[list[float], Field(min_length=3)]
 
@@ -157,12 +158,12 @@ class PredictionInterval(_Open):
     """Prediction interval of the force [N]."""
 
     level: Annotated[float, Field(ge=LEVEL, le=LEVEL)]
-    factor: _Size
-    additive: _Size
-    relative: _Size
-    error: _Size
-    half_width: _Size
-    held_out_coverage: _Size | None = None
+    factor: _Spread
+    additive: _Spread
+    relative: _Spread
+    error: _Spread
+    half_width: _Spread
+    held_out_coverage: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     held_out_cycles: _Size
 
 

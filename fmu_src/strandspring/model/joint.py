@@ -30,7 +30,7 @@ HYSTERETIC_PARAMETERS = (
 HYSTERETIC_UNITS = {column.key: column.unit for column in HYSTERETIC_PARAMETERS}
 # Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
 # and no record leaves so much open.
-_LARGEST = 1e30
+LARGEST_SPREAD = 1e30
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
 # Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
@@ -88,10 +88,10 @@ class JointCovariance:
         reach = max(-spring.x_min, spring.x_max)
         for name, power, row in zip(names, _powers(spring), rows, strict=True):
             largest = max(map(abs, row))
-            if not largest * reach**power <= _LARGEST:
+            if not largest * reach**power <= LARGEST_SPREAD:
                 raise ModelError(
-                    f'field "uncertainty.joint.root" must hold standard deviations of at most {_LARGEST:g} over the '
-                    f"identified range, got {largest:g} for {name}; identify the spring again, or remove the field "
+                    f'field "uncertainty.joint.root" must hold standard deviations of at most {LARGEST_SPREAD:g} over '
+                    f"the identified range, got {largest:g} for {name}; identify the spring again, or remove the field "
                     '"uncertainty.joint".'
                 )
         return cls(tuple(tuple(float(value) for value in row) for row in rows))

@@ -6,6 +6,7 @@ field `fit` of a model file they are free JSON, of which any part may be missing
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -23,7 +24,7 @@ _VISIBLE_ENERGY = 0.01
 
 
 def energy_ratio(figures: Figures) -> float | None:
-    """Energy of the predicted loops over that of the measured ones; None if unknown, or if no loop was measured.
+    """Energy of the predicted loops over that of the measured ones; None if unknown, or if hardly any was measured.
 
     Examples
     --------
@@ -31,7 +32,8 @@ def energy_ratio(figures: Figures) -> float | None:
     0.95
     """
     energy, predicted = _known(figures).get("energy", 0.0), _known(figures).get("predicted_energy")
-    return None if predicted is None or energy <= 0.0 else float(predicted / energy)
+    ratio = math.nan if predicted is None or energy <= 0.0 else float(predicted / energy)
+    return ratio if math.isfinite(ratio) else None
 
 
 def differ(alone: Figures, fitted: Figures) -> bool:

@@ -153,7 +153,7 @@ def with_error(value: float, error: float | None) -> str:
         return f"{value:.6g}"
     decimals = 1 - int(f"{error:.1e}".partition("e")[2])
     shown = f"{round(value, decimals):.{max(decimals, 0)}f}"
-    if sum(map(str.isdigit, shown.lstrip("-0."))) > _DIGITS:
+    if decimals < -_DIGITS or sum(map(str.isdigit, shown.lstrip("-0."))) > _DIGITS:
         return f"{value:.{_DIGITS}g} +- {error:.2g}"
     return f"{shown} +- {round(error, decimals):.{max(decimals, 0)}f}"
 

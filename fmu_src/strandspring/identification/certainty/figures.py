@@ -95,7 +95,7 @@ def record_fit(
 
     Raises
     ------
-    RecordError   If no such sample is within the selected displacements.
+    RecordError   If no such sample is within the selected displacements, or the force is zero in all of them.
     """
     chosen = chosen_samples(record, first_sample)
     if record.compared is not None:
@@ -111,6 +111,11 @@ def record_fit(
         compared += "" if left_out in compared else left_out
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
+    if rms_force == 0.0:
+        raise RecordError(
+            f"{record.path}: the force is 0 N in all samples compared, so that RNL has no value; check that the column "
+            "of force was recorded."
+        )
     counted = chosen[1:] & chosen[:-1]
     energy, predicted_energy = (
         float(np.sum(steps_of_work(solver, path, course)[counted])) for course in (record.force, predicted)
