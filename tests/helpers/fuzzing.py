@@ -1,12 +1,12 @@
-"""Random sequences of FMI calls against the C sources of FMUs, under sanitizers (tests/fuzz/fuzz.h).
+"""Random sequences of FMI calls against the C sources of FMUs, under sanitizers (tests/fuzz/fmi/fuzz.h).
 
     python tests/helpers/fuzzing.py [SEQUENCES] [--form FORM] [--plain] [--seed SEED] [--jobs N] [--trace]
 
 A sequence is the life of one instance. The test does a share of the million that this does by default; a seed that
 fails is repeated by `--seed SEED 1`, and `--trace` prints its calls. FORM is native, table (FE by forces at knots),
-states (omega and absorbed_energy are continuous states), one of FORMS3 (FMI 3.0 beside FMI 2.0, by tests/fuzz/fmi3),
-system (bodies on mounts, by tests/fuzz/system) or system-fmi3 (as FORMS3). `--plain` does without the sanitizers, which
-take four fifths of the time.
+states (omega and absorbed_energy are continuous states), one of FORMS3 (FMI 3.0 beside FMI 2.0, by fmi3/ there), system
+(bodies on mounts, by system/ there) or system-fmi3 (as FORMS3). `--plain` does without the sanitizers, which take four
+fifths of the time.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.mounted import MountedSystem
 from system_fmu_tools import BOX, BOX_OPTIONS
 
-FUZZER = Path(__file__).parents[1] / "fuzz"
+FUZZER = Path(__file__).parents[1] / "fuzz/fmi"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 SANITIZED = (
     "-O1", "-g", "-fno-omit-frame-pointer", "-ftrivial-auto-var-init=pattern",

@@ -1,4 +1,4 @@
-"""Records of hard numbers that once ended in a traceback or a warning; `fuzz_readers/identify.py` makes more."""
+"""Records of hard numbers that once ended in a traceback or a warning; `fuzz/targets/identify.py` makes more."""
 
 from __future__ import annotations
 

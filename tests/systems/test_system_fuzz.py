@@ -1,6 +1,6 @@
 """Random sequences of FMI calls against the FMU of a system, under sanitizers.
 
-By tests/fuzz/system/systems.c that of FMI 2.0, by tests/fuzz/fmi3 that of FMI 3.0 beside it.
+By tests/fuzz/fmi/system/systems.c that of FMI 2.0, by tests/fuzz/fmi/fmi3 that of FMI 3.0 beside it.
 """
 
 from __future__ import annotations

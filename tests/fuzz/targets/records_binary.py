@@ -1,4 +1,4 @@
-"""Random binary records: python tests/fuzz_readers/records_binary.py [--seed SEED] [--count COUNT] [--keep FOLDER]
+"""Random binary records: python tests/fuzz/targets/records_binary.py [--seed SEED] [--count COUNT] [--keep FOLDER]
 
 Most files are then changed in a few places; those that are packed
 (workbooks, .npz, compressed files) mostly inside, so that what reads the content is reached.
@@ -17,9 +17,9 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from harness import main
-from records_files import FORMATS, LAYERS
-from records_judge import judged
-from records_pieces import (
+from pieces.records_files import FORMATS, LAYERS
+from pieces.records_judge import judged
+from pieces.records_pieces import (
     ABSURD_CELLS,
     ABSURD_INTEGERS,
     Piece,

@@ -1,4 +1,4 @@
-/* Calls of FMI 2.0 for model exchange, which the FMU of a system does not have; no pair of tests/fuzz/fmi3 comes to
+/* Calls of FMI 2.0 for model exchange, which the FMU of a system does not have; no pair of tests/fuzz/fmi/fmi3 comes to
  * them. */
 #include "../fuzz.h"
 

@@ -1,4 +1,4 @@
-"""Random text records: python tests/fuzz_readers/records_text.py [--seed SEED] [--count COUNT] [--keep FOLDER]
+"""Random text records: python tests/fuzz/targets/records_text.py [--seed SEED] [--count COUNT] [--keep FOLDER]
 
 Texts are put together from pieces (separator, decimal mark, header, units, preamble, encoding, line ends) and then
 changed in a few places. One that was not changed must give the numbers that it was made of, or be refused.
@@ -12,8 +12,18 @@ from pathlib import Path
 import numpy as np
 
 from harness import main
-from records_judge import judged
-from records_pieces import ABSURD_CELLS, ABSURD_NAMES, Piece, chance, columns, mutated, one_of, options, size_of_table
+from pieces.records_judge import judged
+from pieces.records_pieces import (
+    ABSURD_CELLS,
+    ABSURD_NAMES,
+    Piece,
+    chance,
+    columns,
+    mutated,
+    one_of,
+    options,
+    size_of_table,
+)
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
@@ -169,5 +179,10 @@ def _changed(random: np.random.Generator, data: bytes) -> bytes:
     return mutated(random, data).replace(b"\0", b"" if chance(random, 0.9) else b"\0")
 
 
+def judge(path: Path) -> Iterator[str]:
+    """A file of the corpus, read."""
+    yield judged(lambda: read_record(path), path)[0]
+
+
 if __name__ == "__main__":
-    main(__file__, trial, 4000)
+    main(__file__, trial, 4000, judge)

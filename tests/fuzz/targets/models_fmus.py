@@ -1,6 +1,6 @@
 """FMU archives, sound and damaged, given to `verify` and to what reads the model inside.
 
-    python tests/fuzz_readers/models_fmus.py [--seed SEED] [--count COUNT]
+    python tests/fuzz/targets/models_fmus.py [--seed SEED] [--count COUNT]
 
 An FMU is built once without its binaries; each trial changes its files, its list of hashes, its directory or its bytes.
 Nothing may be written outside of temporary folders. See `harness` for what else counts as a failure.
@@ -21,7 +21,7 @@ import numpy as np
 
 import harness
 from judged import kind_of
-from models_made import model_file
+from pieces.models_made import model_file
 from strandspring import SpringParameters, StrandspringError, info, verify
 from strandspring.fmu.python_backed import fmu_contents
 from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI

@@ -1,6 +1,6 @@
 """Identification from records of hard numbers: coarse, constant, tiny, huge and degenerate ones.
 
-    python tests/fuzz_readers/identify.py [--seed SEED] [--count COUNT]
+    python tests/fuzz/targets/identify.py [--seed SEED] [--count COUNT]
 
 A trial makes one to three records from a path of the displacement, a law of the force and a disturbance of both, and
 identifies a spring by one of the methods, in Python or on the command line. Six in ten are mild: whole cycles of a

@@ -1,13 +1,14 @@
-"""Random trials of readers, one after the other, in a child process with limits of memory and time.
+"""Random trials, one after the other, in a child process with limits of memory and time.
 
 A script calls `main` with a function that does one trial, determined by a generator of random numbers, in an empty
 folder. The function yields a group (such as the format) and then an outcome (such as "accepted" or "refused: ..."), and
 raises for a failure.
 
-    python SCRIPT [--seed SEED] [--count COUNT] [--keep FOLDER]
+    python SCRIPT [--seed SEED] [--count COUNT] [--keep FOLDER] [FILE...]
 
 A trial also fails if it warns, prints, takes over 10 s of processor time or over 1 GB of memory, leaves temporary or
-open files behind, or ends the process. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it.
+open files behind, or ends the process. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. Files,
+such as those of tests/fuzz/corpus, are judged instead of random ones, each like a trial.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from __future__ import annotations
 import argparse
 import gc
 import json
+import math
 import os
 import resource
 import select
@@ -27,7 +29,7 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,9 +38,11 @@ import numpy as np
 from strandspring.records.formats import reader_process
 
 Trial = Callable[[np.random.Generator, Path], Iterator[str]]
+Judge = Callable[[Path], Iterator[str]]
 Result = dict[str, str]
 
-MAX_SECONDS = 10.0  # of processor time; three times as many by the clock, since other programs run too
+MAX_SECONDS = 10.0  # of processor time
+_PATIENCE = 30.0 * MAX_SECONDS  # by the clock, since other programs run too
 MAX_BYTES = 1024**3
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
 
@@ -67,7 +71,7 @@ class Report:
         return "\n".join([*lines, f"{sum(self.outcomes.values())} trials, {len(self.failures)} failures"])
 
 
-def main(script: str, trial: Trial, count: int) -> None:
+def main(script: str, trial: Trial, count: int, judge: Judge | None = None) -> None:
     """The command line of a script; the exit status is 1 after a failure.
 
     Parameters
@@ -75,64 +79,95 @@ def main(script: str, trial: Trial, count: int) -> None:
     script : str       Its `__file__`.
     trial : callable
     count : int        Number of trials unless another is given.
+    judge : callable   The same as `trial` with a file that is given; None if the script takes none.
     """
     parser = argparse.ArgumentParser()
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=count)
     parser.add_argument("--keep", type=Path, help="folder for the files of the trials, which are not deleted")
     parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
+    if judge is not None:
+        parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files to judge instead")
     given = parser.parse_args()
+    files = getattr(given, "files", [])
     if given.child:
-        _do_trials(trial, range(given.seed, given.seed + given.count), given.child, given.keep)
+        seeds = range(given.seed, given.seed + given.count)
+        if judge is not None and files:
+            trial = _of_files(judge, iter(files[given.seed - 1 :]))
+        _do_trials(trial, seeds, given.child, given.keep)
         return
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    report = run(Path(script), given.seed, given.count, given.keep)
+    report = run(Path(script), given.seed, given.count, given.keep, files)
     print(report)
     sys.exit(bool(report.failures))
 
 
-def run(script: Path, seed: int, count: int, keep: Path | None = None) -> Report:
+def _of_files(judge: Judge, files: Iterator[Path]) -> Trial:
+    """A trial of each file, of a copy in the folder of the trial."""
+
+    def trial(_generator: np.random.Generator, folder: Path) -> Iterator[str]:
+        file = next(files)
+        yield f"corpus, {file.name}"
+        copy = folder / file.name
+        shutil.copyfile(file, copy)
+        yield from judge(copy)
+
+    return trial
+
+
+def run(
+    script: Path, seed: int, count: int, keep: Path | None = None, files: Sequence[Path] = (), seconds: float = math.inf
+) -> Report:
     """Do the trials of a script in a child process, a new one after a trial that ended it; failures are printed.
 
-    An interrupt ends it with the report of the trials until then.
+    Files are judged instead if there are any. An interrupt, or the end of the seconds, ends it with the report of the
+    trials until then.
     """
+    if files:
+        seed, count = 1, len(files)
     print(f"seed {seed}, {count} trials", flush=True)
     report = Report()
     try:
-        _run(report, script, range(seed, seed + count), keep)
+        _run(report, script, range(seed, seed + count), keep, files, time.monotonic() + seconds)
     except KeyboardInterrupt:
         print("interrupted")
     return report
 
 
-def _run(report: Report, script: Path, seeds: range, keep: Path | None) -> None:
+def _run(report: Report, script: Path, seeds: range, keep: Path | None, files: Sequence[Path], deadline: float) -> None:
     seed, end = seeds.start, seeds.stop
     while seed < end:
         with tempfile.TemporaryDirectory() as folder:
-            for result in _results(script, seed, end - seed, Path(folder), keep):
+            for result in _results(script, seed, end - seed, Path(folder), keep, files):
                 group, outcome = result["group"], result["outcome"]
                 if failure := result.get("failure"):
                     report.failures.append({"seed": str(seed), "group": group, "failure": failure})
-                    print(f"FAILURE in {group}: python {script} --seed {seed} --count 1\n{failure}\n", flush=True)
+                    how = files[seed - 1] if files else f"--seed {seed} --count 1"
+                    print(f"FAILURE in {group}: python {script} {how}\n{failure}\n", flush=True)
                 report.outcomes[group, outcome] += 1
                 seed += 1
+                if time.monotonic() > deadline:
+                    return
             if left := [path.name for path in (Path(folder) / "tmp").iterdir()]:
                 report.failures.append({"seed": str(seed), "group": "end", "failure": f"left {left}"})
                 print(f"FAILURE at the end of the process, before the seed {seed}: left {left}\n", flush=True)
 
 
-def _results(script: Path, seed: int, count: int, folder: Path, keep: Path | None) -> Iterator[Result]:
+def _results(
+    script: Path, seed: int, count: int, folder: Path, keep: Path | None, files: Sequence[Path]
+) -> Iterator[Result]:
     """Results of the trials of one child, of which the last may be its end."""
     (folder / "tmp").mkdir()
     command = [sys.executable, str(script), "--seed", str(seed), "--count", str(count), "--child", str(folder)]
     command += [] if keep is None else ["--keep", str(keep)]
+    command += map(str, files)
     environment = os.environ | _ENVIRONMENT | {"TMPDIR": str(folder / "tmp")}
     with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as child:
         assert child.stdout is not None
         try:
             rest = b""
             group, reason = "unknown", "did not end"
-            while select.select([child.stdout], [], [], 3.0 * MAX_SECONDS)[0]:
+            while select.select([child.stdout], [], [], _PATIENCE)[0]:
                 block = os.read(child.stdout.fileno(), 65536)
                 if not block:
                     reason = f"ended with status {child.wait()}"

@@ -1,4 +1,4 @@
-"""Random descriptions: python tests/fuzz_readers/records_descriptions.py [--seed SEED] [--count COUNT] [--keep FOLDER]
+"""Random descriptions: python tests/fuzz/targets/records_descriptions.py [--seed SEED] [--count COUNT] [--keep FOLDER]
 
 Description files (TOML) of campaigns, what options select of a record, and what is given in Python as arrays.
 """
@@ -16,8 +16,8 @@ import numpy as np
 import pandas as pd
 
 from harness import main
-from records_judge import judged
-from records_pieces import ABSURD_COLUMNS, ABSURD_NAMES, ABSURD_NUMBERS, ABSURD_UNITS, chance, mutated, one_of
+from pieces.records_judge import judged
+from pieces.records_pieces import ABSURD_COLUMNS, ABSURD_NAMES, ABSURD_NUMBERS, ABSURD_UNITS, chance, mutated, one_of
 from strandspring.loops.description_file import entries, read_campaign
 from strandspring.loops.wanted import Wanted
 from strandspring.records.given import given_records

@@ -26,7 +26,7 @@ from pyarrow import feather, parquet
 from scipy.io import savemat
 from scipy.sparse import csc_array
 
-from records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
+from pieces.records_pieces import ABSURD_INTEGERS, Piece, chance, one_of
 
 Write = Callable[[np.random.Generator, Path, Sequence[Piece]], None]
 

@@ -1,6 +1,6 @@
 """Random command lines: every command with any of its options, with sensible and with absurd values.
 
-    python tests/fuzz_readers/options.py [--seed SEED] [--count COUNT] [--keep FOLDER]
+    python tests/fuzz/targets/options.py [--seed SEED] [--count COUNT] [--keep FOLDER]
 
 What is accepted must be finite, what is refused a sentence, and nothing may be left half done. Options are read from
 the commands themselves, so that a new one is tried, too; without those of a cluster.
@@ -26,7 +26,7 @@ import numpy as np
 import harness
 from strandspring.cli.main import COMMANDS, main, strandspring
 
-_ROOT = Path(__file__).resolve().parents[2]
+_ROOT = Path(__file__).resolve().parents[3]
 _ABSURD = (
     "", " ", "-", "--", "0", "-1", "1e308", "-1e308", "1e-308", "5e-324", "1e400", "nan", "inf", "-inf", "1e", "0x10",
     "1_0", "9" * 400, "٣", "1,5", "1:2:3", "1:1:1", "0:1:1e9", "1:2:99999999", "a=b", "=", "../..", "/", "/dev/null",

@@ -1,4 +1,4 @@
-"""Journals of interrupted studies and batches, damaged at random: python tests/fuzz_readers/journals.py
+"""Journals of interrupted studies and batches, damaged at random: python tests/fuzz/targets/journals.py
 
 Rows and manifest of a journal are changed, repeated, moved, mixed with those of another job, or replaced, with their
 checksums or without; tables are added; bytes of the file are flipped, cut off and added. The job is then continued. It
@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "helpers"))
 
 import harness
 from journal_content import execute

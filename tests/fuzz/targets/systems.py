@@ -1,4 +1,4 @@
-"""Random SYSTEM.toml files: python tests/fuzz_readers/systems.py [--seed SEED] [--count COUNT] [--keep FOLDER]
+"""Random SYSTEM.toml files: python tests/fuzz/targets/systems.py [--seed SEED] [--count COUNT] [FILE...]
 
 The example systems and cases of every kind, with values exchanged, added and taken away, and the text damaged. A file
 that is accepted has to have finite signals and mounts within their springs' ranges.
@@ -19,13 +19,13 @@ import numpy as np
 
 import harness
 from judged import finite, kind_of
-from models_made import RAW
-from records_pieces import mutated
+from pieces.models_made import RAW
+from pieces.records_pieces import mutated
 from strandspring import StrandspringError
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.vibration.description.system_file import SystemFile, load_system_file
 
-_SYSTEMS = Path(__file__).resolve().parents[2] / "fmu_src/strandspring/examples/systems"
+_SYSTEMS = Path(__file__).resolve().parents[3] / "fmu_src/strandspring/examples/systems"
 _NUMBERS: tuple[Any, ...] = (
     0, 1, -1, 0.0, 0.5, 3, 1e-9, 1e3, 1e9, -1e9, 1e15, 1e100, 1e154, 1e300, 1.7e308, -1.7e308, 1e-300, 5e-324, 2**63,
     2**70, 10**400, RAW + "nan", RAW + "inf", RAW + "-inf", RAW + "1e400", RAW + "0x10", RAW + "1_000",
@@ -84,13 +84,22 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
         data = mutated(generator, data)
     path = folder / "system.toml"
     path.write_bytes(data)
+    yield _outcome(path)
+
+
+def judge(path: Path) -> Iterator[str]:
+    """A file of the corpus, read."""
+    _write_surroundings(path.parent)
+    yield _outcome(path)
+
+
+def _outcome(path: Path) -> str:
     try:
         file = load_system_file(path)
     except StrandspringError as refusal:
-        yield f"refused: {kind_of(refusal, path)}"
-        return
+        return f"refused: {kind_of(refusal, path)}"
     _check(file)
-    yield "accepted"
+    return "accepted"
 
 
 def _check(file: SystemFile) -> None:
@@ -188,4 +197,4 @@ def _toml(value: Any) -> str:
 
 
 if __name__ == "__main__":
-    harness.main(__file__, trial, 3000)
+    harness.main(__file__, trial, 3000, judge)

@@ -1,6 +1,6 @@
 /*     fuzz SEED SEQUENCES [trace]
  *
- * Does so many lives of pairs, as tests/fuzz/main.c does those of instances. */
+ * Does so many lives of pairs, as tests/fuzz/fmi/main.c does those of instances. */
 #include "pairs.h"
 
 #include <stdio.h>
