@@ -135,7 +135,7 @@ def test_the_text_names_model_fit_origin_and_figures(terminal: Terminal) -> None
     lines = text.splitlines()
     (heading,) = [k for k, line in enumerate(lines) if "secant N/mm" in line]
     (measured, spread, model) = lines[heading + 1 : heading + 4]
-    assert HINGE[0] in measured
+    assert f"  {Path(HINGE[0]).name} (" in measured
     assert "+-" in spread
     assert model.split()[-1] == "model"
     # Each figure ends where its heading does.

@@ -92,7 +92,7 @@ class ReferenceMotion:
 
 @dataclass
 class _Springs:
-    """Paper eqs. (8)-(11) of all axes at once; outside the range FE goes on along its tangent and FA is held."""
+    """Paper eqs. (8)-(11) of all axes at once; outside the range FE is continued along its tangent and FA is held."""
 
     parameters: Sequence[SpringParameters]
     kE: FloatArray = field(init=False)

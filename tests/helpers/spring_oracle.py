@@ -6,7 +6,8 @@ travel only: with u = direction*omega and s the way since the reversal
     du/ds = rho*(1 - u^n) for u >= 0,   du/ds = rho*(1 + (2*sigma - 1)*(-u)^n) for u < 0,
 
 so that a stroke is one initial value problem over its travel, whatever is sampled of it. FE is a polynomial in x, or
-the not-a-knot spline through `FE_forces` at `FE_knots`; beyond the range FE goes on along its tangent, and FA is held.
+the not-a-knot spline through `FE_forces` at `FE_knots`; beyond the range FE is continued along its tangent, and FA is
+held.
 """
 
 from __future__ import annotations

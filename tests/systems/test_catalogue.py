@@ -150,7 +150,7 @@ def test_friction_builds_up_over_a_fifth_of_the_amplitude_unless_stated() -> Non
     assert spring.rho == pytest.approx(1.0 / (0.2 * 0.005), rel=1e-12)
 
 
-@settings(max_examples=200)
+@settings(max_examples=200, deadline=None)
 @given(
     st.floats(-2, 9), st.floats(-6, 0), st.floats(1e-4, 3), st.none() | st.floats(-0.5, 3), st.floats(1, 50),
     st.booleans(),

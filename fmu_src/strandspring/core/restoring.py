@@ -1,7 +1,7 @@
 """Restoring force and tangent stiffness of the spring.
 
 Paper eq. (10), r = FE(x) + kappa_omega*omega*FA(x), with x = displacement - displacement_offset. Outside the
-identified range FE goes on along its tangent and FA keeps its value at the end, because polynomials explode.
+identified range FE is continued along its tangent and FA keeps its value at the end, because polynomials explode.
 """
 
 from __future__ import annotations

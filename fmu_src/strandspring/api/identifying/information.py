@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
@@ -143,11 +144,15 @@ class Information(PlottedResult):
 
     def _cells(self, columns: Sequence[ResultColumn]) -> Iterator[list[str]]:
         """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
+        names = Counter(PurePath(path).name for path in {measured.path for measured, _ in self.pairs})
         for figures, measured, _ in self._loops():
             source = "model"
             if measured is not None:
                 frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
-                source = f"{measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
+                name = PurePath(measured.path).name
+                source = (
+                    f"{name if names[name] == 1 else measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
+                )
             yield [*cells(columns, figures), source]
             if measured is not None and measured.spread is not None:
                 yield [*cells(columns, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]

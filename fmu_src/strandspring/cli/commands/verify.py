@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import click
 
@@ -34,14 +34,16 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     for fmu in fmus:
         with working(f"Verifying {fmu}"):
             verifications.append(verified(fmu))
+    problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
+    fmu, first = problems[0] if problems else ("", None)
+    # The first problem is the refusal, and is said once.
+    others = [replace(one, findings=tuple(each for each in one.findings if each is not first)) for one in verifications]
     present(
         as_json,
         lambda: {"fmus": list(map(asdict, verifications))},
-        lambda width: [line for verification in verifications for line in verification.text_lines(width)],
+        lambda width: [line for verification in others for line in verification.text_lines(width)],
     )
-    problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
-    if problems:
-        fmu, first = problems[0]
+    if first is not None:
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
         refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
         sys.exit(1)
