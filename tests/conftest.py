@@ -47,6 +47,23 @@ def native_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+def pytest_collectreport(report: pytest.CollectReport) -> None:
+    """Name a file that was skipped as a whole, see `_note_skipped`."""
+    _note_skipped(report.nodeid, report.skipped)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Name a test that was skipped, see `_note_skipped`."""
+    _note_skipped(report.nodeid, report.skipped)
+
+
+def _note_skipped(name: str, is_skipped: bool) -> None:
+    """Add what was skipped to the file that STRANDSPRING_SKIPPED names, a line each, as pytest takes them by @FILE."""
+    if is_skipped and (path := os.environ.get("STRANDSPRING_SKIPPED")):
+        with Path(path).open("a") as file:
+            file.write(f"{name}\n")
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark as quick what is neither slow nor in a long file."""
     for item in items:
