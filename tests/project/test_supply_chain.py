@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
+import subprocess
 import sys
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pytest
 from packaging.requirements import Requirement
@@ -117,6 +120,49 @@ def test_listed_licences_are_those_of_what_is_installed(listed: dict[str, tuple[
             assert listed[pin.name][0] == expression, pin.name
             compared += 1
     assert compared > 10
+
+
+@pytest.fixture(scope="module")
+def bill(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """The bill of materials, written by its script."""
+    file = tmp_path_factory.mktemp("bill") / "bill.json"
+    subprocess.run([sys.executable, ROOT / ".ci" / "sbom.py", file], check=True)
+    first = file.read_bytes()
+    subprocess.run([sys.executable, ROOT / ".ci" / "sbom.py", file], check=True)
+    assert file.read_bytes() == first
+    content: dict[str, Any] = json.loads(first)
+    return content
+
+
+def test_the_bill_of_materials_has_the_form_of_cyclonedx(bill: dict[str, Any]) -> None:
+    # What the schema of CycloneDX 1.6 requires, and the types and values of what is used of it.
+    assert (bill["bomFormat"], bill["specVersion"], bill["version"]) == ("CycloneDX", "1.6", 1)
+    components = [bill["metadata"]["component"], *bill["components"]]
+    for component in components:
+        assert component["type"] in ("application", "library")
+        assert component.get("scope", "required") in ("required", "optional")
+        assert component["name"]
+        assert component["version"]
+        assert component["purl"] == component["bom-ref"] == f"pkg:pypi/{component['name']}@{component['version']}"
+        (licence,) = component["licenses"]
+        assert licence.keys() in ({"expression"}, {"license"})
+    references = [component["bom-ref"] for component in components]
+    assert len(set(references)) == len(references)
+    assert [entry["ref"] for entry in bill["dependencies"]] == references
+    assert all(set(entry["dependsOn"]) <= set(references) for entry in bill["dependencies"])
+
+
+def test_the_bill_of_materials_lists_what_users_install(
+    bill: dict[str, Any], listed: dict[str, tuple[str, str]]
+) -> None:
+    components = {component["name"]: component for component in bill["components"]}
+    assert components.keys() == {name for name, (_, use) in listed.items() if use != "test"}
+    assert {name for name, component in components.items() if component["scope"] == "required"} == {
+        name for name, (_, use) in listed.items() if "always" in use
+    }
+    of_package = next(entry for entry in bill["dependencies"] if entry["ref"].startswith("pkg:pypi/strandspring@"))
+    direct = {reference.partition("/")[2].partition("@")[0] for reference in of_package["dependsOn"]}
+    assert {canonicalize_name(Requirement(text).name) for text in PROJECT["dependencies"]} <= direct
 
 
 def test_every_upper_bound_has_its_reason() -> None:
