@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from strandspring.identification.least_squares.trust_region import _step, minimise
+from strandspring.identification.least_squares.trust_region import Reduced, _joint_step, _step, minimise
 from strandspring.kernel.arrays import FloatArray
 
 EVALUATIONS = 60
@@ -27,10 +27,10 @@ class Rosenbrock:
     def squares(self) -> float:
         return float(self.residuals @ self.residuals)
 
-    def reduced(self) -> tuple[FloatArray, FloatArray]:
+    def reduced(self) -> Reduced:
         jacobian = np.zeros((2, self.x.size))
         jacobian[:, :2] = [[-20.0 * self.x[0], 10.0], [-1.0, 0.0]]
-        return jacobian, self.residuals
+        return Reduced(jacobian, self.residuals, np.zeros(0), np.zeros((0, 2)))
 
 
 def minimum(start: FloatArray, low: FloatArray, high: FloatArray, evaluations: int = EVALUATIONS) -> tuple:
@@ -90,3 +90,42 @@ def test_a_step_between_bounds_promises_a_lower_sum() -> None:
         downhill = -J.T @ r
         if np.any((downhill > 0.0) & (high > 0.0) | (downhill < 0.0) & (low < 0.0)):
             assert np.sum((r + J @ step) ** 2) < np.sum(r**2)
+
+
+def test_own_variables_go_with_the_others_as_in_one_dense_problem() -> None:
+    """Residuals of five parts with an own variable each, three linear coefficients and two variables of all parts."""
+    generator = np.random.default_rng(8)
+    part = np.repeat(np.arange(5), 8)
+    linear, shared, own, r = (generator.standard_normal((part.size, n)) for n in (3, 2, 1, 1))
+    own *= 10.0 ** generator.uniform(-2.0, 1.0, 5)[part][:, None]
+    frame = np.linalg.qr(linear)[0]
+    shared, r = (columns - frame @ (frame.T @ columns) for columns in (shared, r))
+    rows, triangle = np.linalg.qr(np.hstack([shared, r]))
+    unit = own[:, 0] / np.sqrt(np.bincount(part, own[:, 0] ** 2))[part]
+    along = np.array([unit * (part == k) for k in range(5)]) @ np.hstack([frame, rows])
+    length = np.sqrt(np.bincount(part, own[:, 0] ** 2))
+    at = Reduced(triangle[:, :2], triangle[:, 2], length, along)
+    scale = np.linalg.norm(at.J, axis=0)
+
+    def dense(columns: FloatArray, target: FloatArray) -> FloatArray:
+        return np.linalg.lstsq(columns, -target, rcond=None)[0]
+
+    columns = np.hstack([shared, own * (part[:, None] == np.arange(5)), linear])
+    wanted = dense(columns, r[:, 0])
+    wide = np.full(7, 1e6)
+    step, is_full, promised = _joint_step(at, scale, 1e9, -wide, wide)
+    assert is_full
+    np.testing.assert_allclose(step, wanted[:7], rtol=1e-9)
+    assert promised == pytest.approx(float(r[:, 0] @ r[:, 0] - np.sum((r[:, 0] + columns @ wanted) ** 2)), rel=1e-9)
+    # With a bound in its way one stays there, and all others do what is best beside it.
+    first = 2 + int(np.argmax(np.abs(wanted[2:7])))
+    low, high = -wide, wide.copy()
+    low[first], high[first] = sorted((0.0, 0.5 * wanted[first]))
+    step, _, promised = _joint_step(at, scale, 1e9, low, high)
+    assert step[first] == pytest.approx(0.5 * wanted[first], rel=1e-12)
+    others = np.delete(np.arange(columns.shape[1]), first)
+    target = r[:, 0] + columns[:, first] * step[first]
+    rest = dense(columns[:, others], target)
+    np.testing.assert_allclose(np.delete(step, first), rest[:6], rtol=1e-9)
+    left = target + columns[:, others] @ rest
+    assert promised == pytest.approx(float(r[:, 0] @ r[:, 0] - left @ left), rel=1e-9)

@@ -66,7 +66,7 @@ def test_errors_are_those_of_the_true_covariance_of_the_noise(correlation: float
     for seed in range(30):
         noise = autoregressive(size, correlation, seed)
         residuals = noise - jacobian @ (bread @ (jacobian.T @ noise))
-        found = coefficient_covariance(jacobian, residuals, [slice(0, size)])
+        found = coefficient_covariance(jacobian, np.zeros(size), residuals, [slice(0, size)])
         ratios.append(np.linalg.norm(found.root, axis=1) / np.sqrt(np.diag(true)))
         times.append(found.time)
     means = np.mean(ratios, axis=0)
@@ -81,16 +81,43 @@ def test_several_records_are_series_of_their_own() -> None:
     rng = np.random.default_rng(0)
     jacobian = np.column_stack([np.ones(1000), rng.standard_normal(1000)])
     noise = np.concatenate([autoregressive(600, 0.8, 1), autoregressive(400, 0.8, 2)])
-    first = coefficient_covariance(jacobian, noise, [slice(0, 600), slice(600, 1000)])
+    none = np.zeros(1000)
+    first = coefficient_covariance(jacobian, none, noise, [slice(0, 600), slice(600, 1000)])
     order = np.r_[600:1000, 0:600]
-    second = coefficient_covariance(jacobian[order], noise[order], [slice(0, 400), slice(400, 1000)])
+    second = coefficient_covariance(jacobian[order], none, noise[order], [slice(0, 400), slice(400, 1000)])
     assert np.linalg.norm(first.root, axis=1) == pytest.approx(np.linalg.norm(second.root, axis=1), rel=1e-9)
+
+
+def test_a_coefficient_that_a_record_has_for_itself_counts_like_any_other() -> None:
+    rng = np.random.default_rng(2)
+    records = [slice(0, 400), slice(400, 900)]
+    both = np.column_stack([np.ones(900), rng.standard_normal(900)])
+    own = np.where(np.arange(900) % 400 < 60, 1.0 + rng.uniform(size=900), 0.0)
+    of_record = np.column_stack([own * (np.arange(900) < 400), own * (np.arange(900) >= 400)])
+    noise = np.concatenate([autoregressive(400, 0.7, 1), autoregressive(500, 0.7, 2)])
+    dense = np.hstack([both, of_record])
+    residuals = noise - dense @ np.linalg.lstsq(dense, noise, rcond=None)[0]
+    expected = coefficient_covariance(dense, np.zeros(900), residuals, records)
+    length = np.linalg.norm(of_record, axis=0)
+    unit = of_record / length
+    found = coefficient_covariance(both - unit @ (unit.T @ both), unit.sum(axis=1), residuals, records)
+    assert np.linalg.norm(found.root, axis=1) == pytest.approx(np.linalg.norm(expected.root, axis=1)[:2], rel=1e-9)
+    # Of its value, from the noise along its column and from the other coefficients.
+    change = np.hstack([-(unit.T @ both) / length[:, None], np.diag(1.0 / length)])
+    for k in range(2):
+        cross = found.scale @ found.with_own[k, :-1]
+        joint = np.zeros((4, 4))
+        joint[:2, :2] = found.root @ found.root.T
+        joint[:2, 2 + k] = joint[2 + k, :2] = cross
+        joint[2 + k, 2 + k] = found.with_own[k, -1]
+        assert change[k] @ joint @ change[k] == pytest.approx(np.sum(expected.root[2 + k] ** 2), rel=1e-9)
 
 
 def test_a_column_that_nothing_depends_on_has_no_error() -> None:
     rng = np.random.default_rng(0)
     jacobian = np.column_stack([np.ones(300), np.zeros(300), rng.standard_normal(300)])
-    errors = np.linalg.norm(coefficient_covariance(jacobian, rng.standard_normal(300), [slice(0, 300)]).root, axis=1)
+    found = coefficient_covariance(jacobian, np.zeros(300), rng.standard_normal(300), [slice(0, 300)])
+    errors = np.linalg.norm(found.root, axis=1)
     assert errors[1] == 0.0
     assert np.all(errors[[0, 2]] > 0.0)
 

@@ -57,7 +57,7 @@ class RecordPoints:
     def omega(
         self, rho: float, sigma: float, n: float, omega_start: FloatArray, coarse: bool = False
     ) -> tuple[FloatArray, FloatArray]:
-        """omega, shape (P,), and its derivatives by ln(rho), ln(sigma), ln(n) and each omega_start, shape (3 + R, P).
+        """omega, shape (P,), and its derivatives by ln(rho), ln(sigma), ln(n) and the record's omega_start, (4, P).
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class RecordPoints:
         """
         # Bound to a name, or another thread that needs many tables might discard it while the kernel reads it.
         saturation = table(n, sigma, derivatives=True, coarse=coarse)
-        rows = np.empty((4 + self.records, self.count))
+        rows = np.empty((5, self.count))
         derivatives = rows[1:]
         self._fill(saturation.address, np.array([rho]), floats(omega_start), rows, address(derivatives))
         return rows[0], derivatives

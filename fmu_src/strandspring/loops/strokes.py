@@ -139,7 +139,8 @@ def find_strokes(displacement: FloatArray, threshold: float | None = None) -> St
     for k, sign in enumerate(direction):
         piece = slice(turning[k], turning[k + 1] + 1)
         accumulate = np.maximum if sign > 0 else np.minimum
-        low, high = sorted((ends[k], ends[k + 1]))
-        monotone[piece] = np.clip(accumulate.accumulate(displacement[piece]), low, high)
+        monotone[piece] = accumulate.accumulate(displacement[piece])
+    low, high = np.sort([ends[:-1], ends[1:]], axis=0)[:, of_sample]
+    monotone = np.clip(monotone, low, high)
     travel = np.abs(monotone - ends[of_sample])
     return Strokes(turning, direction, of_sample, monotone, travel, noise)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
+from ..identification.certainty.posterior import drawn_in_words
 from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
@@ -286,8 +287,7 @@ def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
         posterior = known["posterior"]
         medians = {name: [number(posterior[name][k], 6) for k in (2, 0, -1)] for name in names}
         ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
-        short = "" if posterior["long_enough"] else "; too few steps to be trusted"
-        yield f"Posterior of {posterior['steps']} steps (seed {posterior['seed']})", f"median and 95 %: {ends}{short}"
+        yield f"Posterior {drawn_in_words(posterior)}", f"median and 95 %: {ends}"
 
 
 def _assumptions(evaluation: Evaluation) -> Iterator[Block]:

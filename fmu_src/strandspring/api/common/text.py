@@ -10,6 +10,7 @@ from typing import Any
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, both_figures
+from ...identification.certainty.posterior import drawn_in_words
 from ...identification.certainty.prediction_interval import ForceInterval
 from ...loops.campaign import Overlap, RateIndependence
 from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
@@ -120,15 +121,12 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
 
 
 def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
-    """Median and 95 % interval of each parameter, and whether the chain was long enough to say so."""
+    """Median and 95 % interval of each parameter, and whether the draws are enough to say so."""
     of_each = ", ".join(
         f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
         for name in HYSTERETIC_UNITS
     )
-    lines = [f"  posterior of {posterior['steps']} steps (seed {posterior['seed']}), median and 95 %: {of_each}"]
-    if not posterior["long_enough"]:
-        lines.append("  the posterior was sampled in too few steps to be trusted; ask for more with `posterior=...`")
-    return lines
+    return [f"  posterior {drawn_in_words(posterior)}, median and 95 %: {of_each}"]
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:

@@ -215,8 +215,9 @@ identification_options = together(
     click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
                  help="Seed of the bootstrap and the posterior."),
     click.option("--posterior", type=click.IntRange(0, 1_000_000), default=0, metavar="STEPS",
-                 help="Refined: also sample the posterior distribution of the parameters by Monte Carlo, some "
-                 'thousand steps; needs pip install "strandspring[posterior]".'),
+                 help="Refined: also sample the posterior distribution of the parameters by Monte Carlo; some thousand "
+                 "steps, which are taken where 2000 weighted draws do not do. Needs pip install "
+                 '"strandspring[posterior]".'),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
                  help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
     click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM",

@@ -27,7 +27,7 @@ def bootstrap(linear: Linearised, repetitions: int, seed: int, where: str) -> di
     """
     loops, basis, refinement = linear.loops, linear.basis, linear.refinement
     generator = np.random.default_rng(seed)
-    strokes = np.unique(loops.stroke)
+    strokes = loops.used
     # Loading and unloading are drawn apart: without one of them FE and FA cannot be separated.
     groups = [strokes[loops.direction[strokes] == side] for side in (1, -1)]
     fewest = min(group.size for group in groups)

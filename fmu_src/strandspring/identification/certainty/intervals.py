@@ -127,15 +127,15 @@ class _Profile:
         direction[column] = 1.0
         self.error = float(np.linalg.norm(linear.root[column]))
         self.reach = float(quantile_95(linear.estimate.degrees_of_freedom(direction[None]))[0]) * self.error
-        weighted = linear.jacobian * np.sqrt(refit.fit.weight)[:, None]
+        weighted = linear.weighted(refit.fit.weight)
         covariance = np.linalg.pinv(weighted.T @ weighted)[column]
         free_variance = float(covariance[column])
         # Where the misfit does not depend on the coefficient at all, nothing bounds it.
         self.allowed = self.reach**2 / free_variance if self.reach > 0.0 and free_variance > 0.0 else math.inf
         # Where the others go with it, as far as the force depends linearly on them.
-        self.slope = np.zeros(linear.free.size)
+        self.slope = np.zeros(refit.place.size)
         if free_variance > 0.0:
-            self.slope[linear.free] = covariance[linear.linear_count :] / free_variance
+            self.slope[:3][linear.free] = covariance[linear.linear_count :] / free_variance
 
     def interval(self, value: float) -> Interval:
         """The ends; None on a side on which the bound of the search is reached first."""

@@ -2,13 +2,16 @@
 
 The likelihood is that of the misfit under the likeliest kind of correlated noise (`coloured_noise`); the coefficients
 of FE and FA, in which the force is linear, are integrated out. The prior is flat in the logarithms of rho, sigma and n
-within the bounds of the search, in omega_start, and in the coefficients. The samples are drawn by the affine-invariant
-ensemble sampler of emcee (Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
+within the bounds of the search, in omega_start, and in the coefficients. Draws come from Student's distribution with
+the joint covariance of the fit and are weighted by the posterior over its density (importance sampling). Where that is
+far from the posterior, few draws take all the weight: if the effective number sum(w)^2/sum(w^2) is too small, the
+affine-invariant ensemble sampler of emcee takes over (Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,6 +21,9 @@ from ..least_squares.coloured_noise import whitened
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Problem
 
+_DRAWS = 2000  # of importance sampling
+_EFFECTIVE = 1000.0  # draws of equal weight that are enough
+_FREEDOM = 6.0  # degrees of freedom of the draws: tails that reach beyond those of the posterior
 _WALKERS = 32  # at least, and four for each number that is drawn
 _BURNED = 4  # one in so many steps is left out, at the beginning
 _ENOUGH = 50.0  # autocorrelation times that a chain should last
@@ -31,14 +37,58 @@ def posterior(linear: Linearised, steps: int, seed: int) -> dict[str, Any]:
     Parameters
     ----------
     linear : Linearised   Of the refined fit.
-    steps, seed : int     Steps of each walker; seed of all random numbers.
+    steps, seed : int     Steps of each walker where importance sampling does not do; seed of all random numbers.
     """
+    target, generator = _Target(linear), np.random.default_rng(seed)
+    places, densities, weight = _drawn(target, generator)
+    effective = float(np.sum(weight) ** 2 / np.sum(weight**2))
+    how: dict[str, Any] = {"long_enough": True}
+    if effective < _EFFECTIVE:
+        places, densities, how = _walked(target, steps, generator, seed)
+        effective, weight = how.pop("effective"), np.ones(len(places))
+    kappa_omega = densities[:, 1] + densities[:, 2] * generator.standard_normal(len(densities))
+    columns = dict(zip(("kappa_omega", "rho", "sigma", "n"), (kappa_omega, *np.exp(places[:, :3].T)), strict=True))
+    order = {name: np.argsort(values, kind="stable") for name, values in columns.items()}
+    share = {name: np.cumsum(weight[at]) / np.sum(weight) for name, at in order.items()}
+    return {
+        "steps": steps,
+        "seed": seed,
+        "effective_draws": effective,
+        **how,
+        "levels": list(_LEVELS),
+        **{name: np.interp(_LEVELS, share[name], values[order[name]]).tolist() for name, values in columns.items()},
+    }
+
+
+def drawn_in_words(posterior: Mapping[str, Any]) -> str:
+    """How a posterior of a model file was drawn, and whether that can be trusted."""
+    effective = posterior.get("effective_draws")
+    size = f"{posterior['steps']} steps" if effective is None else f"{effective:.0f} effective draws"
+    doubt = "" if posterior["long_enough"] else "; too few steps to be trusted, ask for more with `posterior=...`"
+    return f"of {size} (seed {posterior['seed']}{doubt})"
+
+
+def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Draws of theta, shape (N, v), what the target says there, shape (N, 3), and weights, shape (N,)."""
+    size = target.start.size
+    normal = generator.standard_normal((_DRAWS, size))
+    stretch = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, _DRAWS))
+    places = target.start + stretch[:, None] * normal @ target.root_of_covariance.T
+    squares = stretch**2 * np.sum(normal**2, axis=1)
+    density = -0.5 * (_FREEDOM + size) * np.log1p(squares / _FREEDOM)
+    values = np.array([target(place) for place in places])
+    logarithm = values[:, 0] - density
+    return places, np.nan_to_num(values), np.exp(logarithm - logarithm.max())
+
+
+def _walked(
+    target: _Target, steps: int, generator: np.random.Generator, seed: int
+) -> tuple[FloatArray, FloatArray, dict[str, Any]]:
+    """The same by the ensemble sampler, all of one weight, and how long its chain is."""
     import emcee
 
-    target = _Target(linear)
     size = target.start.size
     walkers = max(_WALKERS, 4 * size)
-    generator = np.random.default_rng(seed)
     spread = _SPREAD * np.minimum(target.errors, 0.5)
     begin = target.start + spread * generator.standard_normal((walkers, size))
     begin = np.clip(begin, target.low + 1e-6, target.high - 1e-6)
@@ -48,22 +98,18 @@ def posterior(linear: Linearised, steps: int, seed: int) -> dict[str, Any]:
     kept = slice(steps // _BURNED, None)
     chain = sampler.get_chain()[kept].reshape(-1, size)
     blobs = sampler.get_blobs()[kept].reshape(-1)
-    kappa_omega = blobs["mean"] + blobs["error"] * generator.standard_normal(blobs.size)
-    columns = dict(zip(("kappa_omega", "rho", "sigma", "n"), (kappa_omega, *np.exp(chain[:, :3].T)), strict=True))
     time = float(np.max(sampler.get_autocorr_time(tol=0, quiet=True)))
-    return {
-        "steps": steps,
+    how = {
         "walkers": walkers,
-        "seed": seed,
         "autocorrelation_time": time if math.isfinite(time) else None,
         "long_enough": bool(steps >= _ENOUGH * time),
-        "levels": list(_LEVELS),
-        **{name: np.quantile(values, _LEVELS).tolist() for name, values in columns.items()},
+        "effective": len(chain) / time if math.isfinite(time) else 0.0,
     }
+    return chain, np.stack([np.zeros(blobs.size), blobs["mean"], blobs["error"]], axis=1), how
 
 
 class _Target:
-    """Logarithm of the posterior density at ln(rho), ln(sigma), ln(n), omega_start..."""
+    """Logarithm of the posterior density at theta: ln(rho), ln(sigma), ln(n), omega_start..."""
 
     def __init__(self, linear: Linearised) -> None:
         self.linear, self.fit = linear, linear.refinement
@@ -72,12 +118,23 @@ class _Target:
         self.low, self.high = self.problem.low, self.problem.high
         logarithms = np.log([h.rho, h.sigma, h.n])
         self.start = np.clip(np.append(logarithms, self.fit.omega_start), self.low + 1e-3, self.high - 1e-3)
-        errors = np.linalg.norm(linear.root[linear.linear_count :], axis=1)
-        self.errors = np.full(self.start.size, 0.1)
-        self.errors[linear.free] = np.maximum(errors, 1e-6)
         self.root = np.sqrt(self.fit.full_weight)
         self.records = [points for _, points in linear.loops.by_record]
+        self.root_of_covariance = self._root_of_covariance()
+        self.errors = np.linalg.norm(self.root_of_covariance, axis=1)
         self.at_offset = linear.basis.powers_matrix(linear.basis.amplifier)[0]
+
+    def _root_of_covariance(self) -> FloatArray:
+        """Of theta in this likelihood, the force being linear; what is not free there gets an error of 0.1."""
+        linear = self.linear
+        free = np.append(linear.free, linear.is_start_free)
+        of_record = linear.loops.record[linear.loops.stroke][:, None] == np.flatnonzero(linear.is_start_free)
+        matrix = np.hstack([linear.jacobian, linear.by_start[:, None] * of_record]) * self.root[:, None]
+        white = whitened(matrix, self.records, linear.estimate.noise)
+        inverse = np.linalg.pinv(np.linalg.qr(white, mode="r"))[linear.linear_count :]
+        covariance = np.diag(np.where(free, 1e-12, 0.01))
+        covariance[np.ix_(free, free)] += inverse @ inverse.T
+        return np.linalg.cholesky(covariance)
 
     def __call__(self, theta: FloatArray) -> tuple[float, float, float]:
         """The logarithm, and mean and standard error of kappa_omega there."""

@@ -166,7 +166,7 @@ def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
         is_tried = all(counted[half == part].mean() >= _LEAST_TRIED for part in (0, 1))
     if not is_tried:
         # Akaike's final prediction error: of new samples, from the residuals of those that were fitted.
-        size, count = linear.jacobian.shape
+        size, count = linear.jacobian.shape[0], linear.jacobian.shape[1] + int(linear.is_start_free.sum())
         residuals = linear.misfit * math.sqrt((size + count) / max(size - count, 1))
         counted = np.ones(residuals.size, dtype=bool)
     # A sample scatters about the mean of its cell by the noise that the mean has lost.
@@ -258,7 +258,7 @@ def _left_out(linear: Linearised, half: NDArray[np.intp], scale: FloatArray) -> 
     Where a record starts on its loop is known from itself, as in a prediction.
     """
     fit, loops = linear.refinement, linear.loops
-    jacobian = linear.jacobian[:, : linear.column(3)]
+    jacobian = linear.jacobian
     weighted = np.column_stack([jacobian, linear.misfit]) * np.sqrt(fit.weight)[:, None]
     residuals = linear.misfit.copy()
     counted = np.zeros(half.size, dtype=bool)

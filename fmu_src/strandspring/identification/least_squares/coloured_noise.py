@@ -50,6 +50,8 @@ class CoefficientCovariance(NamedTuple):
     scale : ndarray, shape (p, q)          From combinations whose columns are orthonormal to the coefficients.
     models : ndarray, shape (m, q, q)      Covariance of these combinations for each likely kind of noise.
     probability : ndarray, shape (m,)      Of each.
+    with_own : ndarray, shape (R, q + 1)   Covariance of each record's own coefficient, that of a unit vector, with
+                                           these combinations and with itself.
     time : float                           Integrated autocorrelation time of the noise, in samples.
     noise : Noise                          The likeliest kind.
     """
@@ -57,6 +59,7 @@ class CoefficientCovariance(NamedTuple):
     scale: FloatArray
     models: FloatArray
     probability: FloatArray
+    with_own: FloatArray
     time: float
     noise: Noise
 
@@ -80,39 +83,51 @@ class CoefficientCovariance(NamedTuple):
 
 
 def coefficient_covariance(
-    jacobian: FloatArray, residuals: FloatArray, records: Sequence[slice]
+    jacobian: FloatArray, own: FloatArray, residuals: FloatArray, records: Sequence[slice]
 ) -> CoefficientCovariance:
     """Covariance of the coefficients of a least-squares fit with correlated noise.
 
     Parameters
     ----------
-    jacobian : ndarray, shape (P, p)    Weighted.
+    jacobian : ndarray, shape (P, p)    Weighted, and orthogonal to `own` in each record.
+    own : ndarray, shape (P,)           Unit vector along the column of a coefficient that each record has for itself;
+                                        zero in records without one.
     residuals : ndarray, shape (P,)     Weighted, in the order of the samples.
     records : sequence of slice         Points of each record, which is a series of its own.
     """
     scale = _orthonormal(jacobian)
-    count = scale.shape[1]
     longest = max(piece.stop - piece.start for piece in records)
-    bands = _bands(np.column_stack([jacobian @ scale, residuals]), records, longest)
+    bands = _bands(np.column_stack([jacobian @ scale, residuals, own]), records, longest)
     lengths = _SHORTEST * max(_LONGEST * longest / _SHORTEST, 2.0) ** np.linspace(0.0, 1.0, _LENGTHS)
     spectra = _spectra(bands.frequency, lengths)
-    inner, along, power = bands.sums(1.0 / spectra)
+    products, of_own = bands.sums(1.0 / spectra)
+    has_own = of_own[0, :, -1] > 0.0
+    crossed, squares = of_own[:, has_own, :-1], of_own[:, has_own, -1:]
+    products -= crossed.transpose(0, 2, 1) @ (crossed / squares)
+    inner, along, power = products[:, :-1, :-1], products[:, :-1, -1], products[:, -1, -1]
     explained = np.sum(along * np.linalg.solve(inner, along[..., None])[..., 0], axis=1)
-    free = max(1, residuals.size - count)
+    free = max(1, residuals.size - scale.shape[1] - int(has_own.sum()))
     # Without any misfit there is no noise to be found.
     variance = np.maximum(power - explained, 1e-300) / free
-    likelihood = -0.5 * (np.log(spectra) @ bands.number + np.linalg.slogdet(inner)[1] + free * np.log(variance))
+    determinant = np.linalg.slogdet(inner)[1] + np.log(squares).sum(axis=(1, 2))
+    likelihood = -0.5 * (np.log(spectra) @ bands.number + determinant + free * np.log(variance))
     likelihood[0] += np.log(spectra.shape[0] - 1.0)
     likely = likelihood > likelihood.max() - _LIKELY
     probability = np.exp(likelihood[likely] - likelihood.max())
     probability /= probability.sum()
-    models, _, _ = bands.sums(spectra[likely] * variance[likely, None])
+    models, with_own = bands.sums(spectra[likely] * variance[likely, None])
+    with_own = np.delete(np.tensordot(probability, with_own, 1), -2, axis=1)
     at_zero = _spectra(np.zeros(1), lengths)[likely, 0]
     time = float(np.exp(probability @ np.log(at_zero)))
     best = int(np.argmax(likelihood))
     length, white = (lengths[(best - 1) % _LENGTHS], _WHITE[(best - 1) // _LENGTHS]) if best else (_SHORTEST, 1.0)
     return CoefficientCovariance(
-        scale, models, probability, time, Noise(float(length), float(white), float(variance[best]))
+        scale,
+        models[:, :-1, :-1],
+        probability,
+        with_own,
+        time,
+        Noise(float(length), float(white), float(variance[best])),
     )
 
 
@@ -157,24 +172,25 @@ class _Bands(NamedTuple):
     ----------
     frequency, number : ndarray, shape (b,)   Mean frequency [rad/sample], number of frequencies.
     products : ndarray, shape (b, q+1, q+1)   Of the columns of the Jacobian, the residuals being the last one.
+    of_own : ndarray, shape (b, R, q+2)       Of each record's own column with these and with itself.
     """
 
     frequency: FloatArray
     number: FloatArray
     products: FloatArray
+    of_own: FloatArray
 
-    def sums(self, factors: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Weighted sums of the products: Jacobian (m, q, q), with the residuals (m, q), their power (m,)."""
-        size = self.products.shape[1]
-        total = (factors @ self.products.reshape(self.frequency.size, -1)).reshape(-1, size, size)
-        return total[:, :-1, :-1], total[:, :-1, -1], total[:, -1, -1]
+    def sums(self, factors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Weighted sums of the products, shapes (m, q+1, q+1) and (m, R, q+2)."""
+        return np.tensordot(factors, self.products, 1), np.tensordot(factors, self.of_own, 1)
 
 
 def _bands(columns: FloatArray, records: Sequence[slice], longest: int) -> _Bands:
     count = 2 + int(np.log(longest) / np.log(_BAND))
     frequency, number = np.zeros(count), np.zeros(count)
-    products = np.zeros((count, columns.shape[1], columns.shape[1]))
-    for points in records:
+    products = np.zeros((count, columns.shape[1] - 1, columns.shape[1] - 1))
+    of_own = np.zeros((count, len(records), columns.shape[1]))
+    for record, points in enumerate(records):
         part = _cosine_transform(columns[points])
         omega = np.pi * np.arange(part.shape[0]) / part.shape[0]
         # The mean is a band of its own; the others begin at the longest record's lowest frequency.
@@ -182,11 +198,13 @@ def _bands(columns: FloatArray, records: Sequence[slice], longest: int) -> _Band
         band[1:] = 1 + np.floor(np.log(omega[1:] * longest / np.pi) / np.log(_BAND) + 1e-9).astype(np.intp)
         starts = np.flatnonzero(np.diff(band, prepend=-1))
         for first, last in zip(starts, [*starts[1:], band.size], strict=True):
-            products[band[first]] += part[first:last].T @ part[first:last]
+            of_band = part[first:last].T @ part[first:last]
+            products[band[first]] += of_band[:-1, :-1]
+            of_own[band[first], record] = of_band[-1]
         number += np.bincount(band, minlength=count)
         frequency += np.bincount(band, weights=omega, minlength=count)
     used = number > 0
-    return _Bands(frequency[used] / number[used], number[used], products[used])
+    return _Bands(frequency[used] / number[used], number[used], products[used], of_own[used])
 
 
 def _cosine_transform(columns: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,34 +21,36 @@ _LEAST_FREE = 0.1  # share of misfits within the bounds; if fewer were, those be
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """A refined fit in the coefficients of FE and G and in those of the nonlinear ones that are free.
+    """A refined fit in the coefficients of FE and G and in those of rho, sigma and n that are free.
+
+    The omega_start of each record is a coefficient of its own, which the others are beside.
 
     Attributes
     ----------
     loops, basis, refinement : SamplePoints, Basis, Refinement
-    free : ndarray of bool, shape (3 + R,)   Which of ln(rho), ln(sigma), ln(n) and omega_start vary.
+    free : ndarray of bool, shape (3,)        Which of ln(rho), ln(sigma) and ln(n) vary.
+    is_start_free : ndarray of bool, shape (R,)   Which omega_start does.
     """
 
     loops: SamplePoints
     basis: Basis
     refinement: Refinement
     free: NDArray[np.bool_]
+    is_start_free: NDArray[np.bool_]
 
     @classmethod
     def from_refinement(cls, loops: SamplePoints, basis: Basis, refinement: Refinement) -> Linearised:
         """With those free that lie off their bounds and that the points depend on."""
         h = refinement.hysteresis
-        free = np.ones(refinement.derivatives.shape[0], dtype=bool)
-        free[1] = is_sigma_free(h)
-        free[2] = N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999
-        free[3:] = (np.abs(refinement.omega_start) < 0.999) & (np.abs(refinement.derivatives[3:]).max(axis=1) > 1e-6)
-        return cls(loops, basis, refinement, free)
+        free = np.array([True, is_sigma_free(h), N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999])
+        felt = [np.abs(refinement.derivatives[3, points]).max(initial=0.0) > 1e-6 for _, points in loops.by_record]
+        return cls(loops, basis, refinement, free, (np.abs(refinement.omega_start) < 0.999) & felt)
 
     def freed(self, parameter: int) -> Linearised:
         """With one more of the nonlinear coefficients free."""
         free = self.free.copy()
         free[parameter] = True
-        return Linearised(self.loops, self.basis, self.refinement, free)
+        return replace(self, free=free)
 
     @property
     def linear_count(self) -> int:
@@ -64,13 +66,19 @@ class Linearised:
         """Derivatives of the force by the coefficients, shape (P, p) [N]."""
         columns = self.basis.columns(self.loops.displacement)
         fit = self.refinement
-        return np.hstack(
-            [
-                columns.elastic,
-                fit.omega[:, None] * columns.amplifier,
-                (fit.derivatives[self.free] * fit.backbone.G).T,
-            ]
-        )
+        yielding = (fit.derivatives[:3][self.free] * fit.backbone.G).T
+        return np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding])
+
+    @cached_property
+    def by_start(self) -> FloatArray:
+        """Derivative of the force by the omega_start of the record, 0 where that is not free, shape (P,) [N]."""
+        of_point = self.loops.record[self.loops.stroke]
+        return np.asarray(self.refinement.derivatives[3] * self.refinement.backbone.G * self.is_start_free[of_point])
+
+    def weighted(self, weight: FloatArray) -> FloatArray:
+        """The weighted Jacobian beside the derivatives by omega_start, shape (P, p)."""
+        root = np.sqrt(weight)
+        return self.loops.beside_starts(self.jacobian * root[:, None], self.by_start * root)
 
     @cached_property
     def misfit(self) -> FloatArray:
@@ -85,7 +93,13 @@ class Linearised:
     @cached_property
     def force_error(self) -> FloatArray:
         """Standard error of the predicted force, shape (P,) [N]."""
-        return np.asarray(np.linalg.norm(self.jacobian @ self.root, axis=1))
+        root = np.sqrt(self.refinement.full_weight)
+        shared = self.weighted(self.refinement.full_weight)
+        start = self.loops.unit_vectors(self.by_start * root)
+        with_start = self.estimate.with_own[self.loops.record[self.loops.stroke]]
+        crossed = np.einsum("pi,pi->p", shared @ self.estimate.scale, with_start[:, :-1])
+        variance = np.sum((shared @ self.root) ** 2, axis=1) + start * (2.0 * crossed + start * with_start[:, -1])
+        return np.asarray(np.sqrt(np.maximum(variance, 0.0)) / root)
 
     @cached_property
     def estimate(self) -> CoefficientCovariance:
@@ -100,9 +114,11 @@ class Linearised:
         within = max(float(np.mean(bend == 1.0)), _LEAST_FREE)
         held = root * bend * self.misfit
         noise = coefficient_covariance(
-            self.jacobian * root[:, None], held / within, [points for _, points in self.loops.by_record]
-        )
-        return noise._replace(models=noise.models * repetition(self.loops, held))
+            self.weighted(fit.full_weight), self.loops.unit_vectors(self.by_start * root), held / within,
+            [points for _, points in self.loops.by_record],
+        )  # fmt: skip
+        repeated = repetition(self.loops, held)
+        return noise._replace(models=noise.models * repeated, with_own=noise.with_own * repeated)
 
 
 def is_sigma_free(hysteresis: Hysteresis) -> bool:

@@ -3,7 +3,8 @@
 FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
 linear least-squares problem, so only those few parameters are iterated on. With P the projection on the columns of that
 problem the residuals are (1 - P) r, and their Jacobian in Kaufman's form is -(1 - P) (d omega/d theta)*G, with the
-exact derivatives of `kernel.points`.
+exact derivatives of `kernel.points`. The column of an omega_start is zero at the points of other records and is kept
+apart: `trust_region` eliminates it.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from ...kernel.arrays import FloatArray
 from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
 from .stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
-from .trust_region import minimise, triangle_of
+from .trust_region import Reduced, minimise, triangle_of
 
 # rho times the longest stroke: from a loop that hardly saturates (below, FA and rho are strongly correlated) to one
 # that saturates within a millionth of the stroke.
@@ -41,7 +42,7 @@ class Refinement:
     omega_start : ndarray, shape (R,)      omega at the first sample of each record.
     backbone : Backbone
     omega : ndarray, shape (P,)
-    derivatives : ndarray, shape (3 + R, P)   d omega by ln(rho), ln(sigma), ln(n) and each omega_start.
+    derivatives : ndarray, shape (4, P)    d omega by ln(rho), ln(sigma), ln(n) and the omega_start of the record.
     weight : ndarray, shape (P,)           Weight of each squared misfit [1/N^2], counts included.
     full_weight : ndarray, shape (P,)      The same before Huber's loss lowered the weight of outliers.
     converged : bool                       Whether the iteration ended before its limit of evaluations.
@@ -142,7 +143,7 @@ class Problem:
         )
 
     def omega(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """omega at every point and its derivatives with respect to theta."""
+        """omega at every point and its derivatives, those by omega_start being of the record that a point is of."""
         rho, sigma, n = np.exp(theta[:3]).tolist()
         return self.loops.points.omega(rho, sigma, n, theta[3:], self._coarse)
 
@@ -189,13 +190,23 @@ class _Fit:
         self._amplified = np.zeros(self._least.size)
         self._amplified[self._kept] = np.linalg.solve(R[:-1, :-1], R[:-1, -1])
 
-    def reduced(self) -> tuple[FloatArray, FloatArray]:
-        """The residuals and their derivatives by theta in Kaufman's form, turned into 3 + R + 1 rows."""
-        weighted = self._weighted
-        change = self.derivatives.T * -(weighted.moving @ self._amplified)[:, None]
-        R = triangle_of(np.column_stack([self._columns, weighted.beside(change), weighted.target]))
+    def reduced(self) -> Reduced:
+        """The residuals and their derivatives by theta in Kaufman's form."""
+        weighted, loops = self._weighted, self._weighted.problem.loops
+        *shared, own = self.derivatives * -(weighted.moving @ self._amplified)
+        # Of exact records the residuals are tiny: as a column they keep all their digits.
+        residuals = weighted.target - self._columns @ self._amplified[self._kept]
+        columns = np.column_stack([self._columns, weighted.beside(np.column_stack(shared)), residuals])
+        R = triangle_of(columns)
         n = self._kept.size
-        return R[n:, n:-1], R[n:, -1]
+        length = np.sqrt(loops.sums_of_records(own**2))
+        along = loops.sums_of_records(own[:, None] * np.hstack([weighted.frame, columns]))
+        along /= np.where(length > 0.0, length, 1.0)[:, None]
+        # In coordinates in which the columns are orthonormal, those that never change being so already.
+        scale = np.maximum(np.linalg.norm(R, axis=0), 1e-300)
+        fixed = weighted.frame.shape[1]
+        along[:, fixed:] = np.linalg.lstsq((R / scale).T, (along[:, fixed:] / scale).T, rcond=_DEPENDENT)[0].T
+        return Reduced(R[n:, n:-1], R[n:, -1], length, along)
 
     @property
     def coefficients(self) -> FloatArray:

@@ -4,12 +4,16 @@ A step minimises |r + J s| among those no longer than a radius (More, Lecture No
 variable being scaled by the greatest length so far of its column of J. A step that leaves the bounds goes as far as the
 first it meets. That variable stays there, and the rest of the way leads to the step that follows anew for the others.
 Combinations without effect on r take no part in a step.
+
+Beside the variables that all of r depends on, there may be many own ones of parts of it, whose columns are orthogonal
+to each other. They follow the others by elimination, so that the effort is proportional to their number, and may move
+as far as the radius allows the others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, TypeVar
+from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
@@ -21,6 +25,25 @@ _SHORTEST = 1e-12  # relative length of a step at which the iteration ends
 _RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer, and that is left to the last variables
 _RADIUS_ITERATIONS = 10
 _BLOCK = 1024  # rows that are decomposed together, which stay in the cache
+_LEAST = 1e-12  # of the square of a direction is left beside the columns of own variables
+
+
+class Reduced(NamedTuple):
+    """Residuals r about a point, as a linear problem in few rows.
+
+    Attributes
+    ----------
+    J : ndarray, shape (k, v)            Derivatives by the variables that all of r depends on, in any rotation in which
+    r : ndarray, shape (k,)              these and r take k rows.
+    length : ndarray, shape (w,)         Of the column of each own variable.
+    along : ndarray, shape (w, m + k)    Unit vectors along these columns in m directions in which r is free to change,
+                                         and in those of the k rows; what lies beside them is not needed.
+    """
+
+    J: FloatArray
+    r: FloatArray
+    length: FloatArray
+    along: FloatArray
 
 
 class Trial(Protocol):
@@ -28,8 +51,8 @@ class Trial(Protocol):
 
     squares: float  # sum of squared residuals r
 
-    def reduced(self) -> tuple[FloatArray, FloatArray]:
-        """J and r, or any rotation of both, of fewer rows."""
+    def reduced(self) -> Reduced:
+        """The linear problem about the point."""
 
 
 AnyTrial = TypeVar("AnyTrial", bound=Trial)
@@ -47,39 +70,41 @@ def minimise(
 
     Parameters
     ----------
-    evaluate : callable               The problem at a point of shape (v,).
-    start : ndarray, shape (v,)       Within the bounds.
-    low, high : ndarray, shape (v,)
+    evaluate : callable               The problem at a point of shape (v + w,), own variables last.
+    start : ndarray, shape (v + w,)   Within the bounds.
+    low, high : ndarray, shape (v + w,)
     tolerance : float                 Relative change of the sum at which the iteration ends.
     evaluations : int                 At which it ends in any case.
 
     Returns
     -------
-    point : ndarray, shape (v,)
+    point : ndarray, shape (v + w,)
     trial : Trial                     The problem there.
     converged : bool                  Whether it is a minimum: there is none where evaluations were used up.
     """
     x, best, count = start, evaluate(start), 1
-    scale = np.zeros(x.size)
+    scale: FloatArray | float = 0.0
     radius = 0.0
     while True:
-        J, r = best.reduced()
-        scale = np.maximum(scale, np.linalg.norm(J, axis=0))
+        reduced = best.reduced()
+        scale = np.maximum(scale, np.linalg.norm(reduced.J, axis=0))
         unit = np.where(scale > 0.0, scale, 1.0)
         radius = radius or _FIRST_STEP * float(np.linalg.norm(unit))
         is_better = False
         while not is_better:
             if count == evaluations:
                 return x, best, False
-            step, is_full = _step(J / unit, r, radius, (low - x) * unit, (high - x) * unit)
-            along = J @ (step / unit)
-            promised = -float(along @ (along + 2.0 * r))
+            step, is_full, promised = _joint_step(reduced, unit, radius, low - x, high - x)
             if is_full and promised <= _NEGLIGIBLE * tolerance * best.squares:
                 return x, best, True
-            point = (x + step / unit).clip(low, high)
+            point = (x + step).clip(low, high)
             trial = evaluate(point)
             count += 1
-            gain, length = best.squares - trial.squares, float(np.linalg.norm(step))
+            shared, own = np.split(step, [unit.size])
+            length = max(
+                float(np.linalg.norm(unit * shared)), float(np.linalg.norm(unit) * np.max(np.abs(own), initial=0.0))
+            )
+            gain = best.squares - trial.squares
             is_fair, is_better = gain > 0.25 * promised, gain > 0.0
             ends = (gain < tolerance * best.squares and is_fair) or np.linalg.norm(
                 point - x
@@ -103,6 +128,42 @@ def triangle_of(matrix: FloatArray) -> FloatArray:
         parts = np.asarray(np.linalg.qr(matrix[:cut].reshape(blocks, _BLOCK, columns), mode="r"))
         matrix = np.concatenate([parts.reshape(-1, columns), matrix[cut:]])
     return np.asarray(np.linalg.qr(matrix, mode="r"))
+
+
+def _joint_step(
+    at: Reduced, unit: FloatArray, radius: float, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, bool, float]:
+    """The step of all variables between bounds, whether the radius leaves it as it is, and the gain that it promises.
+
+    With z the coordinates of the residuals, s of the own variables in their unit vectors h, the sum of squares is
+    z'z + 2*s'h*z + s's. Own variables that are not at a bound take s = -h*z.
+    """
+    J, r, length, along = at
+    size, (rows, shared) = along.shape[1], J.shape
+    reach = radius / float(np.linalg.norm(unit))
+    least, most = np.maximum(low[shared:], -reach), np.minimum(high[shared:], reach)
+    own, free = np.zeros(length.size), length > 0.0
+    while True:
+        values, vectors = np.linalg.eigh(np.eye(size) - along[free].T @ along[free])
+        root = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(values, _LEAST))).T, mode="r"))
+        pull = np.linalg.solve(root.T, (length * own * ~free) @ along)
+        top, bottom = np.split(root, [size - rows])
+        wanted, is_full = _step(
+            bottom[:, -rows:] @ (J / unit), bottom[:, -rows:] @ r + pull[-rows:], radius, low[:shared] * unit,
+            high[:shared] * unit,
+        )  # fmt: skip
+        z = r + J @ (wanted / unit)
+        free_part = np.linalg.solve(top[:, :-rows], -(top[:, -rows:] @ z) - pull[:-rows])
+        z = np.concatenate([free_part, z])
+        own[free] = -(along[free] @ z) / length[free]
+        inside = (own >= least) & (own <= most)
+        if inside[free].all():
+            break
+        own = own.clip(least, most)
+        free &= inside
+    sizes = length * own
+    promised = float(r @ r - z @ z - sizes @ (2.0 * along @ z + sizes))
+    return np.append(wanted / unit, own), is_full and bool(np.all(np.abs(own) < reach)), promised
 
 
 def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: FloatArray) -> tuple[FloatArray, bool]:

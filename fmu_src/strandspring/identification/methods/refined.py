@@ -96,7 +96,8 @@ class RefinedOptions(Method):
     robust : bool                  Huber's loss instead of squares, for records with outliers.
     bootstrap : int                Repetitions of a stroke-wise bootstrap for the standard errors; 0 for none.
     seed : int                     Of the bootstrap and the posterior.
-    posterior : int                Steps of a Monte Carlo sampler of the posterior; 0 for none. Needs emcee.
+    posterior : int                The posterior is drawn too, in so many steps of a Monte Carlo sampler where weighted
+                                   draws do not do; 0 for none. Needs emcee.
     moving_mass : float            Between load cell and spring [kg]; its inertia is removed, which needs times.
     fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
     delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.

@@ -20,6 +20,7 @@ IndexArray = NDArray[np.intp]
 # A stroke with more samples than this is averaged over cells of travel; the cells are narrow after the reversal,
 # where the force bends most.
 POINTS_PER_STROKE = 160
+_REMEMBERED = 64  # strokes
 ONE_AMPLITUDE = 0.9  # smallest amplitude in the largest from which there is one only
 
 
@@ -62,12 +63,17 @@ class SamplePoints:
         return np.concatenate([[0], changes, [self.stroke.size]])
 
     @cached_property
+    def used(self) -> IndexArray:
+        """The strokes that have points."""
+        return self.stroke[self.bounds[:-1]]
+
+    @cached_property
     def reach(self) -> tuple[float, float]:
         """Lowest and highest displacement of the strokes that have points [m], as far as they are selected.
 
         Averaged points stay within it.
         """
-        used = self.stroke[self.bounds[:-1]]
+        used = self.used
         ends = np.concatenate([self.start[used], (self.start + self.direction * self.length)[used]])
         low, high = self.selected
         return max(low, float(ends.min())), min(high, float(ends.max()))
@@ -75,12 +81,12 @@ class SamplePoints:
     @cached_property
     def longest(self) -> float:
         """Length of the longest stroke that has points [m]."""
-        return float(self.length[self.stroke[self.bounds[:-1]]].max())
+        return float(self.length[self.used].max())
 
     @cached_property
     def shortest(self) -> float:
         """Length of the shortest stroke that has points [m]; first and last of a record, often cut, do not count."""
-        of_records = (np.unique(self.stroke[points]) for _, points in self.by_record)
+        of_records = np.split(self.used, np.searchsorted(self.used, [strokes.stop for strokes, _ in self.by_record]))
         whole = [used[1:-1] if used.size > 2 else used for used in of_records]
         return float(self.length[np.concatenate(whole)].min())
 
@@ -111,11 +117,38 @@ class SamplePoints:
     def points(self) -> RecordPoints:
         """The points as the kernel takes them."""
         first_stroke, first_point = (
-            [0, *(piece.stop for piece in pieces)] for pieces in zip(*self.by_record, strict=True)
+            np.array([0, *(piece.stop for piece in pieces)]) for pieces in zip(*self.by_record, strict=True)
         )
+        # Of strokes without points those that points remember count; others are left out two by two.
+        strokes = np.arange(self.length.size)
+        ahead = np.append(self.used, strokes[-1] + 2 * _REMEMBERED)[np.searchsorted(self.used, strokes)] - strokes
+        kept = ahead <= _REMEMBERED
+        beside = strokes + 1 - 2 * ((strokes - first_stroke[self.record]) % 2)
+        kept |= kept[np.minimum(beside, strokes[-1])] & (beside < first_stroke[self.record + 1])
+        place = np.append(0, np.cumsum(kept))
         return RecordPoints(
-            np.array(first_stroke), np.array(first_point), self.direction, self.length, self.stroke, self.travel
+            place[first_stroke], first_point, self.direction[kept], self.length[kept], place[self.stroke], self.travel
         )
+
+    def sums_of_records(self, values: FloatArray) -> FloatArray:
+        """Sums over the points of each record, shape (R, ...), of values at the points, shape (P, ...)."""
+        first, end = np.array([(points.start, points.stop) for _, points in self.by_record]).T
+        sums = np.zeros((first.size, *values.shape[1:]))
+        sums[first < end] = np.add.reduceat(values, first[first < end])
+        return sums
+
+    def unit_vectors(self, column: FloatArray) -> FloatArray:
+        """A column, shape (P,), divided by its length in each of the records; 0 where it is."""
+        length = np.sqrt(self.sums_of_records(column**2))
+        return np.asarray(column / np.where(length > 0.0, length, 1.0)[self.record[self.stroke]])
+
+    def beside_starts(self, columns: FloatArray, start: FloatArray) -> FloatArray:
+        """What of columns, shape (P, C), does not lie along one, shape (P,), in each of the records.
+
+        Coefficients that each record has for itself, as its omega_start, are eliminated by that.
+        """
+        unit = self.unit_vectors(start)[:, None]
+        return np.asarray(columns - unit * self.sums_of_records(unit * columns)[self.record[self.stroke]])
 
     def cycles(self) -> IndexArray:
         """Cycle of each point: two strokes of one record, a last single stroke belonging to the cycle before it."""
@@ -129,6 +162,18 @@ class SamplePoints:
             cycle[points] = first + np.minimum(stroke // 2, count - 1)
             first += count
         return cycle
+
+    def part_of_cycles(self, share: float) -> SamplePoints:
+        """Those on a share of the cycles of one record, drawn two by two, and on those of the extreme strokes."""
+        if share >= 1.0:
+            return self
+        pair = self.cycles() // 2
+        count = int(pair[-1]) + 1
+        draws = np.random.default_rng(0).uniform(size=round(count * share))
+        drawn = np.floor((np.arange(draws.size) + draws) / share)
+        length, end = (values[self.used] for values in (self.length, self.start + self.direction * self.length))
+        extreme = [self.bounds[place] for values in (length, end) for place in (values.argmin(), values.argmax())]
+        return self.only(np.isin(pair, [*drawn, *pair[extreme]]))
 
     def only(self, kept: NDArray[np.bool_]) -> SamplePoints:
         """Some of the points; the strokes all stay."""

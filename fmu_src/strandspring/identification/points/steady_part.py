@@ -21,6 +21,7 @@ from .usable import usable_samples
 _SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
 _INSIDE = np.linspace(0.05, 0.95, 64)  # where strokes are compared, shares of their lengths
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
+_AVERAGED = 1000  # full strokes in a direction that are enough for a mean
 _RETURN = 0.4  # share of the longest stroke that must be gone back at least
 _SNAP = 0.2  # counter-movement of the force within a branch, share of its range
 _CHATTER = 4  # turns of the force within a stroke from which it is stick-slip
@@ -171,7 +172,7 @@ class MeanLoop:
 
 
 def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[np.intp] | None = None) -> MeanLoop:
-    """Average the full strokes on common displacements, loading and unloading apart.
+    """Average the full strokes, of very many a part, on common displacements, loading and unloading apart.
 
     Parameters
     ----------
@@ -179,11 +180,12 @@ def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[
     shares : ndarray, shape (G,)             Where on the common range the loop is wanted, 0 to 1, rising.
     among : ndarray of int, shape (T,), or None   Strokes with points, of either direction; all if None.
     """
-    used = np.unique(loops.stroke) if among is None else among
+    used = loops.used if among is None else among
     chosen = []
     for side in (1, -1):
         strokes = used[loops.direction[used] == side]
-        chosen.append(strokes[loops.length[strokes] >= _FULL * loops.length[strokes].max()])
+        full = strokes[loops.length[strokes] >= _FULL * loops.length[strokes].max()]
+        chosen.append(full[:: max(1, full.size // _AVERAGED)])
     both = np.concatenate(chosen)
     ends = np.stack([loops.start[both], loops.start[both] + loops.direction[both] * loops.length[both]])
     low, high = max(loops.selected[0], ends.min(axis=0).max()), min(loops.selected[1], ends.max(axis=0).min())
@@ -198,7 +200,7 @@ def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[
 
 def _paired(loops: SamplePoints) -> NDArray[np.intp]:
     """Full strokes that follow each other and so form loops; of different cycles they need not meet."""
-    used = np.unique(loops.stroke)
+    used = loops.used
     full = used[loops.length[used] >= _FULL * loops.length[used].max()]
     follows = np.diff(full) == 1
     return np.asarray(np.union1d(full[:-1][follows], full[1:][follows]))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -76,9 +77,12 @@ def refuse_differing_units(parts: Sequence[SteadyRecord]) -> None:
     IdentificationError   With the record, the column and the factor.
     """
     loops = [mean_loop(part.loops) for part in parts]
+    # A record with another unit differs from its neighbours by amplitude: only such records are compared with all.
+    order = sorted(range(len(loops)), key=lambda k: float(np.ptp(loops[k].displacement)))
+    suspects = {k for pair in pairwise(order) if not _agree(*(loops[k] for k in pair)) for k in pair}
     mistaken = {
         (k, other): factor
-        for k in range(len(loops))
+        for k in suspects
         for other in range(len(loops))
         if k != other and (factor := _factor_between(loops[k], loops[other])) is not None
     }
@@ -97,7 +101,7 @@ def refuse_differing_units(parts: Sequence[SteadyRecord]) -> None:
 
 def _factor_between(loop: MeanLoop, other: MeanLoop) -> _Factor | None:
     """The factor without which a loop does not agree with another one at all; None if there is none."""
-    if abs(min(_differences(loop, other), key=abs)) < math.log(2.0):
+    if _agree(loop, other):
         return None
     fitting = []
     for factor in _FACTORS:
@@ -111,6 +115,11 @@ def _factor_between(loop: MeanLoop, other: MeanLoop) -> _Factor | None:
             apart = abs(math.log(np.ptp(corrected.displacement) / np.ptp(other.displacement)))
             fitting.append((apart + largest, factor))
     return min(fitting, key=lambda fit: fit[0])[1] if fitting else None
+
+
+def _agree(loop: MeanLoop, other: MeanLoop) -> bool:
+    """Whether two loops agree in stiffness or height, to a factor of 2."""
+    return abs(min(_differences(loop, other), key=abs)) < math.log(2.0)
 
 
 def _differences(loop: MeanLoop, other: MeanLoop) -> list[float]:

@@ -55,6 +55,8 @@ _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
 # Points that effects are removed from before they are averaged: every sample, unless there are more.
 _FINE = 40_000
 _FINER = 2  # times as many cells where effects are looked for
+# Points up to which all strokes have some: where a spring is sought, and where it is fitted.
+_SEARCHED, _FITTED = 20_000, 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,25 +202,36 @@ class Rig:
 
     @classmethod
     def from_parts(cls, parts: Sequence[SteadyRecord], points: int | None, delay: float | None = None) -> Rig:
-        """The rig of some records: their steady parts, averaged over so many points of a stroke, or every sample."""
-        return cls._of(tuple(parts), tuple(map(_Course.from_record, parts)), points, delay)
+        """The rig of some records for a search: their steady parts, averaged over so many points of a stroke, or every
+        sample; of very many strokes a part.
+        """
+        return cls._of(tuple(parts), tuple(map(_Course.from_record, parts)), points, delay, _SEARCHED)
 
     @classmethod
     def _of(
-        cls, parts: tuple[SteadyRecord, ...], courses: tuple[_Course, ...], points: int | None, delay: float | None
+        cls,
+        parts: tuple[SteadyRecord, ...],
+        courses: tuple[_Course, ...],
+        points: int | None,
+        delay: float | None,
+        most: int,
     ) -> Rig:
         strokes = sum(part.strokes.count for part in parts)
         if points is None:
             fine = tuple(part.all_samples() for part in parts)
         else:
-            fine = tuple(part.loops_with(max(points, _FINE // strokes)) for part in parts)
-        loops = join(list(fine)) if points is None else join([part.loops_with(points) for part in parts])
+            share = min(1.0, most / (strokes * points))
+            fine, coarse = (
+                tuple(part.loops_with(cells).part_of_cycles(share) for part in parts)
+                for cells in (max(points, _FINE // strokes), points)
+            )
+        loops = join(list(fine if points is None else coarse))
         rig = cls(loops, parts, fine, points, courses)
         return replace(rig, loops=rig._moved(delay, {}), delay=delay) if delay else replace(rig, delay=delay)
 
     def with_points(self, points: int | None) -> Rig:
         """The same rig with strokes averaged over another number of points, or every sample."""
-        other = Rig._of(self.parts, self.courses, points, self.delay)
+        other = Rig._of(self.parts, self.courses, points, self.delay, _FITTED)
         return replace(other, kept=self.kept, worn=self.worn, drifted=self.drifted, zeroed=self.zeroed)
 
     def keeping(self, effects: Iterable[Effect]) -> Rig:

@@ -107,7 +107,7 @@ def _groups(rig: Rig, loops: SamplePoints) -> IndexArray:
     duration = rig.durations(loops)
     keys = [loops.record.tolist(), _classes(loops.length), _classes(duration)]
     numbers: dict[tuple[int, ...], int] = {}
-    used = np.unique(loops.stroke)
+    used = loops.used
     of_stroke = np.zeros(loops.length.size, np.intp)
     for stroke in used.tolist():
         of_stroke[stroke] = numbers.setdefault(tuple(key[stroke] for key in keys), len(numbers))

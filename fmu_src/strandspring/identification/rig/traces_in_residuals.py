@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import accumulate
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -17,11 +17,12 @@ TRIED = 3  # effects that promise most are tried
 
 
 class Tangent:
-    """The changes of the force that changes of FE, FA, rho, sigma and n can make, weighted.
+    """The changes of the force that changes of FE, FA, rho, sigma, n and omega_start can make, weighted.
 
     Attributes
     ----------
     root : ndarray, shape (P,)     Roots of the points' weights.
+    reached : ndarray, shape (P, q)   Orthonormal; what they reach beside omega_start.
     misfit : ndarray, shape (P,)   Weighted residuals that they do not reach [N].
 
     Parameters
@@ -33,15 +34,23 @@ class Tangent:
         fit, loops, refinement = state.fit, state.loops, state.fit.refinement
         columns = fit.basis.columns(loops.displacement)
         self.root = np.sqrt(loops.weight)
-        yielding = refinement.derivatives * refinement.backbone.G
-        rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T, yielding])
-        rows *= self.root / np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
-        self._reached, _ = np.linalg.qr(rows.T)
+        *shared, own = refinement.derivatives * (self.root * refinement.backbone.G)
+        rows = np.concatenate([columns.elastic.T, refinement.omega * columns.amplifier.T])
+        rows = np.concatenate([self.root * rows, shared])
+        rows /= np.maximum(np.abs(rows).max(axis=1), 1e-300)[:, None]
+        self._loops, self._own = loops, own
+        self.reached, _ = np.linalg.qr(loops.beside_starts(rows.T, own))
         self.misfit = self.beside(self.root * refinement.backbone.misfit(loops.force, refinement.omega))
 
     def beside(self, values: FloatArray) -> FloatArray:
         """What they do not reach of weighted values, shape (P,) or (P, columns)."""
-        return np.asarray(values - self._reached @ (self._reached.T @ values))
+        left = self.beside_starts(values)
+        return np.asarray(left - self.reached @ (self.reached.T @ left))
+
+    def beside_starts(self, values: FloatArray) -> FloatArray:
+        """What omega_start does not reach of weighted values, shape (P,) or (P, columns)."""
+        columns = values.reshape(values.shape[0], -1)
+        return self._loops.beside_starts(columns, self._own).reshape(values.shape)
 
 
 def promising(rig: Rig, state: Corrected, margin: float = MARGIN) -> list[Sizes]:
@@ -87,21 +96,31 @@ class EffectTraces:
 
     def __init__(self, rig: Rig, state: Corrected, effects: Sequence[Effect]) -> None:
         tangent = Tangent(state)
-        self._misfit = tangent.misfit
+        self._loops, self._reached, self._misfit = state.loops, tangent.reached, tangent.misfit
         delay = float(state.sizes.get(Effect.DELAY, [0.0])[0])
-        self._traces = {
-            effect: tangent.beside(rig.columns(effect, state.fit, state.loops, delay) * tangent.root[:, None])
-            for effect in effects
-        }
+        columns = {e: rig.columns(e, state.fit, state.loops, delay) * tangent.root[:, None] for e in effects}
+        self._traces = {e: tangent.beside(of_effect) for e, of_effect in columns.items() if e not in ZEROS}
+        # Each record but the first has a column of its own, whose length does not grow with their number.
+        self._of_records = {e: tangent.beside_starts(columns[e].sum(axis=1)) for e in ZEROS if e in columns}
 
     def solved(self, effects: Sequence[Effect]) -> tuple[Sizes, FloatArray]:
         """Sizes of these effects by least squares, and the weighted residuals that are left."""
         if not effects:
             return {}, self._misfit
-        traces = [self._traces[effect] for effect in effects]
-        matrix = np.hstack(traces)
-        scale = np.maximum(np.sqrt(np.sum(matrix**2, axis=0)), 1e-300)
-        solution = np.linalg.lstsq(matrix / scale, self._misfit, rcond=1e-8)[0] / scale
-        ends = accumulate(trace.shape[1] for trace in traces)
-        steps = [solution[end - trace.shape[1] : end] for trace, end in zip(traces, ends, strict=True)]
-        return dict(zip(effects, steps, strict=True)), self._misfit - matrix @ solution
+        traces = {effect: self._traces[effect] for effect in effects if effect not in ZEROS}
+        matrix = np.column_stack([self._misfit, *traces.values()])[:, 1:]
+        fitted, target = matrix, self._misfit
+        of_records = next((self._of_records[effect] for effect in effects if effect in ZEROS), None)
+        if of_records is not None:
+            matrix = np.hstack([matrix, self._reached])
+            beside = self._loops.beside_starts(np.column_stack([matrix, target]), of_records)
+            fitted, target = beside[:, :-1], beside[:, -1]
+        scale = np.maximum(np.sqrt(np.sum(fitted**2, axis=0)), 1e-300)
+        solution = np.linalg.lstsq(fitted / scale, target, rcond=1e-8)[0] / scale
+        ends = accumulate((trace.shape[1] for trace in traces.values()), initial=0)
+        steps = {effect: solution[begin:end] for effect, (begin, end) in zip(traces, pairwise(ends), strict=True)}
+        if of_records is not None:
+            along = self._loops.sums_of_records(of_records * (self._misfit - matrix @ solution))
+            zeros = along / np.maximum(self._loops.sums_of_records(of_records**2), 1e-300)
+            steps |= {effect: zeros[1:] for effect in effects if effect in ZEROS}
+        return {effect: steps[effect] for effect in effects}, target - fitted @ solution

@@ -211,13 +211,14 @@ def with_degrees(loops: SamplePoints, candidate: Candidate) -> Candidate:
 
 
 def _choose(loops: SamplePoints, candidate: Candidate, criterion: Criterion) -> tuple[float, int, int]:
-    """The least criterion by linear least squares, in which rho, sigma and n yield as well, and its degrees N, M."""
+    """The least criterion by linear least squares, in which all else yields as well, and its degrees N, M."""
     basis = replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1])
     columns = basis.columns(loops.displacement)
     fit = candidate.refinement
-    yielding = (fit.derivatives * fit.backbone.G).T
-    whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding, loops.force[:, None]])
-    triangle = triangle_of(whole * np.sqrt(loops.weight)[:, None])
+    root = np.sqrt(loops.weight)
+    *yielding, own = fit.derivatives * fit.backbone.G
+    whole = np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, np.transpose([*yielding, loops.force])])
+    triangle = triangle_of(loops.beside_starts(whole * root[:, None], own * root))
     points, size = loops.force.size, triangle.shape[1]
     n_E, n_A = basis.elastic + 1, basis.amplifier + 1
     freed = size - 1 - n_E - n_A

@@ -73,7 +73,8 @@ def unrecorded(state: Corrected) -> Unrecorded:
     loops, fit = state.loops, state.fit.refinement
     residuals = fit.backbone.misfit(loops.force, fit.omega)
     columns, coefficients = _columns(state, loops, fit)
-    mean, root = _posterior(loops, columns, coefficients, residuals, loops.rms(fit.omega * fit.backbone.G))
+    own = fit.derivatives[3] * fit.backbone.G
+    mean, root = _posterior(loops, columns, coefficients, own, residuals, loops.rms(fit.omega * fit.backbone.G))
     low, high = loops.reach
     half, middle = 0.5 * (high - low), 0.5 * (high + low)
     small = _through(middle + AMPLITUDE * half * np.resize([1.0, -1.0], 2 * _CYCLES + 2), 2 * _CYCLES - 1)
@@ -94,7 +95,12 @@ def unrecorded(state: Corrected) -> Unrecorded:
 
 
 def _posterior(
-    loops: SamplePoints, columns: FloatArray, coefficients: int, residuals: FloatArray, hysteretic: float
+    loops: SamplePoints,
+    columns: FloatArray,
+    coefficients: int,
+    own: FloatArray,
+    residuals: FloatArray,
+    hysteretic: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and a root of the covariance of the coefficients, of which the first are the spring's own.
 
@@ -103,13 +109,16 @@ def _posterior(
     loops : SamplePoints
     columns : ndarray, shape (P, C)
     coefficients : int              Columns of the spring itself.
+    own : ndarray, shape (P,)       Derivative by the omega_start of the record, which is left to each record.
     residuals : ndarray, shape (P,) [N]
     hysteretic : float              rms hysteretic force [N].
     """
     scale = np.array([loops.rms(column) for column in columns.T])
     scale[scale <= _NOTHING * scale.max()] = np.inf  # no point shows it
     root = np.sqrt(loops.weight)
-    triangle = triangle_of(np.column_stack([columns / scale, residuals]) * root[:, None])
+    triangle = triangle_of(
+        loops.beside_starts(np.column_stack([columns / scale, residuals]) * root[:, None], own * root)
+    )
     matrix, target = triangle[:, :-1], triangle[:, -1]
     prior = np.zeros(scale.size)
     prior[coefficients:] = 1.0 / (_PRIOR * hysteretic)
@@ -130,12 +139,10 @@ def _columns(state: Corrected, loops: SamplePoints, fit: Refinement) -> tuple[Fl
     ----------
     state : Corrected   Of which they are derivatives.
     loops : SamplePoints   Its own points, or others.
-    fit : Refinement    At these points; derivatives by the records' omega_start are zero at other points than its own.
+    fit : Refinement    At these points.
     """
     basis = state.fit.basis.columns(loops.displacement)
-    yielding = np.zeros((loops.force.size, state.fit.refinement.derivatives.shape[0]))
-    rows = fit.derivatives if loops is state.loops else fit.derivatives[:3]
-    yielding[:, : rows.shape[0]] = (rows * fit.backbone.G).T
+    yielding = (fit.derivatives[:3] * fit.backbone.G).T
     low, high = state.loops.reach
     place = (2.0 * loops.displacement - low - high) / (high - low)
     thresholds = np.asarray(0.5 * (high - low) * _THRESHOLDS)

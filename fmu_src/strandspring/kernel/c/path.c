@@ -1,7 +1,6 @@
 #include "path.h"
 
 #include <math.h>
-#include <string.h>
 
 /* W(xi), most often on the piece where the last one was. */
 static double saturation_near(const SpringTable *table, double xi, int *piece)
@@ -80,11 +79,11 @@ static void begin_strokes(const SpringTable *table, double rho, double omega_sta
     }
 }
 
-/* omega at points of strokes that have begun, and, unless `derivatives` is NULL, its derivatives by rho, sigma and n
- * (rows of `row`) and by omega_start. */
+/* omega at points of strokes that have begun, and, unless `derivatives` is NULL, its derivatives by rho, sigma, n and
+ * omega_start (rows of `row`). */
 static void at_points(const SpringTable *table, double rho, const Beginning *begin, const int64_t *direction,
                       size_t points, const int64_t *stroke, const double *travel, double *omega, size_t row,
-                      double *derivatives, double *by_start)
+                      double *derivatives)
 {
     int piece = 0;
     for (size_t i = 0; i < points; i++) {
@@ -99,7 +98,7 @@ static void at_points(const SpringTable *table, double rho, const Beginning *beg
         derivatives[i] = side * here.slope * (at->by[0] + travel[i]);
         derivatives[row + i] = side * (here.slope * at->by[1] + here.by_sigma);
         derivatives[2 * row + i] = side * (here.slope * at->by[2] + here.by_n);
-        by_start[i] = side * here.slope * at->by[3];
+        derivatives[3 * row + i] = side * here.slope * at->by[3];
     }
 }
 
@@ -110,8 +109,6 @@ void spring_on_records(const SpringTable *table, size_t rates, const double *rho
 {
     Beginning *begin = (Beginning *)workspace;
     size_t points = (size_t)first_point[records];
-    if (derivatives != NULL)
-        memset(derivatives + 3 * points, 0, records * points * sizeof *derivatives);
     for (size_t rate = 0; rate < rates; rate++)
         for (size_t k = 0; k < records; k++) {
             size_t strokes = (size_t)first_stroke[k], at = (size_t)first_point[k];
@@ -119,8 +116,7 @@ void spring_on_records(const SpringTable *table, size_t rates, const double *rho
             begin_strokes(table, rho[rate], omega_start[k], (size_t)first_stroke[k + 1] - strokes, direction + strokes,
                           length + strokes, with, begin + strokes);
             at_points(table, rho[rate], begin, direction, (size_t)first_point[k + 1] - at, stroke + at, travel + at,
-                      omega + rate * points + at, points, with ? derivatives + at : NULL,
-                      with ? derivatives + (3 + k) * points + at : NULL);
+                      omega + rate * points + at, points, with ? derivatives + at : NULL);
         }
     if (derivatives == NULL)
         return;

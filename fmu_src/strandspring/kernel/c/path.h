@@ -19,7 +19,7 @@ void spring_force_at(const SpringLaw *law, size_t count, const double *displacem
 
 /* omega at points of several records, each of consecutive strokes, for each rho (`rates` rows of all points), and,
  * unless `derivatives` is NULL, its derivatives for the last rho: rows of all points by ln rho, ln sigma, ln n and the
- * omega_start of each record; the table must have derivatives.
+ * omega_start of the record that a point is of; the table must have derivatives.
  *
  * omega_start                 at the beginning of each record
  * first_stroke, first_point   of each record, and the number of all

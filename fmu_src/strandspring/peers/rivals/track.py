@@ -58,7 +58,7 @@ class Track:
 def _in_some_cycles(track: Track) -> Track:
     """The track with no more cycles than are used, each run of them as if it were a record."""
     loops = track.loops
-    used = np.unique(loops.stroke)
+    used = loops.used
     cycles = max(2, _CYCLES // (int(loops.record[-1]) + 1))
     runs = min(_RUNS, cycles)
     run_length = 2 * cycles // runs
