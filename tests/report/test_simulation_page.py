@@ -11,6 +11,7 @@ import pytest
 from browser import chromium, opened
 from strandspring import simulate
 from strandspring.examples import systems
+from strandspring.report.simulation_page import write_simulation
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -98,3 +99,11 @@ def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Pat
     assert (tmp_path / "again.html").read_bytes() == (folder / "box.html").read_bytes()
     simulate(BOX, "drop", "standard").report(tmp_path / "box.pdf")
     assert (tmp_path / "box.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_page_of_many_answers_stays_small(tmp_path: Path) -> None:
+    few = simulate(BOX, ["shock +y", "drop"], draws=16, workers=1)
+    write_simulation(tmp_path / "many.html", "box", "", "box.toml", few.candidates, few.answers * 20)
+    page = (tmp_path / "many.html").read_text(encoding="utf-8")
+    assert len(page.encode()) < 2e6
+    assert "Histories are left out of 40 of 80 answers." in page

@@ -31,7 +31,7 @@ from .rendering.page import check_report_path, write
 from .simulation_tables import at_rest, inputs, natural_modes, tiny
 
 _SHOWN = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
-_MOST_TILES, _MOST_PANELS = 8, 64
+_MOST_TILES, _MOST_HISTORIES = 8, 40
 _LEVELS = {CaseVerdict.PASSES: Level.GOOD, CaseVerdict.UNDECIDED: Level.CARE}  # else poor
 _NOTHING = 1e-9  # of rounding, in display units
 
@@ -55,7 +55,9 @@ def write_simulation(
                                        file cannot be written.
     """
     check_report_path(path)
-    drawn = {place: answer for place, answer in enumerate(answers) if answer.courses is not None}
+    kept = [place for place, answer in enumerate(answers) if answer.courses is not None]
+    nearest = sorted(kept, key=lambda place: -_severity(answers[place]))[:_MOST_HISTORIES]
+    drawn = {place: answers[place] for place in sorted(nearest)}
     names = {
         place: f"{answer.case.name if len(candidates) == 1 else _where(answer)}: {answer.verdict.value}"
         for place, answer in drawn.items()
@@ -83,7 +85,7 @@ def write_simulation(
         footer=f"strandspring {__version__}",
         noun="Case",
         first=max(drawn, key=lambda place: _severity(drawn[place]), default=None),
-        panels=_MOST_PANELS,
+        panels=_MOST_HISTORIES,
     )
     write(path, content)
 
@@ -199,7 +201,7 @@ def _cautions(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswe
 def _histories(
     candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], drawn: dict[int, CaseAnswer]
 ) -> Iterator[Block]:
-    left = sum(1 for answer in answers if answer.figures and answer.courses is None)
+    left = sum(1 for answer in answers if answer.figures) - len(drawn)
     if left:
         yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip

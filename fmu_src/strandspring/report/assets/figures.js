@@ -16,8 +16,8 @@
     const { panels, records } = figure, apart = panels.length > 1;
     const record = records.includes(chosen.record) ? chosen.record : apart || records.length === 1 ? records[0] : "";
     for (const panel of panels) panel.hidden = apart && panel.dataset.record !== record;
-    const panel = panels.find((own) => !own.hidden), buttons = parts(panel, ".legend button");
-    const every = parts(panel, ".data > g");
+    const panel = panels.find((own) => !own.hidden);
+    const [buttons, every] = [".legend button", ".data > g"].map((own) => parts(panel, own));
     const groups = every.filter((own) => apart || !record || [undefined, record].includes(own.dataset.record));
     const cycles = records.length > 1 && !record ? [] : unique(groups.map((own) => own.dataset.cycle));
     const cycle = cycles.includes(chosen.cycle) ? chosen.cycle : "";
@@ -57,7 +57,6 @@
   // An axis: values at shares of the whole area, from the left or the bottom, and back; which of them are in the view.
   function axisOf(plot, way) {
     const [low, high] = plot.dataset[way].split(" ").map(Number), log = `${way}log` in plot.dataset;
-    plot.whole ??= viewBox(plot);
     const k = ways.indexOf(way), view = viewBox(plot), size = plot.whole[k + 2];
     const [from, to] = [view[k] / size, (view[k] + view[k + 2]) / size], ends = k ? [1 - to, 1 - from] : [from, to];
     const at = (share) => (log ? low * (high / low) ** share : low + (high - low) * share);
@@ -67,11 +66,9 @@
 
   function ticks({ values: [low, high], log }) {
     const range = (from, to) => Array.from({ length: Math.max(to - from + 1, 0) }, (_, k) => from + k);
-    if (log && high / low > 5) {
-      const powers = range(...[low, high].map((value) => Math.floor(Math.log10(value))));
-      return powers.flatMap((power) => (high / low > 600 ? [1] : [1, 2, 5]).map((digit) => Number(`${digit}e${power}`)))
-        .filter((value) => value >= low && value <= high);
-    }
+    if (log && high / low > 5) return range(Math.floor(Math.log10(low)), Math.floor(Math.log10(high)))
+      .flatMap((power) => (high / low > 600 ? [1] : [1, 2, 5]).map((digit) => Number(`${digit}e${power}`)))
+      .filter((value) => value >= low && value <= high);
     const power = 10 ** Math.floor(Math.log10((high - low) / 5));
     const step = [1, 2, 5, 10].find((digit) => 6 * digit * power >= high - low) * power;
     return range(Math.ceil(low / step), Math.floor(high / step)).map((k) => Number((k * step).toFixed(decimals(step, 1))));
@@ -79,12 +76,8 @@
 
   // Show a part of the area between the axes, null for all of it.
   function zoom(plot, box) {
-    if (!plot.dataset.x) return;
-    const data = plot.querySelector(".data"), grid = data.querySelector(".grid");
-    const groups = ways.map((way) => plot.querySelector(`g.${way}`));
-    plot.start ??= [grid.getAttribute("d"), ...groups.map((group) => [...group.childNodes])];
-    plot.whole ??= viewBox(plot);
-    data.setAttribute("viewBox", (box ?? plot.whole).join(" "));
+    if (!plot.whole) return;
+    plot.querySelector(".data").setAttribute("viewBox", (box ?? plot.whole).join(" "));
     let [lines, ...texts] = plot.start;
     if (box) {
       const axes = ways.map((way) => axisOf(plot, way));
@@ -99,15 +92,16 @@
         return text;
       }));
     }
-    grid.setAttribute("d", lines);
-    groups.forEach((group, k) => group.replaceChildren(...texts[k]));
+    plot.querySelector(".grid").setAttribute("d", lines);
+    ways.forEach((way, k) => plot.querySelector(`g.${way}`).replaceChildren(...texts[k]));
     plot.dispatchEvent(new CustomEvent("zoomed", { detail: box && axisOf(plot, "x").values }));
   }
 
   function listen(plot) {
-    const readout = plot.querySelector(".readout"), selection = document.createElementNS(plot.namespaceURI, "rect");
+    const [readout, selection] = [".readout", ".selection"].map((own) => plot.querySelector(own));
     let start = null;
-    selection.setAttribute("class", "selection");
+    plot.whole = viewBox(plot);
+    plot.start = [plot.querySelector(".grid").getAttribute("d"), ...ways.map((way) => parts(plot, `g.${way} text`))];
     // Where the pointer is, as shares of width and height from the left and the top.
     const place = (event) => {
       const { left, top, width, height } = plot.getBoundingClientRect();
@@ -140,13 +134,12 @@
       event.preventDefault();
       plot.setPointerCapture(event.pointerId);
       start = place(event);
-      plot.append(selection);
     });
     on("pointerup", (event) => {
       if (!start) return;
       const [[x, wide], [y, high]] = stretches(event), [left, top, width, height] = viewBox(plot);
       start = null;
-      selection.remove();
+      selection.setAttribute("width", "0");
       if (wide * high < 1) zoom(plot, [left + x * width, top + y * height, wide * width, high * height]);
     });
     on("dblclick", () => zoom(plot, null));

@@ -28,7 +28,7 @@ _STYLES = tuple(
 )
 _BASE = (Role.REFERENCE, ChartForm.LINE)
 _NO_MOTION = 1e-9  # of the largest in any direction
-_POINTS, _LEAST_POINTS, _ALL_POINTS = 2400, 100, 250_000  # of a line, and of all lines of a page
+_POINTS, _LEAST_POINTS, _ALL_POINTS = 2400, 100, 150_000  # of a line, and of all lines of a page
 _MOST_LINES = 5  # points or axes of an answer, those that move most
 _NO_DENSITY = 1e-7  # of the largest
 _LETTERS = "xyz"

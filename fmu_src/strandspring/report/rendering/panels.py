@@ -98,9 +98,11 @@ class Panel:
     @property
     def legend(self) -> dict[str, Trace]:
         """The first trace of each name; empty without two of them."""
-        named = {piece.trace.name: piece.trace for piece in reversed(self.pieces)}
-        names = dict.fromkeys(piece.trace.name for piece in self.pieces if piece.trace.name)
-        return {name: named[name] for name in names} if len(names) > 1 else {}
+        named: dict[str, Trace] = {}
+        for piece in self.pieces:
+            named.setdefault(piece.trace.name, piece.trace)
+        named.pop("", None)
+        return named if len(named) > 1 else {}
 
 
 def panels_of(chart: Chart) -> list[Panel]:
