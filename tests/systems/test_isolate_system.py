@@ -6,16 +6,20 @@ import csv
 import json
 import math
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from scipy.integrate import LSODA
 from scipy.spatial.transform import Rotation
 
 import strandspring
 from reference_motion import reference_motion, sine
 from strandspring import SystemIsolation, isolate_system
+from strandspring.api.vibration.system_isolation_plot import fill, size_of
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.rest import rest
@@ -86,6 +90,27 @@ def test_json_csv_and_python_say_the_same(terminal: Terminal, of_box: SystemIsol
     first = Path("out.svg").read_bytes()
     of_box.save_plot("again.svg")
     assert Path("again.svg").read_text(encoding="utf-8").count("<path") == first.decode().count("<path")
+
+
+def test_a_legend_of_long_names_is_whole(of_box: SystemIsolation) -> None:
+    longer = {
+        f"{label} {'w' * 60}": [
+            replace(
+                response, points=tuple(replace(point, name=f"{point.name} {'w' * 60}") for point in response.points)
+            )
+            for response in responses
+        ]
+        for label, responses in of_box.curves.items()
+    }
+    for curves, most in ((of_box.curves, 4), (longer, 1)):
+        figure = Figure(figsize=size_of(curves), layout="constrained")
+        fill(figure, curves, "title")
+        FigureCanvasAgg(figure).draw()
+        (legend,) = figure.legends
+        box, page = legend.get_window_extent(), figure.bbox
+        assert page.x0 <= box.x0 < box.x1 <= page.x1
+        assert page.y0 <= box.y0 < box.y1 < 0.5 * page.y1
+        assert legend._ncols <= most  # type: ignore[attr-defined]
 
 
 def test_resonances(of_box: SystemIsolation) -> None:

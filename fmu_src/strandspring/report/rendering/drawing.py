@@ -242,12 +242,8 @@ def legend_columns(names: Sequence[str], width: float, points: float, handle: in
     """As many as fit into a width [inches], in letters of a height [points]; `handle` and gap are as many letters."""
     # A letter is about 0.55 times as wide as high.
     lengths = [0.55 / 72.0 * points * (len(name) + handle) for name in names]
-
-    def of(columns: int) -> float:
-        rows = math.ceil(len(lengths) / columns)
-        return sum(max(lengths[k : k + rows]) for k in range(0, len(lengths), rows))
-
-    return next((k for k in range(len(names), 1, -1) if of(k) <= width), 1)
+    of = (sum(float(part.max()) for part in np.array_split(lengths, k)) for k in range(len(names), 1, -1))
+    return next((len(names) - k for k, needed in enumerate(of) if needed <= width), 1)
 
 
 def _legend(axes: Axes, names: Sequence[str]) -> None:
