@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from strandspring import Record, Spring, bundled_record, predict, synthesize
+from strandspring import Record, RecordError, Spring, bundled_record, predict, synthesize
 from strandspring.identification.certainty.prediction_interval import prediction_error
 from synthetic import record_of, sine, spring_of
 
@@ -40,6 +40,12 @@ def test_the_ways_to_give_data_are_those_of_identify(tmp_path: Path) -> None:
 def test_a_path_that_does_not_move_is_predicted() -> None:
     rest = Record(np.full(50, SPRING.parameters.displacement_offset), np.ones(50))
     assert not any("jumps" in caution for caution in predict(SPRING, rest).cautions)
+
+
+def test_a_record_without_force_is_refused() -> None:
+    record = Record(record_of(SPRING.parameters, sine(), 0.0, 2).displacement, np.zeros(sine().size))
+    with pytest.raises(RecordError, match=r"the force is 0 N in all samples compared, .*; check that the column"):
+        predict(SPRING, record)
 
 
 def test_noise_is_all_that_is_left() -> None:

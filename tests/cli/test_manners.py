@@ -22,7 +22,7 @@ from springs import MOUNT
 from strandspring import Spring
 from strandspring.api.common.text_table import table_lines
 from strandspring.cli.main import COMMANDS
-from strandspring.cli.shared.output import advancing, progress
+from strandspring.cli.shared.output import advancing, progress, reporting_kept
 from strandspring.errors import StrandspringError
 from strandspring.ground.files import refuse_unwritable, write_text
 from terminal import Terminal
@@ -401,3 +401,30 @@ def test_every_shell_has_its_script(name: str) -> None:
     settings = {**os.environ, **words, "_STRANDSPRING_COMPLETE": f"{name}_complete"}
     done = subprocess.run(PROGRAM, env=settings, capture_output=True, text=True, check=True)
     assert "identify" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("finished", "is_there", "expected"),
+    [
+        (3, True, "3 of 8 runs are kept in runs.sqlite; the same command continues from there."),
+        (0, True, "Finished runs are kept in runs.sqlite; the same command continues from there."),
+        (8, False, ""),
+    ],
+)
+def test_what_is_kept_is_said_whenever_it_is_there(
+    finished: int, is_there: bool, expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+
+    def run() -> None:
+        with reporting_kept("runs", Path("runs.sqlite")) as progress:
+            if finished:
+                progress("Running", finished, 8)
+            if is_there:
+                Path("runs.sqlite").touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    assert capsys.readouterr().err.replace("\n  ", " ").strip() == expected

@@ -231,3 +231,12 @@ def test_the_hinge_model_has_the_figures_of_its_record() -> None:
     assert twin.energy_per_cycle == pytest.approx(loop.figures.energy_per_cycle, rel=0.037)
     assert twin.loss_factor == pytest.approx(loop.figures.loss_factor, rel=0.074)
     assert twin.mean_force == pytest.approx(loop.figures.mean_force, rel=0.037)
+
+
+def test_a_loop_without_height_is_closed() -> None:
+    path = np.tile([-1.0, -0.5, 0.0, 0.5, 1.0, 0.5, 0.0, -0.5], 4)
+    (loop,) = measured_loops(Record(path, 100.0 * path))
+    assert (loop.figures.energy_per_cycle, loop.gap) == (0.0, 0.0)
+    path = np.array([0.0, 0.5, 1.0, 0.5, 0.0])
+    (loop,) = measured_loops(Record(path, np.array([0.0, 1.0, 2.0, 1.0, 0.0])))
+    assert loop.gap == 0.0
