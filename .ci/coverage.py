@@ -72,13 +72,12 @@ def fuzzed(folder: Path) -> None:
 
 
 def counts(folder: Path) -> dict[str, tuple[dict[int, int], dict[tuple[int, int], int]]]:
-    """Executions of each line, and of each branch of a line, by the file's name."""
+    """Executions of each line, and of each branch of a line, by the file's path in the package."""
     lines: dict[str, dict[int, int]] = defaultdict(lambda: defaultdict(int))
     branches: dict[str, dict[tuple[int, int], int]] = defaultdict(lambda: defaultdict(int))
-    known = {path.name for path in PACKAGE.rglob("*.[ch]")}
     for file in _reports(folder):
-        name = Path(file["file"]).name
-        if name not in known or "fuzz" in Path(file["file"]).parts:
+        name = _in_package(Path(file["file"]))
+        if name is None:
             continue
         for line in file["lines"]:
             number = line["line_number"]
@@ -86,6 +85,15 @@ def counts(folder: Path) -> dict[str, tuple[dict[int, int], dict[tuple[int, int]
             for k, branch in enumerate(line["branches"]):
                 branches[name][number, k] += branch["count"]
     return {name: (dict(lines[name]), dict(branches[name])) for name in sorted(lines)}
+
+
+def _in_package(file: Path) -> str | None:
+    """The path of a C file in the package, of which the fuzzers have copies; None if it is another's."""
+    if file.is_relative_to(PACKAGE):
+        return str(file.relative_to(PACKAGE))
+    # What is in the kernel alone is in no FMU.
+    same = sorted(path for path in PACKAGE.rglob(file.name) if "kernel" not in path.relative_to(PACKAGE).parts)
+    return str(same[0].relative_to(PACKAGE)) if same and not file.is_relative_to(ROOT) else None
 
 
 def _reports(folder: Path) -> Iterator[dict[str, Any]]:
@@ -106,10 +114,10 @@ def table(found: dict[str, tuple[dict[int, int], dict[tuple[int, int], int]]]) -
         total = [a + b for a, b in zip(total, figures, strict=True)]
         if figures[1] or figures[3]:
             where = f"lines {_ranges(missed)}" * bool(missed) + f" branches of {_ranges(untaken)}" * bool(untaken)
-            rows.append(f"{name:28}{figures[0]:7}{figures[1]:7}{figures[2]:9}{figures[3]:9}  {where.strip()}")
-    heads = f"{'file':28}{'lines':>7}{'missed':>7}{'branches':>9}{'untaken':>9}"
+            rows.append(f"{name:38}{figures[0]:7}{figures[1]:7}{figures[2]:9}{figures[3]:9}  {where.strip()}")
+    heads = f"{'file':38}{'lines':>7}{'missed':>7}{'branches':>9}{'untaken':>9}"
     share = 100.0 * (1.0 - (total[1] + total[3]) / max(total[0] + total[2], 1))
-    end = f"{'all':28}{total[0]:7}{total[1]:7}{total[2]:9}{total[3]:9}  {share:.1f} % of lines and branches"
+    end = f"{'all':38}{total[0]:7}{total[1]:7}{total[2]:9}{total[3]:9}  {share:.1f} % of lines and branches"
     return "\n".join([heads, *rows, end, ""])
 
 
