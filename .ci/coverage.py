@@ -76,7 +76,7 @@ def counts(folder: Path) -> dict[str, tuple[dict[int, int], dict[tuple[int, int]
     lines: dict[str, dict[int, int]] = defaultdict(lambda: defaultdict(int))
     branches: dict[str, dict[tuple[int, int], int]] = defaultdict(lambda: defaultdict(int))
     for file in _reports(folder):
-        name = _in_package(Path(file["file"]))
+        name = _in_package(Path(os.path.normpath(file["file"])))
         if name is None:
             continue
         for line in file["lines"]:
