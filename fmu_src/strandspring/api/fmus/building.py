@@ -109,8 +109,8 @@ def refuse_platforms(kinds: Sequence[Kind], platforms: Sequence[Platform] | None
     """Raise BuildError if platforms are chosen and no FMU of these kinds can have others."""
     if set(kinds) == {"python"} and platforms is not None:
         raise BuildError(
-            f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: build "
-            "it without choosing any."
+            f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: "
+            "build it without choosing any."
         )
 
 
