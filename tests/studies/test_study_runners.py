@@ -31,6 +31,7 @@ import strandspring
 import studies
 from journal_content import execute, rows_in, written
 from strandspring import StrandspringError, __version__
+from strandspring.campaigns.jobs import cluster as cluster_module
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.jobs.sole_database import open_alone
@@ -97,7 +98,8 @@ def test_a_cluster_that_loses_a_worker_gives_the_same_bytes(
 def test_a_cluster_of_another_version_is_refused(
     tmp_path: Path, cluster: LocalCluster, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.campaigns.jobs.cluster.__version__", "0.0.0")
+    here = cluster_module._versions()
+    monkeypatch.setattr(cluster_module, "_versions", lambda: here | {"strandspring": "0.0.0"})
     with pytest.raises(
         IsolationError, match=f"has strandspring {__version__}, but this computer has strandspring 0.0.0"
     ):

@@ -25,7 +25,6 @@ from .spring_row import IDENTIFIED, BatchWork, Finished, SpringRow, digest
 from .spring_table import Layout, TableRow, write_columnar_table, write_table
 from .tally import Tally
 
-_LARGEST_BATCH = 4  # springs
 _MOST_NAMED = 20  # files that a summary names
 _COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
 
@@ -109,7 +108,7 @@ def identify_batch(
         earlier = log.finished
         progress(earlier)
         remaining = [spring for place, spring in enumerate(springs) if place not in log]
-        finished = finished_rows(work, remaining, _LARGEST_BATCH, runner, notify, work.fatal)
+        finished = finished_rows(work, remaining, runner, notify, work.fatal)
         with closing(finished) as batches:
             for batch in batches:
                 log.add([_kept(row, log, is_far=isinstance(runner, Cluster)) for row in batch])

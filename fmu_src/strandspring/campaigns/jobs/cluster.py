@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from ..._version import __version__
 from ...ground.arguments import workers_of
 from .cluster_security import protocol_of, secured
-from .runners import JobError, Local, Pool, Runner
+from .runners import JobError, Local, Pool, Runner, timed_rows
 
 if TYPE_CHECKING:
     from distributed.security import Security
@@ -31,6 +31,7 @@ _SILENCE = 20.0  # seconds without a sign of life; workers give one every second
 # Of a task that raises; a task whose worker dies is moved by the scheduler (its `allowed-failures`).
 _RETRIES = 2
 _WINDOW = 2000  # batches, for some 1000 workers
+_BATCH = 5.0  # seconds of a batch, so that this process has time for those of 1000 workers
 _NAMED = 3  # workers in a sentence
 # What the scheduler must have like this computer, to understand what it is sent.
 _PROTOCOL = ("python", "distributed", "cloudpickle", "msgpack")
@@ -101,7 +102,7 @@ class Cluster:
                 )
                 run = partial(_rows, versions=_versions())
                 watch = _Watch(self, security)
-                yield Pool(executor, _WINDOW, (KilledWorker,), message, run, watch.trouble, self.patience)
+                yield Pool(executor, _WINDOW, (KilledWorker,), message, run, _BATCH, watch.trouble, self.patience)
             except JobError:
                 raise
             except CancelledError:
@@ -239,6 +240,7 @@ def _silent_client() -> Iterator[None]:
         logger.setLevel(before)
 
 
+@cache
 def _versions() -> dict[str, str]:
     """Of what the last bits of a row depend on."""
     packages = {name: _minor(metadata.version(name)) for name in ("numpy", "scipy")}
@@ -260,7 +262,7 @@ def _in_words(versions: Mapping[str, str]) -> str:
     return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
-def _rows(work: Any, tasks: Sequence[Any], versions: dict[str, str]) -> Sequence[Any]:
+def _rows(work: Any, tasks: Sequence[Any], versions: dict[str, str]) -> tuple[Sequence[Any], float]:
     """Execute tasks in a worker, which has an installation of its own."""
     here = _versions()
     different = [name for name in versions if versions[name] != here[name]]
@@ -270,8 +272,7 @@ def _rows(work: Any, tasks: Sequence[Any], versions: dict[str, str]) -> Sequence
             f"has {_in_words({name: versions[name] for name in different})}; install the same versions on all."
         )
     _use_one_thread()
-    rows: Sequence[Any] = work.rows(tasks)
-    return rows
+    return timed_rows(work, tasks)
 
 
 @cache

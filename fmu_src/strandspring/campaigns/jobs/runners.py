@@ -13,13 +13,13 @@ import os
 import threading
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from multiprocessing.connection import Connection
-from typing import Any, NamedTuple, Protocol, TypeVar
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
@@ -29,7 +29,8 @@ from ...ground.isolated import isolated_processes
 from .threads import usable_cores
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
-_FEWEST_BATCHES = 64  # with fewer, workers wait for each other at the end
+_SHARE = 64  # of what is left is a batch at most, or workers wait for each other at the end
+_LARGEST = 4096  # tasks in a batch
 _REPORT_EVERY = 60.0  # seconds without a finished task until this is reported
 _MOST_CRASHES = 20  # where so many tasks end their process and none does not, it is not the tasks' fault
 _CHECK_EVERY = 10.0  # seconds between two looks at executors while nothing is finished
@@ -53,8 +54,11 @@ class Work(Protocol[TaskIn, RowOut]):
         ...
 
 
-def _rows(work: Work[Task, Row], tasks: Sequence[Task]) -> Sequence[Row]:
-    return work.rows(tasks)
+def timed_rows(work: Work[Task, Row], tasks: Sequence[Task]) -> tuple[Sequence[Row], float]:
+    """Execute tasks; gives their rows and the time that it took [s]."""
+    begin = time.perf_counter()
+    rows = work.rows(tasks)
+    return rows, time.perf_counter() - begin
 
 
 class Pool(NamedTuple):
@@ -66,7 +70,8 @@ class Pool(NamedTuple):
     window : int                    Batches it should have at a time.
     broken : tuple of exceptions    What a batch ends with whose worker process died.
     broken_message : str            What to tell the user then.
-    run : callable                  Executes tasks of a work in the worker.
+    run : callable                  Executes tasks of a work in the worker, as `timed_rows`.
+    seconds : float                 A batch should take; an interrupt loses the batches in execution.
     trouble : callable              Why no batch may ever finish, as a sentence without full stop; empty if all is well.
     patience : float                Time after which the work is given up for such trouble [s].
     """
@@ -75,7 +80,8 @@ class Pool(NamedTuple):
     window: int
     broken: tuple[type[BaseException], ...] = ()
     broken_message: str = ""
-    run: Callable[[Any, Sequence[Any]], Sequence[Any]] = _rows
+    run: Callable[[Any, Sequence[Any]], tuple[Sequence[Any], float]] = timed_rows
+    seconds: float = 1.0
     trouble: Callable[[], str] = str
     patience: float = math.inf
 
@@ -84,7 +90,7 @@ class Runner(Protocol):
     """Provides an executor."""
 
     def pool(self, batches: int, apart: bool = False) -> AbstractContextManager[Pool]:
-        """An executor for so many batches, to be used in a with statement.
+        """An executor for so many batches at most, to be used in a with statement.
 
         Parameters
         ----------
@@ -101,7 +107,6 @@ class Runner(Protocol):
 def finished_rows(
     work: Work[Task, Row],
     tasks: Sequence[Task],
-    largest: int,
     runner: Runner,
     notify: Callable[[str], None],
     fatal: Callable[[Task], Row] | None = None,
@@ -112,7 +117,6 @@ def finished_rows(
     ----------
     work : Work
     tasks : sequence of tasks
-    largest : int             Tasks in a batch, about a second; an interrupt loses the batches in execution.
     runner : Runner
     notify : callable         Called with a sentence while no batch finishes.
     fatal : callable or None  The row of a task that ends the worker process. The tasks that were under way when a
@@ -124,14 +128,12 @@ def finished_rows(
     JobError                  If the tasks cannot be executed; what was yielded before is valid.
     KeyboardInterrupt         Between two batches, if the process is interrupted or asked to terminate.
     """
-    size = max(1, min(largest, len(tasks) // _FEWEST_BATCHES))
-    count = -(-len(tasks) // size)
-    batches = (tasks[first : first + size] for first in range(0, len(tasks), size))
+    batches = _Batches(tasks)
     suspects: list[Task] = []
     with kept_endings() as interrupted:
         while True:  # a pool whose process died is of no more use
             lost: list[Sequence[Task]] = []
-            with runner.pool(count) as pool:
+            with runner.pool(len(tasks)) as pool:
                 yield from _executed(work, batches, pool, notify, interrupted, lost)
                 if lost and fatal is None:
                     raise JobError(pool.broken_message)
@@ -139,7 +141,7 @@ def finished_rows(
                 break
             suspects += [task for batch in lost for task in batch]
         deaths, survivors = 0, 0
-        singles = iter([[task] for task in suspects])
+        singles = _Batches(suspects, largest=1)
         while suspects:
             lost = []
             with runner.pool(1, apart=True) as pool:
@@ -155,42 +157,72 @@ def finished_rows(
                 yield [fatal(task) for batch in lost for task in batch]
 
 
+class _Batches(Generic[Task]):
+    """Tasks in batches that take as long as they should, as far as is known from those that are finished.
+
+    Parameters
+    ----------
+    tasks : sequence
+    largest : int      Tasks in a batch.
+    """
+
+    def __init__(self, tasks: Sequence[Task], largest: int = _LARGEST) -> None:
+        self._tasks, self._largest = tasks, largest
+        self._taken, self._finished, self._seconds = 0, 0, 0.0
+
+    def next(self, seconds: float) -> Sequence[Task]:
+        """Tasks that take so long together; none if there are none left."""
+        begin, left = self._taken, len(self._tasks) - self._taken
+        size = int(min(seconds * self._finished / max(self._seconds, 1e-9), left / _SHARE, self._largest))
+        self._taken = min(begin + max(size, 1), len(self._tasks))
+        return self._tasks[begin : self._taken]
+
+    def learn(self, count: int, seconds: float) -> None:
+        """So many tasks were finished in this time."""
+        self._finished += count
+        self._seconds += seconds
+
+
 def _executed(
     work: Work[Task, Row],
-    batches: Iterator[Sequence[Task]],
+    batches: _Batches[Task],
     pool: Pool,
     notify: Callable[[str], None],
     interrupted: list[int],
     lost: list[Sequence[Task]],
 ) -> Generator[Sequence[Row], None, None]:
     """Rows of batches until there are none left or a worker process dies, which adds those under way to `lost`."""
-    pending: dict[Future[Sequence[Row]], Sequence[Task]] = {}
+    pending: dict[Future[tuple[Sequence[Row], float]], Sequence[Task]] = {}
+    finished: SimpleQueue[Future[tuple[Sequence[Row], float]]] = SimpleQueue()
     patience = _Patience(pool, notify)
     while True:
         if interrupted:
             raise KeyboardInterrupt(*interrupted)
-        if not lost:
-            for batch in islice(batches, pool.window - len(pending)):
-                try:
-                    pending[pool.executor.submit(pool.run, work, batch)] = batch
-                except pool.broken:
-                    lost.append(batch)
-                    break
-        if not pending:
-            return
-        done, _ = wait(pending, _POLL_EVERY, FIRST_COMPLETED)
-        if not done:
-            patience.wait()
-        elif any(not future.cancelled() for future in done):
-            patience.begin()
-        for future in done:
-            batch = pending.pop(future)
+        while not lost and len(pending) < pool.window and (batch := batches.next(pool.seconds)):
             try:
-                rows = future.result()
+                future = pool.executor.submit(pool.run, work, batch)
             except pool.broken:
                 lost.append(batch)
-                continue
-            yield rows
+                break
+            pending[future] = batch
+            future.add_done_callback(finished.put)
+        if not pending:
+            return
+        try:
+            future = finished.get(timeout=_POLL_EVERY)
+        except Empty:
+            patience.wait()
+            continue
+        if not future.cancelled():
+            patience.begin()
+        batch = pending.pop(future)
+        try:
+            rows, seconds = future.result()
+        except pool.broken:
+            lost.append(batch)
+            continue
+        batches.learn(len(batch), seconds)
+        yield rows
 
 
 class _Patience:

@@ -127,7 +127,6 @@ class Study(Runs[RunRow]):
     subject = "model"
     row_type = RunRow
     refusal = IsolationError
-    largest_batch = 32  # the parent needs some 25 us for a run, of batches of 8 twice as much
     figures = _COLUMNS[9:17]
 
     spring: SpringParameters

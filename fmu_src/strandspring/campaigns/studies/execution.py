@@ -48,7 +48,7 @@ def run_study(
         if journal.finished:
             notify(f"{journal.finished} of {len(study)} runs were finished before.")
         progress(journal.finished)
-        with closing(finished_rows(study, journal.missing(), study.largest_batch, runner, notify)) as batches:
+        with closing(finished_rows(study, journal.missing(), runner, notify)) as batches:
             for rows in batches:
                 journal.add(rows)
                 progress(journal.finished)

@@ -35,7 +35,6 @@ class Runs(ABC, Generic[Row]):
     subject : str                   What is studied.
     row_type : type                 Dataclass of a row.
     refusal : type                  Error that is raised where the study or its execution is refused.
-    largest_batch : int             Runs of about a second together.
     figures : tuple of ResultColumn Those with quantiles over the draws.
     draws, seed : int               Draws at each grid point, 0 for none.
     rows_of_draws : bool            Whether each draw is a run of its own.
@@ -44,7 +43,6 @@ class Runs(ABC, Generic[Row]):
     subject: ClassVar[str]
     row_type: ClassVar[type[Any]]
     refusal: ClassVar[type[StrandspringError]]
-    largest_batch: ClassVar[int]
     figures: ClassVar[tuple[ResultColumn, ...]]
     rows_of_draws: ClassVar[bool] = True
     draws: int

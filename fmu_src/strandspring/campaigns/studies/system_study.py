@@ -73,7 +73,6 @@ class SystemStudy(Runs[SystemRow]):
     subject = "system"
     row_type = SystemRow
     refusal = MountedSystemError
-    largest_batch = 8  # a shock takes some 0.1 s, random vibration seconds
     rows_of_draws = False
     figures = (  # the worst of all cases; margins are shares of limits that are left
         ResultColumn("margin", "1", "margin", "margin", "%", 100.0),
