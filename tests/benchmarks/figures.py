@@ -43,6 +43,7 @@ COMMANDS = {
     "kernel": "kernel.py",
     "isolation": "isolation.py",
     "study": "study.py --draws 500",
+    "many-workers": "many_workers.py",
     "native": "native.py",
     "native-build": "native_build.py",
     "systems": "systems.py",

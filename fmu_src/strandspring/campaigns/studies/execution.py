@@ -10,7 +10,7 @@ from typing import Any
 from ...errors import StrandspringError
 from ...ground.files import refuse_unwritable, write_csv
 from ..jobs.runners import Runner, finished_rows
-from .journal import Journal
+from .journal import EncodedRuns, Journal
 from .runs import Runs
 
 
@@ -48,9 +48,9 @@ def run_study(
         if journal.finished:
             notify(f"{journal.finished} of {len(study)} runs were finished before.")
         progress(journal.finished)
-        with closing(finished_rows(study, journal.missing(), runner, notify)) as batches:
+        with closing(finished_rows(EncodedRuns(study), journal.missing(), runner, notify)) as batches:
             for rows in batches:
-                journal.add(rows)
+                journal.add_encoded(rows)
                 progress(journal.finished)
         cells = (study.cells(journal[run]) for run in range(len(study)))
         write_csv(results, [column.file_heading for column in study.columns], cells)

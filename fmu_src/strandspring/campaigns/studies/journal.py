@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..._version import __version__
-from ..jobs.rowlog import RowLog
+from ..jobs.rowlog import RowLog, encoded_row
 from ..jobs.runners import JobError
 from .runs import Runs
 
@@ -21,6 +23,22 @@ _DIGEST = "_sha256"
 def journal_path(results: Path) -> Path:
     """Path of the journal of a study whose results are written to a path."""
     return results.parent / f"{results.name}.part.sqlite"
+
+
+@dataclass(frozen=True)
+class EncodedRuns:
+    """Runs whose rows the workers encode, since this process has to keep up with all of them.
+
+    Parameters
+    ----------
+    study : Runs
+    """
+
+    study: Runs[Any]
+
+    def rows(self, runs: Sequence[int]) -> list[tuple[int, bytes]]:
+        """Number and row of each run, as `Journal.add_encoded` takes them."""
+        return [(row.run, encoded_row(row)) for row in self.study.rows(runs)]
 
 
 class Journal(RowLog[Any]):
