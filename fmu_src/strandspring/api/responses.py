@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, Literal, TypeAlias
@@ -13,15 +14,16 @@ from numpy.typing import ArrayLike, NDArray
 from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
-from ..ground.arguments import workers_of
+from ..ground.arguments import flag, workers_of
 from ..ground.plain_springs import require_plain
 from ..kernel.arrays import FloatArray
-from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields
+from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields, spring_rows
 from ..kernel.path import as_path
 from .common.model_source import ModelSource, model_of
 
 Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
 
+_HYSTERETIC = {"kappa_omega", "rho", "sigma", "n"}
 _CHUNKS = 4  # for each thread, so that all finish at about the same time
 
 
@@ -72,13 +74,15 @@ def responses(
     quantities: Sequence[Quantity] = ("force",),
     by: Sequence[str] | Literal["all"] = (),
     impossible: Literal["refuse", "nan"] = "refuse",
+    coarse: bool = False,
     workers: int | None = None,
 ) -> Responses:
     """Force, stiffness and energy of many springs along a path, or of one along many, with exact gradients.
 
-    Each row has the same bits as a call of `Spring.response`, `Spring.stiffness` or `Spring.absorbed_energy`: paper
-    eqs. (10) and (22) in closed form. The gradients are derivatives of these closed forms at a path that is held; that
-    of the energy is the integral of that of the force along the path. At a turning point a stiffness is that before it.
+    Unless `coarse`, each row has the same bits as a call of `Spring.response`, `Spring.stiffness` or
+    `Spring.absorbed_energy`: paper eqs. (10) and (22) in closed form. The gradients are derivatives of these closed
+    forms at a path that is held; that of the energy is the integral of that of the force along the path. At a turning
+    point a stiffness is that before it.
 
     Parameters
     ----------
@@ -92,6 +96,8 @@ def responses(
     by : sequence of str, or "all"      Parameters, and "omega_start", by which gradients are wanted. They take as much
                                         memory as all rows once for each coefficient and quantity.
     impossible : "refuse" or "nan"      What is done with a set of parameters that is not a possible spring.
+    coarse : bool                       Omega to 1e-8 only, for many springs of different n or sigma: making the tables
+                                        of W, which takes most of the time on short paths, takes a quarter of it.
     workers : int or None               Threads; as many as cores if None.
 
     Returns
@@ -117,6 +123,7 @@ def responses(
     """
     base = model_of(model).parameters
     require_plain(base, "`responses`")
+    coarse = flag("coarse", coarse)
     wanted = _chosen("quantities", quantities, QUANTITIES)
     places = {name: gradient_fields(name, size) for name, size in _sizes(base).items()}
     names = list(places) if isinstance(by, str) and by == "all" else _chosen("by", by, places)
@@ -129,7 +136,10 @@ def responses(
     starts = np.broadcast_to(columns.pop("omega_start"), rows)
     if not (np.abs(starts) <= 1.0).all():
         raise ValueError(f"`omega_start` must be within [-1, 1], got {starts[~(np.abs(starts) <= 1.0)][0]}.")
-    springs, possible = _springs(base, columns, rows, impossible)
+    possible = np.resize(_possible(base, columns, impossible), rows)
+    columns = {name: np.broadcast_to(column, (rows, *column.shape[1:])) for name, column in columns.items()}
+    springs = spring_rows(base, rows, columns)
+    springs[~possible] = spring_rows(base, 1, {})
 
     fields = [field for name in names for field in places[name]]
     values = {name: np.empty((rows, paths.shape[-1])) for name in wanted}
@@ -138,7 +148,7 @@ def responses(
     def fill(part: slice) -> None:
         own_path = paths if paths.ndim == 1 else paths[part]
         parts = [{name: array[part] for name, array in arrays.items()} for arrays in (values, slopes)]
-        along_paths(springs[part], own_path, starts[part], parts[0], fields, parts[1])
+        along_paths(springs[part], own_path, starts[part], parts[0], fields, parts[1], coarse)
 
     count = workers_of(workers) or usable_cores()
     step = -(-rows // (_CHUNKS * count))
@@ -205,21 +215,24 @@ def _rows(columns: Mapping[str, FloatArray], paths: FloatArray) -> int:
     return next(iter(several.values()), 1)
 
 
-def _springs(
-    base: SpringParameters, columns: Mapping[str, FloatArray], rows: int, impossible: str
-) -> tuple[list[SpringParameters], NDArray[np.bool_]]:
-    """The spring of each row, and whether it is possible; `base` stands for one that is not."""
+def _possible(base: SpringParameters, columns: Mapping[str, FloatArray], impossible: str) -> NDArray[np.bool_]:
+    """Whether each distinct set of parameters is a possible spring."""
     if impossible not in ("refuse", "nan"):
         raise ValueError(f"`impossible` must be 'refuse' or 'nan', got {impossible!r}.")
-    distinct = max((len(column) for column in columns.values()), default=1)
-    springs, possible = [], np.ones(distinct, dtype=bool)
-    for row in range(distinct):
+    possible = np.ones(max((len(column) for column in columns.values()), default=1), dtype=bool)
+    if _HYSTERETIC.issuperset(columns):
+        # Each of them has limits of its own: if the least and the largest are possible, all are.
+        with suppress(ValueError):
+            for end in (np.min, np.max):
+                ends: dict[str, Any] = {name: float(end(column)) for name, column in columns.items()}
+                replace(base, **ends)
+            return possible
+    for row in range(possible.size):
         values: dict[str, Any] = {name: column[row % len(column)].tolist() for name, column in columns.items()}
         try:
-            springs.append(replace(base, **values))
+            replace(base, **values)
         except ValueError as problem:
             if impossible == "refuse":
                 raise ModelError(f"Set {row} of the parameters is not a possible spring: {problem}") from None
-            springs.append(base)
             possible[row] = False
-    return springs * (rows // distinct), np.resize(possible, rows)
+    return possible

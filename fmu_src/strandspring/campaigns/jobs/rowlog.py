@@ -248,7 +248,7 @@ class RowLog(ABC, Generic[Row]):
 
 def encoded_row(row: Any) -> bytes:
     """The JSON of a row, most often by the faster encoder."""
-    values = _values_of(type(row))(row)
+    values = _values_of(row.__class__)(row)
     with suppress(PydanticSerializationError):  # names of files need not be text
         content = to_json(values, inf_nan_mode="constants")
         if b"NaN" not in content and b"Infinity" not in content:

@@ -110,10 +110,11 @@ static double *row(double *rows, size_t number, size_t size)
 
 void spring_many_paths(size_t paths, const SpringParameters *springs, const double *omega_start, size_t samples,
                        const double *displacement, size_t apart, size_t fields, const int64_t *field,
-                       SpringTable *table, double *force, double *stiffness, double *energy, double *force_by,
-                       double *stiffness_by, double *energy_by)
+                       SpringTable *table, int coarse, double *force, double *stiffness, double *energy,
+                       double *force_by, double *stiffness_by, double *energy_by)
 {
-    int with = (energy != NULL ? SPRING_WITH_ENERGIES : 0) | (fields > 0 ? SPRING_WITH_DERIVATIVES : 0);
+    int with = (energy != NULL ? SPRING_WITH_ENERGIES : 0) | (fields > 0 ? SPRING_WITH_DERIVATIVES : 0) |
+               (coarse ? SPRING_COARSE : 0);
     for (size_t k = 0; k < paths; k++) {
         const SpringParameters *p = &springs[k];
         const double *path = displacement + k * apart;

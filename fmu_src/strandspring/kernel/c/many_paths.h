@@ -14,11 +14,12 @@
  * fields                 of SpringGradient, counted in doubles from its beginning: those that are parameters, or
  *                        omega_start
  * table                  workspace, filled anew where n or sigma differ from those of the path before
+ * coarse                 whether it may be coarse
  * force, stiffness, energy            a row of samples for each path; NULL if it is not wanted
  * force_by, stiffness_by, energy_by   a row of samples for each field of each path, likewise */
 void spring_many_paths(size_t paths, const SpringParameters *springs, const double *omega_start, size_t samples,
                        const double *displacement, size_t apart, size_t fields, const int64_t *field,
-                       SpringTable *table, double *force, double *stiffness, double *energy, double *force_by,
-                       double *stiffness_by, double *energy_by);
+                       SpringTable *table, int coarse, double *force, double *stiffness, double *energy,
+                       double *force_by, double *stiffness_by, double *energy_by);
 
 #endif
