@@ -45,6 +45,23 @@ def test_many_springs_along_one_path(
     assert all(same_as_single_calls(many, k, spring, path, start) for k, spring in enumerate(several))
 
 
+@examples
+def test_coarse_tables_differ_by_their_tolerance(parameters: SpringParameters) -> None:
+    path = along(parameters, TURNS)
+    given_sets = {"n": np.array([0.5, 1.0, 2.0]) * parameters.n, "sigma": np.array([1.0, 1.5, 3.0]) * parameters.sigma}
+    fine, coarse = (
+        responses(Spring(parameters), path, given_sets, by=["rho", "n"], coarse=choice) for choice in (False, True)
+    )
+    # omega to 1e-8, a decade of room; its derivatives to two digits less.
+    scale = parameters.kappa_omega * max(abs(value) for value in (1.0, *parameters.kA))
+    difference = np.abs(fine.force - coarse.force).max()
+    assert 0.0 < difference <= 1e-7 * scale
+    for name in ("rho", "n"):
+        exact = fine.gradients["force"][name]
+        largest = np.abs(exact).max() + scale / getattr(parameters, name)
+        assert coarse.gradients["force"][name] == pytest.approx(exact, abs=1e-6 * largest)
+
+
 @LAW
 @given(springs(), st.lists(fractions(7, 7), min_size=1, max_size=4), st.data())
 def test_one_spring_along_many_paths(spring: SpringParameters, places: list[list[float]], data: st.DataObject) -> None:

@@ -66,11 +66,11 @@ static void integrate_gradient(const SpringLaw *law, const SpringMemory *stroke,
         double half = 0.5 * (cuts.place[part] - cuts.place[part - 1]), middle = cuts.place[part - 1] + half;
         for (int k = 0; k < GAUSS_POINTS; k++) {
             SpringMemory at = *stroke;
-            SpringGradient of_force, of_stiffness;
+            SpringGradient of_force;
             at.displacement = middle + half * GAUSS_NODES[k];
             double xi = at.start_xi + law->parameters.rho * fabs(at.displacement - at.start);
             at.omega = at.direction * spring_saturation(law->table, xi);
-            spring_gradient(law, &at, sensitivity, &of_force, &of_stiffness);
+            spring_force_gradient(law, &at, sensitivity, &of_force);
             for (size_t i = 0; i < fields; i++)
                 total[i] += half * GAUSS_WEIGHTS[k] * ((const double *)&of_force)[field[i]];
         }
@@ -89,7 +89,10 @@ static void gradients(const SpringLaw *law, size_t samples, const double *displa
         double from = memory.displacement;
         SpringGradient of_force, of_stiffness;
         spring_commit(law, &memory, &sensitivity, displacement[k]);
-        spring_gradient(law, &memory, &sensitivity, &of_force, &of_stiffness);
+        if (stiffness_by != NULL)
+            spring_gradient(law, &memory, &sensitivity, &of_force, &of_stiffness);
+        else
+            spring_force_gradient(law, &memory, &sensitivity, &of_force);
         if (energy_by != NULL && memory.displacement != from)
             integrate_gradient(law, &memory, &sensitivity, from, fields, field, energy);
         for (size_t i = 0; i < fields; i++) {

@@ -400,53 +400,91 @@ SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *me
     };
 }
 
+/* A displacement within the range, what it is beyond that, and FE, FA and their derivatives there. */
+typedef struct {
+    double inside, out;
+    int side;
+    double FE_1, FE_2, FA, FA_1;
+} Amplifiers;
+
+static Amplifiers amplifiers_at(const SpringLaw *law, double displacement)
+{
+    const SpringParameters *p = &law->parameters;
+    double x = displacement - p->displacement_offset, inside = clip(x, law->x_min, law->x_max);
+    return (Amplifiers){
+        .inside = inside,
+        .out = x - inside,
+        .side = x < law->x_min ? -1 : x > law->x_max ? 1 : 0,
+        .FE_1 = elastic_slope(law, inside),
+        .FE_2 = elastic_bend(law, inside),
+        .FA = polynomial(p->kA, p->amplifier, inside),
+        .FA_1 = polynomial(law->dFA, slope_count(p->amplifier), inside),
+    };
+}
+
+static SpringSensitivity change_of_omega(
+    const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity)
+{
+    return sensitivity == NULL ? (SpringSensitivity){.by_omega_start = 1.0} : omega_derivatives(law, memory, sensitivity);
+}
+
+static void force_gradient(const SpringLaw *law, const SpringMemory *memory, const Amplifiers *at,
+                           const SpringSensitivity *change, SpringGradient *of_force)
+{
+    const SpringParameters *p = &law->parameters;
+    const double kappa = p->kappa_omega, omega = memory->omega;
+    double value[SPRING_COEFFICIENTS], first[SPRING_COEFFICIENTS];
+    memset(of_force, 0, sizeof *of_force);
+    powers(at->inside, value, first);
+    for (int i = 0; i < p->elastic; i++)
+        of_force->by_kE[i] = value[i] + first[i] * at->out;
+    if (p->knots)
+        spring_spline_gradient(
+            &law->spline, p->knots, at->inside, 1.0, at->out, of_force->by_FE_forces, of_force->by_FE_knots);
+    for (int i = 0; i < p->amplifier; i++)
+        of_force->by_kA[i] = kappa * omega * value[i];
+    of_force->by_kappa_omega = omega * at->FA;
+    of_force->by_rho = kappa * at->FA * change->by_rho;
+    of_force->by_sigma = kappa * at->FA * change->by_sigma;
+    of_force->by_n = kappa * at->FA * change->by_n;
+    of_force->by_omega_start = kappa * at->FA * change->by_omega_start;
+    place(of_force, at->side, at->FE_1, at->FE_2 * at->out + kappa * omega * at->FA_1,
+          p->knots ? at->FE_1 + at->FE_2 * at->out : 0.0);
+}
+
+void spring_force_gradient(
+    const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity, SpringGradient *of_force)
+{
+    Amplifiers at = amplifiers_at(law, memory->displacement);
+    SpringSensitivity change = change_of_omega(law, memory, sensitivity);
+    force_gradient(law, memory, &at, &change, of_force);
+}
+
 void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness)
 {
     const SpringParameters *p = &law->parameters;
     const double kappa = p->kappa_omega, omega = memory->omega;
-    double x = memory->displacement - p->displacement_offset;
-    double inside = clip(x, law->x_min, law->x_max), out = x - inside;
-    int side = x < law->x_min ? -1 : x > law->x_max ? 1 : 0;
-    double within = side == 0 ? 1.0 : 0.0;
+    Amplifiers at = amplifiers_at(law, memory->displacement);
+    double within = at.side == 0 ? 1.0 : 0.0, FA = at.FA, FA_1 = at.FA_1, FE_2 = at.FE_2;
     SpringOmegaSlope slope = spring_omega_slope(law, memory);
-    SpringSensitivity change = {.by_omega_start = 1.0};
-    if (sensitivity != NULL)
-        change = omega_derivatives(law, memory, sensitivity);
-
-    double ddFA[SPRING_COEFFICIENTS];
-    int hysteretic = slope_count(p->amplifier), hysteretics = derivative(law->dFA, hysteretic, ddFA);
-    double FE_1 = elastic_slope(law, inside), FE_2 = elastic_bend(law, inside);
-    double FA = polynomial(p->kA, p->amplifier, inside);
-    double FA_1 = polynomial(law->dFA, hysteretic, inside), FA_2 = polynomial(ddFA, hysteretics, inside);
-
-    double value[SPRING_COEFFICIENTS], first[SPRING_COEFFICIENTS];
-    memset(of_force, 0, sizeof *of_force);
-    memset(of_stiffness, 0, sizeof *of_stiffness);
-    powers(inside, value, first);
-    for (int i = 0; i < p->elastic; i++) {
-        of_force->by_kE[i] = value[i] + first[i] * out;
-        of_stiffness->by_kE[i] = first[i];
-    }
-    if (p->knots) {
-        spring_spline_gradient(
-            &law->spline, p->knots, inside, 1.0, out, of_force->by_FE_forces, of_force->by_FE_knots);
-        spring_spline_gradient(
-            &law->spline, p->knots, inside, 0.0, 1.0, of_stiffness->by_FE_forces, of_stiffness->by_FE_knots);
-    }
-    for (int i = 0; i < p->amplifier; i++) {
-        of_force->by_kA[i] = kappa * omega * value[i];
-        of_stiffness->by_kA[i] = kappa * (omega * first[i] * within + value[i] * slope.value);
-    }
-
+    SpringSensitivity change = change_of_omega(law, memory, sensitivity);
+    force_gradient(law, memory, &at, &change, of_force);
     of_force->by_displacement = spring_stiffness(law, memory);
-    of_force->by_kappa_omega = omega * FA;
-    of_force->by_rho = kappa * FA * change.by_rho;
-    of_force->by_sigma = kappa * FA * change.by_sigma;
-    of_force->by_n = kappa * FA * change.by_n;
-    of_force->by_omega_start = kappa * FA * change.by_omega_start;
-    place(of_force, side, FE_1, FE_2 * out + kappa * omega * FA_1, p->knots ? FE_1 + FE_2 * out : 0.0);
+
+    double ddFA[SPRING_COEFFICIENTS], value[SPRING_COEFFICIENTS], first[SPRING_COEFFICIENTS];
+    int hysteretics = derivative(law->dFA, slope_count(p->amplifier), ddFA);
+    double FA_2 = polynomial(ddFA, hysteretics, at.inside);
+    memset(of_stiffness, 0, sizeof *of_stiffness);
+    powers(at.inside, value, first);
+    for (int i = 0; i < p->elastic; i++)
+        of_stiffness->by_kE[i] = first[i];
+    if (p->knots)
+        spring_spline_gradient(
+            &law->spline, p->knots, at.inside, 0.0, 1.0, of_stiffness->by_FE_forces, of_stiffness->by_FE_knots);
+    for (int i = 0; i < p->amplifier; i++)
+        of_stiffness->by_kA[i] = kappa * (omega * first[i] * within + value[i] * slope.value);
 
     double by_omega = kappa * (FA_1 * within + FA * slope.by_omega), by_slope = kappa * FA;
     double by_inside = FE_2 + kappa * (omega * FA_2 * within + FA_1 * slope.value);
@@ -456,5 +494,5 @@ void spring_gradient(
     of_stiffness->by_sigma = by_omega * change.by_sigma + by_slope * slope.by_sigma;
     of_stiffness->by_n = by_omega * change.by_n + by_slope * slope.by_n;
     of_stiffness->by_omega_start = by_omega * change.by_omega_start;
-    place(of_stiffness, side, 0.0, by_inside, p->knots ? FE_2 : 0.0);
+    place(of_stiffness, at.side, 0.0, by_inside, p->knots ? FE_2 : 0.0);
 }

@@ -118,6 +118,10 @@ SPRING_LOCAL void spring_gradient(
     const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity,
     SpringGradient *of_force, SpringGradient *of_stiffness);
 
+/* That of the force alone, but for by_displacement, which is 0; in half the time. */
+SPRING_LOCAL void spring_force_gradient(
+    const SpringLaw *law, const SpringMemory *memory, const SpringSensitivity *sensitivity, SpringGradient *of_force);
+
 /* Where solvers overshoot |omega| = 1 the slope is that at 1. */
 SPRING_LOCAL SpringOmegaSlope spring_omega_slope(const SpringLaw *law, const SpringMemory *memory);
 
