@@ -244,7 +244,7 @@ def test_an_impossible_row_is_identified_again(few: Path) -> None:
     journal = models / sources.JOURNAL
     ((manifest,),) = execute(journal, "SELECT manifest FROM job")
     rows = execute(journal, "SELECT key, content FROM row")
-    changes = (b'"spring_000', b'"../spring_000'), (b'"identified"', b'"indented"'), (b'"kappa_omega": ', b'"kappa": ')
+    changes = (b'"spring_000', b'"../spring_000'), (b'"identified"', b'"indented"'), (b'"kappa_omega":', b'"kappa":')
     for (key, values), (name, other) in zip(rows, changes, strict=True):
         forged = values[:20] + values[20:].replace(name, other, 1)
         execute(journal, "REPLACE INTO row VALUES (?, ?, ?)", key, zlib.crc32(forged, zlib.crc32(manifest)), forged)

@@ -41,6 +41,7 @@ COMMANDS = {
     "methods": "methods.py",
     "limits": "limits.py",
     "kernel": "kernel.py",
+    "bulk": "bulk.py",
     "isolation": "isolation.py",
     "study": "study.py --draws 500",
     "many-workers": "many_workers.py",

@@ -20,7 +20,7 @@ from rich.table import Table
 sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
-from strandspring import Spring, SpringParameters
+from strandspring import Spring, SpringParameters, examples, isolate_system
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
@@ -84,7 +84,16 @@ def runs() -> list[tuple[str, float, int, float]]:
     ]
 
 
+def isolation() -> None:
+    """Steady vibration of the electronics box: two candidates, three directions, three levels."""
+    box_file = Path(examples.__file__).parent / "systems" / "electronics_box.toml"
+    seconds = fastest(lambda: isolate_system(box_file), 2)
+    curves = len(list(isolate_system(box_file).every))
+    console.print(f"isolate, {curves} curves of 200 frequencies: {seconds:.1f} s of processor time on all cores")
+
+
 def main() -> None:
+    isolation()
     path = 0.02 * np.sin(np.linspace(0.0, 40.0 * np.pi, 1_000_000))
     spring = Spring(COMPRESSION)
     sample = fastest(lambda: spring.response(path)) / path.size
