@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
-from ..kernel.many_paths import along_paths, gradient_fields
+from ..kernel.many_paths import along_paths, gradient_fields, spring_rows
 from .blocks import Range
 from .motion import Motion
 
@@ -67,7 +67,7 @@ def force_along(spring: SpringParameters, motion: Motion, span: Range, period: f
         *(field for name in ("kappa_omega", "rho", "sigma", "n") for field in gradient_fields(name, 1)),
     ]
     value, slopes = np.empty((1, path.size)), np.empty((1, len(fields), path.size))
-    along_paths([spring], path, np.zeros(1), {"force": value}, fields, {"force": slopes})
+    along_paths(spring_rows(spring, 1, {}), path, np.zeros(1), {"force": value}, fields, {"force": slopes})
     own = slopes[0].T.copy()
     hysteretic = spring.kappa_omega * own[:, -4]
     own[:, -4:] *= [spring.kappa_omega, spring.rho, spring.sigma, spring.n]  # by their logarithms

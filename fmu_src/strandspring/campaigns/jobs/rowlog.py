@@ -26,7 +26,6 @@ from typing import Any, Generic, TypeVar, get_type_hints
 
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
-from pydantic_core import PydanticSerializationError, to_json
 
 from ...ground.files import readable, reason_of
 from .runners import JobError
@@ -42,6 +41,7 @@ _EMPTY = [0, 0]
 _LARGEST = 1 << 26  # bytes of a row or a manifest; that of a million masses has 20 MB
 
 _encoded = json.JSONEncoder(ensure_ascii=False, allow_nan=False).encode
+_anything: TypeAdapter[Any] = TypeAdapter(Any, config=ConfigDict(ser_json_inf_nan="constants"))
 Row = TypeVar("Row")
 
 
@@ -249,8 +249,8 @@ class RowLog(ABC, Generic[Row]):
 def encoded_row(row: Any) -> bytes:
     """The JSON of a row, most often by the faster encoder."""
     values = _values_of(row.__class__)(row)
-    with suppress(PydanticSerializationError):  # names of files need not be text
-        content = to_json(values, inf_nan_mode="constants")
+    with suppress(ValueError):  # names of files need not be text
+        content = _anything.dump_json(values)
         if b"NaN" not in content and b"Infinity" not in content:
             return content
     return _encoded(values).encode(errors="replace")
