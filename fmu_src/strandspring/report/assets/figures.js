@@ -39,6 +39,7 @@
     select.parentElement.hidden = options.length < 2;
     select.replaceChildren(...(options.length < 2 ? [] : [...all, ...options]).map(([key, label]) => new Option(label, key)));
     select.value = value;
+    select.onchange = () => { chosen[name] = select.value; figures.forEach(show); };
   }
 
   // Of groups, with a margin, in units of the paths: left, top, width, height.
@@ -93,6 +94,7 @@
       }));
     }
     plot.querySelector(".grid").setAttribute("d", lines);
+    plot.style.setProperty("--left", Math.max(0, ...texts[1].map((text) => text.textContent.length)));
     ways.forEach((way, k) => plot.querySelector(`g.${way}`).replaceChildren(...texts[k]));
     plot.dispatchEvent(new CustomEvent("zoomed", { detail: box && axisOf(plot, "x").values }));
   }
@@ -146,10 +148,6 @@
   }
 
   parts(document, ".plot[data-x]").forEach(listen);
-  for (const select of parts(document, ".choice select")) select.addEventListener("change", () => {
-    chosen[select.dataset.choice] = select.value;
-    figures.forEach(show);
-  });
   for (const button of parts(document, ".legend button")) button.addEventListener("click", () => {
     button.setAttribute("aria-pressed", String(button.getAttribute("aria-pressed") !== "true"));
     show(figures.find(({ panels }) => panels.includes(button.closest(".panel"))));
