@@ -128,6 +128,7 @@ def test_without_a_velocity_that_of_the_records_is_taken(first: Record) -> None:
         ({}, "takes either a model"),
         ({"stiffness": 1e3}, "needs the `stroke"),
         ({"stiffness": -1.0, "stroke": (0.0, 0.1)}, "`stiffness` must be > 0"),
+        ({"stiffness": 1e15, "stroke": (-1e3, 1e3)}, "makes a force of 1e\\+18 N"),
         ({"source": Spring(TRUE), "stiffness": 1e3}, "takes either a model"),
         ({"source": Spring(TRUE), "duration": 1e-3}, "give a longer `duration=...`"),
         ({"source": Spring(TRUE), "stroke": (1.0, 2.0)}, "holds too little of the model's range"),

@@ -138,7 +138,7 @@ def prepared(prior: Prior, limits: Limits) -> tuple[Setting, list[Knowledge], li
     if duration > limits.duration:
         raise StrandspringError(
             f"The largest loops take {duration:.3g} s, and the programme may take {limits.duration:.3g} s; give a "
-            "longer `duration=...`, a smaller `stroke=...` or a higher `velocity=...`."
+            "longer `duration=...`, a smaller `stroke=...`, or a higher `velocity=...` or `sample_rate=...`."
         )
     if limits.duration * limits.sample_rate > _MOST_SAMPLES:
         raise StrandspringError(

@@ -17,6 +17,7 @@ from ..model.stated_cautions import stated_amplitudes
 from ..model.stated_figures import stated_fit
 from .knowledge import Noise
 
+_FORCES = (1e-9, 1e12)  # at the ends of a rough stroke [N]
 _DRAWN = 3  # springs beside the identified one
 _ROUGH = 6  # springs for a rough stiffness
 _SEED = 0
@@ -103,6 +104,11 @@ def prior_of_stiffness(stiffness: float, low: float, high: float) -> Prior:
     """
     half = 0.5 * (high - low)
     force = stiffness * half
+    if not _FORCES[0] <= force <= _FORCES[1]:
+        raise ValueError(
+            f"A stiffness of {stiffness:.4g} N/m over a stroke of {2.0 * half:.4g} m makes a force of {force:.3g} N, "
+            f"which must be within {_FORCES[0]:g} and {_FORCES[1]:g} N; check both and their units."
+        )
     generator = np.random.default_rng(_SEED)
 
     def between(ends: tuple[float, float]) -> float:
