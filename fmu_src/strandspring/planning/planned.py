@@ -114,7 +114,7 @@ def planned(prior: Prior, limits: Limits) -> Planned:
             return plan
         # Small or fast loops may show more force than the loops that the range was found by.
         held = Range(setting.span.middle, _SMALLER * setting.span.half)
-        notes = [*notes, _narrowed("force limit", held)]
+        notes = [*(note for note in notes if "force limit" not in note), _narrowed("force limit", held)]
         setting = _setting(prior, limits, held)
         known = _known(prior, setting)
     raise StrandspringError(
