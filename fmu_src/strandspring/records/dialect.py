@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Any
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
@@ -92,6 +93,22 @@ class Dialect:
         return ()
 
 
+class _Cells(Sequence[list[str]]):
+    """Cells of lines, which are cut when they are first asked for: few of them are."""
+
+    def __init__(self, lines: Sequence[str], separator: str | None) -> None:
+        self._lines, self._separator = lines, separator
+        self._known: dict[int, list[str]] = {}
+
+    def __len__(self) -> int:
+        return len(self._lines)
+
+    def __getitem__(self, k: Any) -> Any:
+        if k not in self._known:
+            self._known[k] = split_cells(self._lines[k], self._separator)
+        return self._known[k]
+
+
 def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     """Detect the dialect of a file.
 
@@ -106,7 +123,7 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     RecordError               If no two columns of numbers are found.
     """
     separator, decimal = _best_guess([line for line in lines if line.strip()][-_JUDGED_LINES:])
-    table = [split_cells(line, separator) for line in lines]
+    table = _Cells(lines, separator)
     from_end = (cells for cells in reversed(table) if _count_numbers(cells, decimal) >= 2)
     judged = list(islice(from_end, _JUDGED_LINES))[::-1]
     if not judged:
@@ -121,8 +138,8 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
         raise RecordError(_no_numbers(lines, path, row))
     shape = Dialect(separator, decimal, width, raw_width, numeric)
     # If no row is full, the first one is refused like any damaged row.
-    full = (i for i, cells in enumerate(table) if shape.is_full(cells))
-    first = next(full, table.index(regular[0]))
+    first = next((i for i, cells in enumerate(table) if shape.is_full(cells)), None)
+    first = table.index(regular[0]) if first is None else first
     damaged, header, units = _above(lines, table, first, shape)
     _refuse_text(table, damaged, shape, path, row)
     first = min([first, *damaged])
@@ -133,7 +150,9 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
         header_line=None if header is None else header + 1,
         units=() if units is None else shape.named_cells(lines[units]),
         has_quotes=any(_STARTS_QUOTED.search(line) for line in lines[first:]),
-        rows=tuple(tuple(cells) for cells in table[first:] if any(cells))[:_JUDGED_LINES],
+        rows=tuple(
+            tuple(cells) for k in range(first, min(first + _JUDGED_LINES, len(table))) if any(cells := table[k])
+        ),
     )
 
 
