@@ -26,6 +26,7 @@ from strandspring.cli.shared.output import advancing, progress, reporting_kept
 from strandspring.errors import StrandspringError
 from strandspring.ground.files import refuse_unwritable, write_text
 from terminal import Terminal
+from tools import program as found
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = [sys.executable, "-W", "error", "-m", "strandspring"]
@@ -377,7 +378,8 @@ def offered(source: str, line: str) -> list[str]:
         $(complete -p strandspring | sed 's/.*-F \\([^ ]*\\).*/\\1/') strandspring
         printf '%s\\n' "${{COMPREPLY[@]}}"
     """
-    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    bash = found("bash", package="bash")
+    done = subprocess.run([bash, "-c", script], capture_output=True, text=True, timeout=60, check=True)
     assert done.stderr == ""
     return done.stdout.split()
 

@@ -27,6 +27,7 @@ from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
 from terminal import Terminal
+from tools import program
 
 JOINT = {
     "parameters": [
@@ -193,6 +194,7 @@ def test_one_changed_byte_is_found_in_any_file(fmu: Path, tmp_path: Path) -> Non
 
 
 def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path) -> None:
+    program("cc", package="gcc libc6-dev")
     fmu = build_native_fmu(MODEL, tmp_path)
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(tmp_path / "unpacked")
