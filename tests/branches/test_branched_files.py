@@ -10,7 +10,6 @@ import jsonschema
 import numpy as np
 import pytest
 
-import strandspring
 from branched_springs import BASE, BRANCHED
 from strandspring import ModelError, Spring, StrandspringError
 from strandspring.model.modelfile import model_of_text, model_schema
@@ -63,19 +62,9 @@ def test_bad_fields_are_named(place: tuple[str | int, ...], value: object, sente
 
 PATH = 0.01 * np.sin(np.linspace(0.0, 9.0, 200)) + 0.05
 DOORS: dict[str, Callable[[Spring, Path], object]] = {
-    "info": lambda spring, _: spring.info(),
-    "plot": lambda spring, _: spring.plot(),
-    "predict": lambda spring, _: spring.predict(strandspring.Record(PATH, 1e4 * PATH, np.linspace(0.0, 9.0, 200))),
     "compare": lambda spring, _: Spring(BASE).compare(spring),
-    "isolate": lambda spring, _: spring.isolate(mass=2.0),
-    "study": lambda spring, _: spring.study(mass=2.0, base_displacement=1e-4, draws=0),
     "responses": lambda spring, _: spring.responses(PATH),
-    "build": lambda spring, folder: spring.build_fmu(folder),
-    "build of FMI 3.0": lambda spring, folder: spring.build_fmu(folder, fmi=3),
-    "build with states": lambda spring, folder: spring.build_fmu(folder, states=True),
     "build by Python": lambda spring, folder: spring.build_fmu(folder, backend="python"),
-    "export of parameters": lambda spring, folder: spring.export(folder, ssv=True),
-    "export of a system": lambda spring, folder: spring.export(folder, ssp_mass=2.0),
     "export to Modelica": lambda spring, folder: spring.export(folder, modelica=True),
     "export to C": lambda spring, folder: spring.export(folder, c=True),
 }
@@ -88,3 +77,18 @@ def test_what_cannot_take_it_refuses_it(door: str, name: str, tmp_path: Path) ->
         DOORS[door](Spring(BRANCHED[name]), tmp_path)
     assert str(refused.value).count("; ") >= 1  # says what to do
     assert list(tmp_path.iterdir()) == []
+
+
+def test_info_names_all_parts() -> None:
+    text = str(Spring(BRANCHED["both"]).info())
+    assert "second mechanism: kappa_omega 9 N, rho 2500 1/m, sigma 0.8, n 1.7, FA degree 2" in text
+    assert text.count("Maxwell branch: stiffness") == 3
+
+
+def test_a_synthesized_record_is_the_response_at_its_times() -> None:
+    spring = Spring(BRANCHED["both"])
+    record = spring.synthesize(frequency=3.0)
+    path, time = record.displacement, record.time
+    assert record.force == pytest.approx(spring.response(path, time=time), rel=1e-12)
+    slower = spring.synthesize(frequency=0.01)
+    assert np.abs(slower.force - record.force).max() > 0.1 * np.abs(record.force).max()

@@ -65,3 +65,8 @@ class MaxwellBranch:
 
     stiffness: float
     time_constant: float
+
+    def dynamic_stiffness(self, frequency: float) -> complex:
+        """Force over displacement of harmonic motion at Omega [rad/s]: c*i*Omega*tau/(1 + i*Omega*tau) [N/m]."""
+        turns = 1j * frequency * self.time_constant
+        return self.stiffness * turns / (1.0 + turns)

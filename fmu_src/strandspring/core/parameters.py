@@ -96,9 +96,12 @@ class SpringParameters:
             raise ValueError(problem)
 
     @property
-    def counts(self) -> tuple[int, int, int]:
-        """How many elastic coefficients, amplifier coefficients and knots there are."""
-        return len(self.kE), len(self.kA), len(self.FE_knots)
+    def counts(self) -> tuple[int, int, int, int, int]:
+        """How many elastic coefficients, amplifier coefficients, knots, amplifier coefficients of the second mechanism
+        and branches there are.
+        """
+        second = 0 if self.second is None else len(self.second.kA)
+        return len(self.kE), len(self.kA), len(self.FE_knots), second, len(self.branches)
 
     @property
     def elastic_name(self) -> str:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import Any
 
+from .branch_variables import added_parameters, added_values, with_added
 from .parameters import (
     ARRAYS,
     FORCE_RANGE,
@@ -66,8 +67,16 @@ class Variable:
 
 
 @cache
-def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = False) -> tuple[Variable, ...]:
-    """The table for a spring with so many coefficients kE and kA and knots of FE."""
+def variables(
+    elastic: int, amplifier: int, knots: int = 0, second: int = 0, branches: int = 0, with_states: bool = False
+) -> tuple[Variable, ...]:
+    """The table for a spring with so many coefficients kE and kA, knots of FE, coefficients kA of a second mechanism
+    and Maxwell branches.
+    """
+    if second or branches:
+        plain = variables(elastic, amplifier, knots, with_states=with_states)
+        of_amplifier = [v for v in _coefficients(0, second, 0) if second]
+        return with_added(plain, _SCALAR_PARAMETERS[:4], of_amplifier, branches, with_states)
     if with_states:
         return _variables_with_states(variables(elastic, amplifier, knots))
     coefficients = _coefficients(elastic, amplifier, knots)
@@ -102,15 +111,19 @@ def variables(elastic: int, amplifier: int, knots: int = 0, with_states: bool = 
 
 
 @cache
-def units(elastic: int, amplifier: int, with_states: bool = False) -> tuple[FmiUnit, ...]:
+def units(
+    elastic: int, amplifier: int, second: int = 0, branches: int = 0, with_states: bool = False
+) -> tuple[FmiUnit, ...]:
     """The units that the table uses, with any number of knots."""
+    amplifier = max(amplifier, second)
     elastic_units = [
         FmiUnit(_per_length("N", i), kg=1, m=1 - i, s=-2, displayed=_per_millimetre("N", i)) for i in range(2, elastic)
     ]
     amplifier_units = [
         FmiUnit(_per_length("1", i), m=-i, displayed=_per_millimetre("1", i)) for i in range(2, amplifier)
     ]
-    return (*_UNITS, *(_UNITS_OF_RATES if with_states else ()), *elastic_units, *amplifier_units)
+    of_time = (SECONDS,) if branches else ()
+    return (*_UNITS, *(_UNITS_OF_RATES if with_states else ()), *elastic_units, *amplifier_units, *of_time)
 
 
 def start_values(parameters: SpringParameters, with_states: bool = False) -> dict[str, float]:
@@ -118,12 +131,15 @@ def start_values(parameters: SpringParameters, with_states: bool = False) -> dic
     values = {"displacement": 0.0}
     values |= {f"{name}_{i}": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
     values |= {name: getattr(parameters, name) for name in SCALARS}
+    values |= added_values(parameters, with_states)
     if with_states:
         return {**values, "omega": 0.0, "absorbed_energy": 0.0, "velocity": 0.0}
     return {**values, "omega_start": 0.0}
 
 
-def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int, knots: int = 0) -> SpringParameters:
+def spring_parameters(
+    values: Mapping[str, float], elastic: int, amplifier: int, knots: int = 0, second: int = 0, branches: int = 0
+) -> SpringParameters:
     """The spring with these values of the FMU's parameters.
 
     Raises
@@ -133,10 +149,13 @@ def spring_parameters(values: Mapping[str, float], elastic: int, amplifier: int,
     counts = {"kE": elastic, "kA": amplifier, "FE_knots": knots, "FE_forces": knots}
     given: dict[str, Any] = {name: values[name] for name in SCALARS}
     given |= {name: tuple(values[f"{name}_{i}"] for i in range(count)) for name, count in counts.items()}
+    given |= added_parameters(values, second, branches)
     try:
         return SpringParameters(**given)
     except ValueError as problem:
-        raise ValueError(re.sub(r"`(\w+)\[(\d+)\]`", r"`\1_\2`", str(problem))) from None
+        text = re.sub(r"`branches\[(\d+)\]\.(\w+)`", r"`branch_\1_\2`", str(problem))
+        text = re.sub(r"`second\.(\w+)", r"`second_\1", text)
+        raise ValueError(re.sub(r"`(\w+)\[(\d+)\]`", r"`\1_\2`", text)) from None
 
 
 def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
@@ -276,6 +295,7 @@ _UNITS = (
     FmiUnit("N/m", kg=1, s=-2, displayed=_per_millimetre("N", 1)),
     FmiUnit("J", kg=1, m=2, s=-2, displayed=(("mJ", 1e3), ("kJ", 1e-3))),
 )
+SECONDS = FmiUnit("s", s=1)
 _UNITS_OF_RATES = (
     FmiUnit("m/s", m=1, s=-1, displayed=(("mm/s", 1e3),)),
     FmiUnit("W", kg=1, m=2, s=-3),

@@ -10,7 +10,7 @@ import numpy as np
 from ..core.parameters import SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..kernel.steady import steady_omega
+from ..kernel.steady import steady_start
 
 _SHARES = (1.0, 2.0 / 3.0, 1.0 / 3.0)  # amplitudes, as shares of half the identified range
 _COLOURS = ("--first", "--second", "--third")  # of page.css
@@ -24,7 +24,7 @@ def steady_loop(parameters: SpringParameters, amplitude: float) -> tuple[FloatAr
     """Displacement [m] and force [N] of a steady cycle about the middle of the identified range."""
     middle = 0.5 * (parameters.displacement_min + parameters.displacement_max)
     path = middle - amplitude * np.cos(np.linspace(0.0, 2.0 * np.pi, 2 * _SAMPLES + 1))
-    return path, PathSolver(parameters).force(path, -steady_omega(parameters, 2.0 * amplitude))
+    return path, PathSolver(parameters).slow.force(path, steady_start(parameters, 2.0 * amplitude))
 
 
 def loops_svg(parameters: SpringParameters) -> str:

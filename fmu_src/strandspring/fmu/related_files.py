@@ -188,6 +188,11 @@ def slow_cycles(parameters: SpringParameters) -> FloatArray:
     return np.asarray(start + np.where(swing > 0.0, (high - start) * swing, (start - low) * swing), dtype=np.float64)
 
 
+def times_of(path: FloatArray) -> FloatArray:
+    """When a host that takes a step of `STEP` for each sample of a path reaches it [s]."""
+    return np.asarray(STEP * np.arange(path.size), dtype=np.float64)
+
+
 def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[str, Related]]:
     """The related files by their name."""
     with_states = settings.backend == "states"
@@ -197,9 +202,10 @@ def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[st
     inputs = {"displacement": path}
     if with_states:
         inputs["velocity"] = np.gradient(path, STEP)
-    answers = {"force": solver.force(path), "stiffness": solver.stiffness(path)}
+    times = times_of(path)
+    answers = {"force": solver.force(path, 0.0, times), "stiffness": solver.stiffness(path)}
     if not settings.no_energy:
-        answers["absorbed_energy"] = solver.absorbed_energy(path)
+        answers["absorbed_energy"] = solver.absorbed_energy(path, 0.0, times)
     yield from experiment("slow cycles", "Two growing slow cycles", STEP, inputs, answers).items()
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
         text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi, settings.arrays)

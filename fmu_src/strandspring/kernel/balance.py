@@ -173,8 +173,13 @@ class BalancedSystem:
         )
         return [motions.motion_of(rows[k], k) for k in range(reached)]
 
+    @cached_property
+    def _seconds(self) -> list[int]:
+        """The axes whose springs have a second mechanism."""
+        return [place for place, spring in enumerate(self.springs) if spring.second is not None]
+
     def _motions(self, count: int) -> _Motions:
-        return _Motions(count, len(self.axes), self.degrees, self.basis.samples)
+        return _Motions(count, len(self.axes), self._seconds, self.degrees, self.basis.samples)
 
     @property
     def _address(self) -> int:
@@ -183,10 +188,20 @@ class BalancedSystem:
     @cached_property
     def _memory(self) -> tuple[ctypes.Structure, object]:
         """BalancedSystem of balance.h, and all that it points to."""
-        laws = {spring: Law(spring) for spring in self.springs}
-        axes = self.axes.copy()
-        axes["law"], axes["start"] = [laws[spring].address for spring in self.springs], _ANY_OMEGA
+        mechanisms = [spring.mechanisms for spring in self.springs]
+        # A second mechanism is an axis of its own at the same place.
+        places = [*range(len(mechanisms)), *self._seconds]
+        springs = [*(first for first, *_ in mechanisms), *(mechanisms[place][1] for place in self._seconds)]
+        laws = {spring: Law(spring) for spring in springs}
+        axes = self.axes[places]
+        axes["law"], axes["start"] = [laws[spring].address for spring in springs], _ANY_OMEGA
+        axes["damping"][len(mechanisms) :] = axes["stop_stiffness"][len(mechanisms) :] = 0.0
+        for axis, spring in zip(axes, self.springs, strict=False):
+            axis["branches"] = len(spring.branches)
+            for j, branch in enumerate(spring.branches):
+                axis["branch_stiffness"][j], axis["time_constant"][j] = branch.stiffness, branch.time_constant
         arrays = {name: floats(getattr(self, name)) for name in _OF_SYSTEM}
+        arrays |= {name: floats(arrays[name][places]) for name in ("along", "bend")}
         memory = structures()["BalancedSystem"](
             degrees=self.degrees, axes=axes.size, basis=self.basis.structure, axis=address(axes), mass=self.mass,
             **{name: address(array) for name, array in arrays.items()},
@@ -199,8 +214,9 @@ class BalancedSystem:
 class _Motions:
     """Room for what the kernel says of some motions besides their coefficients."""
 
-    def __init__(self, count: int, axes: int, degrees: int, samples: int) -> None:
-        self._figures = np.empty((count, axes, constants()["BALANCED_OF_AXIS"]))
+    def __init__(self, count: int, axes: int, seconds: Sequence[int], degrees: int, samples: int) -> None:
+        self._axes, self._seconds = axes, seconds
+        self._figures = np.empty((count, axes + len(seconds), constants()["BALANCED_OF_AXIS"]))
         self._force = np.empty((count, degrees, samples))
         self._memory = structures()["BalancedMotion"](of_axes=address(self._figures), force=address(self._force))
 
@@ -211,4 +227,9 @@ class _Motions:
 
     def motion_of(self, z: FloatArray, number: int) -> BalancedMotion:
         """The motion of a number with its coefficients."""
-        return BalancedMotion(z, self._figures[number], self._force[number])
+        figures = self._figures[number, : self._axes]
+        if self._seconds:
+            figures = figures.copy()
+            # The force of an axis is that of both mechanisms.
+            figures[list(self._seconds), 3:] += self._figures[number, self._axes :, 3:]
+        return BalancedMotion(z, figures, self._force[number])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -86,6 +87,11 @@ class PathSolver:
         self.parameters = parameters
         self._laws = tuple(map(Law, parameters.mechanisms))
 
+    @property
+    def slow(self) -> PathSolver:
+        """That of motion so slow that the branches have relaxed: the same without them."""
+        return PathSolver(replace(self.parameters, branches=())) if self.parameters.branches else self
+
     def omega(self, path: FloatArray, omega_start: OmegaStart = 0.0) -> FloatArray:
         """Normalized hysteretic variable of the first mechanism at each sample [-]."""
         return self._along(self._laws[:1], path, omega_start, 0)
@@ -122,15 +128,31 @@ class PathSolver:
         return self._with_branches(np.zeros(len(path)), path, time, 2)
 
     def force_with_partials(self, path: FloatArray, omega: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N]; of
-        a spring without a second mechanism and branches.
+        """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N].
+
+        The omega is that of all mechanisms; branches have relaxed.
         """
-        require_plain(self.parameters, "The force at a given omega")
+        total, *others = (self._partials(law, path, omega) for law in self._laws)
+        for other in others:
+            total += other
+        return total[0], total[1], total[2]
+
+    def small_motion(self, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Force at samples midway in the hysteresis [N], and stiffness for small slow motion about it [N/m]."""
+        omega = np.zeros(len(path))
+        force, stiffness = np.zeros(len(path)), np.zeros(len(path))
+        for law, mechanism in zip(self._laws, self.parameters.mechanisms, strict=True):
+            of_law, by_displacement, by_omega = self._partials(law, path, omega)
+            force += of_law
+            stiffness += by_displacement + mechanism.rho * by_omega
+        return force, stiffness
+
+    def _partials(self, law: Law, path: FloatArray, omega: FloatArray) -> FloatArray:
+        """Force of a mechanism and its derivatives by displacement and omega, shape (3, K)."""
         path, omega = floats(path), floats(omega)
         partials = np.empty((3, path.size))
-        address_of_law = self._laws[0].address
-        library().spring_force_at(address_of_law, path.size, address(path), address(omega), *map(address, partials))
-        return partials[0], partials[1], partials[2]
+        library().spring_force_at(law.address, path.size, address(path), address(omega), *map(address, partials))
+        return partials
 
     def _along(self, laws: Sequence[Law], path: FloatArray, omega_start: OmegaStart, which: int) -> FloatArray:
         """One of the four results along a path, summed over mechanisms."""

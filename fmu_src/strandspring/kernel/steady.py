@@ -10,25 +10,32 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..ground.plain_springs import require_plain
 from .arrays import address
 from .library import library
+from .path import OmegaStart
 from .saturation_table import table
 
 
-def steady_omega(parameters: SpringParameters, stroke: float) -> float:
-    """omega at the high turning point of the steady loop; it is the opposite at the low one.
+def steady_start(parameters: SpringParameters, stroke: float) -> OmegaStart:
+    """Where omega starts at the low turning point of the steady loop, of one mechanism or of each of two.
 
     Parameters
     ----------
     parameters : SpringParameters
     stroke : float                  Distance between the turning points [m], >= 0.
-
-    Raises
-    ------
-    StrandspringError               If there is a second mechanism or a branch.
     """
-    require_plain(parameters, "A steady loop")
+    omegas = [-steady_omega(mechanism, stroke) for mechanism in parameters.mechanisms]
+    return omegas[0] if len(omegas) == 1 else (omegas[0], omegas[1])
+
+
+def steady_omega(parameters: SpringParameters, stroke: float) -> float:
+    """omega of the first mechanism at the high turning point of the steady loop; it is the opposite at the low one.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    stroke : float                  Distance between the turning points [m], >= 0.
+    """
     saturation = table(parameters.n, parameters.sigma)
     way, omega, xi = np.full(2, parameters.rho * stroke), np.zeros(1), np.empty(2)
     library().spring_steady(

@@ -18,7 +18,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _HEADERS = (
-    *(f"core/c/spring/{name}.h" for name in ("spring_limits", "numerics", "saturation", "spline", "spring")),
+    *(
+        f"core/c/spring/{name}.h"
+        for name in ("spring_limits", "numerics", "saturation", "spline", "spring", "branches")
+    ),
     *(f"kernel/c/{name}.h" for name in ("balance/fourier", "balance/balance", "motion/motion")),
 )
 _TYPES = {

@@ -5,17 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from ..kernel.path import PathSolver
-from ..kernel.steady import steady_omega
+from ..kernel.steady import steady_start
 from .loop import Loop, LoopBranch, LoopFigures
 
 _POINTS = 513  # on each branch, for the peak forces and for comparing branches
 
 
 def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
-    """The steady loop with its branches; arguments as for `steady_loop_figures`."""
+    """The steady loop with its two branches; arguments as for `steady_loop_figures`.
+
+    Where the spring has Maxwell branches the loop is slow: they have relaxed.
+    """
     if not (np.isfinite([low, high]).all() and low < high):
         raise ValueError(f"`low` must be below `high`, both finite [m], got {low!r} and {high!r}.")
-    omega = -steady_omega(solver.parameters, high - low)
+    solver, omega = solver.slow, steady_start(solver.parameters, high - low)
     rising = np.linspace(low, high, _POINTS)
     force = solver.force(np.concatenate([rising, rising[-2::-1]]), omega)
     loading, unloading = force[:_POINTS], force[: _POINTS - 2 : -1]

@@ -84,7 +84,7 @@ def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> l
     elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
     low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
     shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
-    return [*hysteretic_lines(p, uncertainty), shape]
+    return [*hysteretic_lines(p, uncertainty), shape, *added_lines(p)]
 
 
 def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
@@ -93,6 +93,23 @@ def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[s
         f"  {column.key:<12} {_with_error(column.key, getattr(p, column.key), uncertainty)} {column.shown}".rstrip()
         for column in HYSTERETIC_PARAMETERS
     ]
+
+
+def added_lines(p: SpringParameters) -> list[str]:
+    """The second mechanism and the Maxwell branches, if there are any."""
+    lines = []
+    if p.second is not None:
+        s = p.second
+        shape = f"FA degree {len(s.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in s.kA)}  1/m^i"
+        lines.append(
+            f"  second mechanism: kappa_omega {s.kappa_omega:.6g} N, rho {s.rho:.6g} 1/m, sigma {s.sigma:.6g}, n "
+            f"{s.n:.6g}, {shape}"
+        )
+    lines += [
+        f"  Maxwell branch: stiffness {branch.stiffness:.6g} N/m, time constant {branch.time_constant:.6g} s"
+        for branch in p.branches
+    ]
+    return lines
 
 
 def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
@@ -104,6 +121,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     else:
         lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
+    lines += added_lines(p)
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
+from ...ground.plain_springs import require_plain
 from ...identification.certainty.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
@@ -309,6 +310,8 @@ def compare(
     if mass is not None and not 0.0 < mass < math.inf:
         raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
     models = (model_of(a), model_of(b))
+    for model in models:
+        require_plain(model.parameters, "`compare`", "compare their responses (`Spring.response`)")
     springs = aligned(models, align)
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)

@@ -81,13 +81,14 @@ def synthesize(
     centre = p.displacement_offset if mean is None else _checked("mean", mean, "finite [m]")
     phase = np.arange(cycles * samples) / samples
     path = np.concatenate([*(centre + reach * np.sin(2.0 * np.pi * phase) for reach in reaches), [centre]])
-    force = _noisy(PathSolver(p).force(path), noise, seed)
+    time = np.asarray(np.arange(path.size) / (samples * frequency), dtype=np.float64)
+    force = _noisy(PathSolver(p).force(path, 0.0, time), noise, seed)
     force = force * (1.0 + drift * np.arange(path.size) / path.size)
     name = f"<{content.name}>"
     return Record(
         1e-3 * _quantised(1e3 * path, displacement_resolution / 1e-3),  # as it is read from a file in mm
         _quantised(force, force_resolution),
-        np.arange(path.size) / (samples * frequency),
+        time,
         path=name,
         notes=(*_noise_notes(noise, seed), *outside_cautions(name, path, p)),
     )

@@ -101,8 +101,8 @@ def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, 
     """
     solver = PathSolver(spring)
     places = np.linspace(low, high, 101)
-    force, by_displacement, by_omega = solver.force_with_partials(places, np.zeros(places.size))
-    load, stiffness = float(force[50]), float(by_displacement[50] + spring.rho * by_omega[50])
+    force, stiffnesses = solver.small_motion(places)
+    load, stiffness = float(force[50]), float(stiffnesses[50])
     if load > _LEAST_WEIGHT * float(np.ptp(force)):
         return load / STANDARD_GRAVITY, load
     if not stiffness > 0.0:

@@ -272,4 +272,6 @@ def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
         kE=tuple(factor * coefficient for coefficient in spring.kE),
         FE_forces=tuple(factor * force for force in spring.FE_forces),
         kappa_omega=factor * spring.kappa_omega,
+        second=spring.second and replace(spring.second, kappa_omega=factor * spring.second.kappa_omega),
+        branches=tuple(replace(branch, stiffness=factor * branch.stiffness) for branch in spring.branches),
     )

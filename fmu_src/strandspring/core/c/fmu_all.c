@@ -2,6 +2,7 @@
 #include "fmu/fmu_instance.h"
 
 #include "fmu/fmu_block.c"
+#include "fmu/fmu_branches.c"
 #include "fmi/fmu_bytes.c"
 #include "fmu/fmu_instance.c"
 #include "fmi/fmu_life.c"
@@ -12,6 +13,7 @@
 #include "fmi/fmu_tables.c"
 #include "fmu/fmu_variables.c"
 #include "fmu/fmu_watch.c"
+#include "spring/branches.c"
 #include "spring/saturation_table.c"
 #include "spring/saturation.c"
 #include "spring/spline.c"

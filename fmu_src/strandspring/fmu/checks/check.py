@@ -25,8 +25,9 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ..archive import binary_sizes
 from ..native.platforms import host_folder
-from ..related_files import STEP, slow_cycles
+from ..related_files import STEP, slow_cycles, times_of
 from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
+from .model_states import rates_of, states_along
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
@@ -100,7 +101,8 @@ def examine_fmu(path: Path) -> CheckReport:
         return CheckReport(path, (f"It is not the FMU of a spring: {problem}",))
     displacement = slow_cycles(parameters)
     solver = PathSolver(parameters)
-    expected = np.array([solver.force(displacement), solver.absorbed_energy(displacement)]).T
+    times = times_of(displacement)
+    expected = np.array([solver.force(displacement, 0.0, times), solver.absorbed_energy(displacement, 0.0, times)]).T
     return compare_run(path, displacement, expected[:, : len(_references(description)[1])])
 
 
@@ -152,7 +154,9 @@ def described_spring(description: ModelDescription) -> SpringParameters:
         if v.causality == "parameter"
         for name, value in _scalars(v.name, str(v.start).split(), bool(v.dimensions)).items()
     }
-    counts = (sum(name.startswith(k) for name in start) for k in ("kE_", "kA_", "FE_knots_"))
+    elements = ("kE_", "kA_", "FE_knots_", "second_kA_")
+    counts = [sum(name.startswith(k) for name in start) for k in elements]
+    counts.append(sum(name.endswith("_time_constant") for name in start))
     return spring_parameters(start, *counts)
 
 
@@ -222,41 +226,36 @@ def _by_solver(path: Path, description: ModelDescription, displacement: FloatArr
 
 
 def _by_states(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
-    """The same where omega is a continuous state: at those of the model, of which the rates must be those of omega."""
+    """The same where omega is a continuous state: at states of the model, of which the rates must be those of omega."""
     given, outputs = _references(description)
     inputs = [*given, next(v.valueReference for v in description.modelVariables if v.name == "velocity")]
-    states, rates = (ctypes.c_double * 2)(), (ctypes.c_double * 2)()
     parameters = described_spring(description)
-    energy = PathSolver(parameters).absorbed_energy(displacement)
-    omega = PathSolver(parameters).omega(displacement)
+    states = states_along(parameters, displacement, times_of(displacement))
+    count = len(states)
+    values, rates = (ctypes.c_double * count)(), (ctypes.c_double * count)()
     velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
-    found_rates = [[0.0, 0.0]]
+    found_rates = []
     with running(path, model_exchange=True) as model:
         rows = _initialized(model, given, outputs, float(displacement[0]))
         _continue(model)
         began = time.perf_counter()
-        for k, point in enumerate(np.transpose([displacement, velocity, energy, omega])[1:].tolist(), start=1):
+        for k, point in enumerate(np.array([displacement, velocity, *states]).T[1:].tolist(), start=1):
             model.setTime(k * STEP)
             model.setReal(inputs, point[:2])
-            states[:] = point[2:]
-            model.setContinuousStates(states, 2)
+            values[:] = point[2:]
+            model.setContinuousStates(values, count)
             rows += model.getReal(outputs)
-            model.getDerivatives(rates, 2)
+            model.getDerivatives(rates, count)
             found_rates.append(list(rates))
         seconds = time.perf_counter() - began
         model.terminate()
     answers = np.array(rows).reshape(-1, len(outputs))
-    # Paper eq. (11)
-    p, sign = parameters, velocity * np.sign(omega)
-    slope = p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * np.abs(omega) ** p.n)
-    force = answers[:, 0]
-    scales = np.array([np.max(np.abs(force)), p.rho * max(1.0, 2.0 * p.sigma)])
-    errors = np.max(np.abs(found_rates - np.transpose([force * velocity, slope])), axis=0) / scales
+    expected, scales = rates_of(parameters, states, velocity, answers[:, 0])
+    errors = np.max(np.abs(np.transpose(found_rates) - expected[:, 1:]), axis=1) / scales
     if not np.all(errors <= FORCE_TOLERANCE):
-        raise _WrongRatesError(
-            "Its states must change as the model's, but der(absorbed_energy) and der(omega) differ by "
-            f"{errors[0]:.3g} and {errors[1]:.3g} of their largest values."
-        )
+        names = (v.name for v in description.modelVariables if v.name.startswith("der("))
+        differ = " and ".join(f"{name} by {error:.3g}" for name, error in zip(names, errors, strict=True))
+        raise _WrongRatesError(f"Its states must change as the model's, but of their largest values differ {differ}.")
     return answers, seconds
 
 

@@ -13,7 +13,7 @@ from itertools import groupby
 from typing import TypeAlias
 
 from ...core.parameters import ARRAYS, SpringParameters
-from ...core.variables import FmiUnit, Variable, units, variables
+from ...core.variables import SECONDS, FmiUnit, Variable, units, variables
 
 # One value, or those of an array.
 StartValue: TypeAlias = float | tuple[float, ...]
@@ -42,7 +42,6 @@ class TypedVariable(Variable):
         return "Float64" if self.unit or self.size else "Boolean"
 
 
-_SECOND = FmiUnit("s", s=1)
 _TIME = TypedVariable("time", "independent", "continuous", "Simulation time", "s")
 _INDICATOR = TypedVariable(
     REVERSAL_INDICATOR, "local", "continuous",
@@ -53,10 +52,19 @@ _INDICATOR = TypedVariable(
 
 @cache
 def spring_variables(
-    elastic: int, amplifier: int, knots: int = 0, with_states: bool = False, arrays: bool = False
+    elastic: int,
+    amplifier: int,
+    knots: int = 0,
+    second: int = 0,
+    branches: int = 0,
+    with_states: bool = False,
+    arrays: bool = False,
 ) -> tuple[TypedVariable, ...]:
-    """The table for a spring with so many coefficients kE and kA and knots of FE, each a variable or in an array."""
-    table = [_typed(variable) for variable in variables(elastic, amplifier, knots, with_states)]
+    """The table for a spring with so many coefficients kE and kA and knots of FE, each a variable or in an array, and
+    with so many coefficients kA of a second mechanism and Maxwell branches.
+    """
+    usual = variables(elastic, amplifier, knots, second, branches, with_states)
+    table = [_typed(variable) for variable in usual]
     if arrays:
         groups = [(name, list(group)) for name, group in groupby(table, lambda variable: _array_of(variable.name))]
         table = [_in_arrays(_gathered(name, group) if name in ARRAYS else group[0]) for name, group in groups]
@@ -88,10 +96,13 @@ def _with_parameters(table: Sequence[TypedVariable], with_states: bool = False) 
     )
 
 
-def known_units(table: Iterable[Variable], elastic: int, amplifier: int, with_states: bool) -> tuple[FmiUnit, ...]:
+def known_units(
+    table: Iterable[Variable], elastic: int, amplifier: int, second: int, with_states: bool
+) -> tuple[FmiUnit, ...]:
     """The units that a table uses: an array of coefficients, each of another unit, has none."""
     used = {variable.unit for variable in table}
-    return tuple(unit for unit in (*units(elastic, amplifier, with_states), _SECOND) if unit.name in used)
+    known = (*units(elastic, amplifier, second, with_states=with_states), SECONDS)
+    return tuple(unit for unit in known if unit.name in used)
 
 
 def array_values(parameters: SpringParameters, scalars: Mapping[str, float]) -> dict[str, StartValue]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...core.variables import FmiUnit, Variable, start_values, units, variables
-from ...ground.plain_springs import require_plain
 from ...kernel.path import PathSolver
 from .array_variables import StartValue, array_values, known_units, spring_variables
 
@@ -26,13 +25,13 @@ def described_variables(
     spring: SpringParameters, with_states: bool, fmi: int, arrays: bool = False
 ) -> DescribedVariables:
     """Those of the usual form or of the form with states, by a version of FMI, 2 or 3, which knows arrays."""
-    require_plain(spring, "An FMU")
     counts, start = spring.counts, start_values(spring, with_states)
+    elastic, amplifier, _, second, branches = counts
     if fmi == 2:
-        known = units(*counts[:2], with_states=with_states)
+        known = units(elastic, amplifier, second, branches, with_states)
         return DescribedVariables(variables(*counts, with_states=with_states), known, start)
     table = spring_variables(*counts, with_states=with_states, arrays=arrays)
-    known = known_units(table, *counts[:2], with_states)
+    known = known_units(table, elastic, amplifier, second, with_states)
     return DescribedVariables(table, known, array_values(spring, start) if arrays else start)
 
 
@@ -42,10 +41,11 @@ def nominal_values(spring: SpringParameters, table: Iterable[Variable]) -> dict[
     Displacements are of half the identified range, outputs of the way over it and back, parameters as they are.
     """
     low, high = spring.displacement_min, spring.displacement_max
-    force = PathSolver(spring).force(np.array([low, high, low]), -1.0)
+    force = PathSolver(spring).slow.force(np.array([low, high, low]), -1.0)
     values = {name: abs(value) for name, value in start_values(spring).items()}
     values |= {variable.name: 0.5 * (high - low) for variable in table if variable.unit == "m"}
     values |= {"force": float(np.abs(force).max()), "stiffness": float(np.ptp(force)) / (high - low)}
     # As those of the states are in C.
     values |= {"absorbed_energy": spring.kappa_omega * (high - low), "omega": 1.0, "omega_start": 1.0}
+    values |= {name: 1.0 for name in ("second_omega", "second_omega_start") if spring.second is not None}
     return {name: value for name, value in values.items() if value > 0.0}

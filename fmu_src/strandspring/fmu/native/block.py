@@ -9,17 +9,21 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
+from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import ARRAYS, SCALARS, SpringParameters
 from ...core.variables import start_values
 from ...errors import BuildError
 from ...kernel.path import packed
+from ...kernel.structures import structures
 from .macho import is_macho, with_new_hashes
 
 # Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start and the form.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 6
+_MAGIC, _VERSION = b"strandspringfmu", 7
+_SECOND_START = 0.0  # where the omega of a second mechanism begins
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
@@ -48,8 +52,9 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeFo
     BuildError   If the image does not have exactly one block of this layout.
     """
     start = start_values(parameters)
-    values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters)
+    values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters.mechanisms[0])
     values += struct.pack("<dqqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy, form.arrays)
+    values += bytes(structures()["SpringAdded"](**_added(parameters))) + struct.pack("<d", _SECOND_START)
     return with_block(image, _MAGIC, _VERSION, values)
 
 
@@ -92,8 +97,32 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
     .real_time = {int(form.real_time)},
     .no_energy = {int(form.no_energy)},
     .arrays = {int(form.arrays)},
+    .added = {{
+{_added_source(parameters)}
+    }},
+    .second_omega_start = {_SECOND_START.hex()},
 }},
 """
+
+
+def _added(parameters: SpringParameters) -> dict[str, Any]:
+    """The fields of SpringAdded."""
+    second, branches = parameters.second, parameters.branches
+    of_second = {} if second is None else {**asdict(second), "mechanisms": 1, "amplifier": len(second.kA)}
+    return {
+        **of_second,
+        "branches": len(branches),
+        **{name: tuple(getattr(branch, name) for branch in branches) for name in OF_BRANCH},
+    }
+
+
+def _added_source(parameters: SpringParameters) -> str:
+    values = {name: value for name, value in _added(parameters).items() if value != ()}
+    texts = {
+        name: _listed(value) if isinstance(value, tuple) else value.hex() if isinstance(value, float) else str(value)
+        for name, value in values.items()
+    }
+    return "\n".join(f"        .{name} = {text}," for name, text in texts.items())
 
 
 def _listed(coefficients: Sequence[float]) -> str:

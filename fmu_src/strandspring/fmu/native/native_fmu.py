@@ -16,6 +16,7 @@ from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
 from ...model.names import LONGEST_NAME
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
+from ..description.array_variables import REVERSAL_INDICATOR
 from ..description.content import Backend
 from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description, terminals
@@ -129,9 +130,14 @@ def native_contents(
     model = replace(model, name=name)
     fixed, form = _fixed_sources(fmi), NativeForm(with_states, real_time, no_energy, arrays)
     listed = (SPRING_FILES[fmi].removeprefix(_C),)  # includes all other sources
+    left_out = {"absorbed_energy"} if no_energy else set()
+    interfaces = {"co_simulation": None if with_states else _CO_SIMULATION[fmi], "model_exchange": _MODEL_EXCHANGE[fmi]}
+    if model.parameters.branches and not with_states:
+        # Branches go straight through a step, whose end alone tells how long it was.
+        co_simulation = _CO_SIMULATION[fmi] | ({"canInterpolateInputs": "false"} if fmi == 2 else {})
+        interfaces, left_out = {"co_simulation": co_simulation}, left_out | {REVERSAL_INDICATOR}
     backend = Backend(
-        co_simulation=None if with_states else _CO_SIMULATION[fmi],
-        model_exchange=_MODEL_EXCHANGE[fmi],
+        **interfaces,
         sources=listed,
         author=author,
         version=version_of(of_record.to_json()),
@@ -139,7 +145,7 @@ def native_contents(
         real_time=real_time,
         fmi=fmi,
         arrays=arrays,
-        left_out=frozenset({"absorbed_energy"} if no_energy else ()),
+        left_out=frozenset(left_out),
     )
     tool = f"strandspring {installed_version('strandspring')}"
     spring = model.parameters

@@ -7,13 +7,12 @@
 #include <stddef.h>
 
 /* Adds the force of a branch at each sample [N], the integral of it over the displacement since the first [J], and the
- * energy in its spring [J]; the latter two unless they are NULL. */
+ * energy in its spring [J]. */
 void spring_maxwell_path(double stiffness, double time_constant, size_t count, const double *displacement,
                          const double *time, double *force, double *energy, double *stored);
 
-/* Forces of branches of stiffness 1, a row of `count` each [m], and their derivatives by the logarithm of the time
- * constant, unless NULL. */
+/* Elongations of branches, a row of `count` each [m], and their derivatives by the logarithm of the time constant. */
 void spring_maxwell_columns(size_t branches, const double *time_constant, size_t count, const double *displacement,
-                            const double *time, double *force, double *by_log);
+                            const double *time, double *elongation, double *by_log);
 
 #endif

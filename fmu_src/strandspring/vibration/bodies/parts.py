@@ -227,12 +227,14 @@ class Tolerance:
 
 
 def scaled(spring: SpringParameters, stiffness: float, friction: float) -> SpringParameters:
-    """A spring with its elastic force times one factor, and its hysteretic force times another, both > 0."""
+    """A spring with its elastic and branch forces times one factor and its hysteretic ones times another, both > 0."""
     return replace(
         spring,
         kE=tuple(stiffness * coefficient for coefficient in spring.kE),
         FE_forces=tuple(stiffness * force for force in spring.FE_forces),
         kappa_omega=friction * spring.kappa_omega,
+        second=spring.second and replace(spring.second, kappa_omega=friction * spring.second.kappa_omega),
+        branches=tuple(replace(branch, stiffness=stiffness * branch.stiffness) for branch in spring.branches),
     )
 
 

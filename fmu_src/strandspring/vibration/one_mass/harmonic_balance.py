@@ -113,6 +113,10 @@ def linear_motion(balance: BalancedSystem, tangents: FloatArray, forces: FloatAr
     inertia = balance.mass * frequency**2 * np.eye(balance.degrees)
     geometric = np.tensordot(forces, balance.bend, 1)
     dynamic = stiffness * (1.0 + 1j * _LOSS_FACTOR) + geometric - inertia + 1j * frequency * damping
+    if any(spring.branches for spring in balance.springs):
+        sums = [sum(b.dynamic_stiffness(frequency) for b in spring.branches) for spring in balance.springs]
+        of_axes = np.array(sums) * balance.axes["parallel"] / balance.axes["series"]
+        dynamic = dynamic + along.T @ (of_axes[:, None] * along)
     first = np.linalg.solve(dynamic, balance.forcing_at(frequency))
     z = np.zeros((balance.degrees, balance.basis.order.size))
     z[:, 1], z[:, 1 + balance.basis.harmonics] = first.real, -first.imag

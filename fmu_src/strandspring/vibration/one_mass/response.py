@@ -17,7 +17,7 @@ from ...loops.modelled import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ExcitedMass, ResponsePoint
 from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
-from .system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from .system import Excitation, IsolatedMass, IsolationError, branch_stiffness, static_equilibrium
 
 # Superharmonic resonances lie at half the resonance's frequency and below.
 _SUPERHARMONIC = 0.7
@@ -192,14 +192,16 @@ def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Res
     frequency, ratio = columns["frequency"], columns["transmissibility"]
     peak = int(np.argmax(ratio))
     figures = steady_loop_figures(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak]))
-    stiffness = system.stiffness_scale * figures.secant_stiffness
-    viscous = 2.0 * math.pi * float(frequency[peak]) * system.damping / stiffness
+    omega = 2.0 * math.pi * float(frequency[peak])
+    slow, branches = system.stiffness_scale * figures.secant_stiffness, branch_stiffness(system, omega)
+    stiffness = slow + branches.real
+    viscous = (omega * system.damping + branches.imag) / stiffness
     return Resonance(
         frequency=float(frequency[peak]),
         transmissibility=float(ratio[peak]),
         amplitude=float(columns["amplitude"][peak]),
         stiffness=stiffness,
-        loss_factor=figures.loss_factor + viscous,
+        loss_factor=figures.loss_factor * (slow / stiffness) + viscous,
         isolation_frequency=isolation_frequency(frequency, ratio),
         inside=0 < peak < ratio.size - 1,
     )

@@ -17,7 +17,6 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
 from ...ground.gravity import STANDARD_GRAVITY
-from ...ground.plain_springs import require_plain
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 
@@ -82,7 +81,6 @@ class IsolatedMass:
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        require_plain(self.spring, "A mass on springs (`isolate`, `study`)")
         if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
             raise IsolationError(
                 f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."
@@ -117,8 +115,10 @@ class StaticEquilibrium:
                                  outside the identified range.
     min, max : float             Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
                                  from above [m]; held at the ends of the identified range.
-    stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m].
-    frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz].
+    stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m]; of
+                                 slow motion where there are Maxwell branches.
+    frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz], of the stiffness that branches have at that
+                                 frequency.
     """
 
     displacement: float
@@ -153,8 +153,7 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
         )
     equilibrium = _crossing(grid, middle, load)
     zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
-    _, by_displacement, by_omega = solver.force_with_partials(np.array([equilibrium]), np.zeros(1))
-    stiffness = system.stiffness_scale * float(by_displacement[0] + p.rho * by_omega[0])
+    stiffness = system.stiffness_scale * float(solver.small_motion(np.array([equilibrium]))[1][0])
     if not stiffness > 0.0:
         raise IsolationError(
             f"The static equilibrium at {1e3 * equilibrium:.6g} mm is not stable, because the force falls there as the "
@@ -170,8 +169,25 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
         min=min(reached),
         max=max(reached),
         stiffness=stiffness,
-        frequency=math.sqrt(stiffness / system.mass) / (2.0 * math.pi),
+        frequency=_natural_frequency(system, stiffness) / (2.0 * math.pi),
     )
+
+
+def branch_stiffness(system: IsolatedMass, frequency: float) -> complex:
+    """Dynamic stiffness that Maxwell branches give the mount at Omega [rad/s]; its real part is elastic [N/m]."""
+    return system.stiffness_scale * sum(branch.dynamic_stiffness(frequency) for branch in system.spring.branches)
+
+
+def _natural_frequency(system: IsolatedMass, slow: float) -> float:
+    """Omega of small motion [rad/s], with the elastic part of the branches, which rises with Omega."""
+    low, high = (
+        math.sqrt((slow + system.stiffness_scale * more) / system.mass)
+        for more in (0.0, sum(branch.stiffness for branch in system.spring.branches))
+    )
+    while system.spring.branches and low < (middle := 0.5 * (low + high)) < high:
+        is_below = slow + branch_stiffness(system, middle).real > system.mass * middle**2
+        low, high = (middle, high) if is_below else (low, middle)
+    return low
 
 
 def free_travel(system: IsolatedMass, equilibrium: StaticEquilibrium) -> float:

@@ -49,6 +49,9 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
     FMU_REQUIRE(c, SetRealInputDerivatives);
     FMI2_REQUIRE_VARIABLES(instance, SetRealInputDerivatives, vr, nvr, value, VARIABLE_REAL);
     FMU_REQUIRE_ARRAY(instance, SetRealInputDerivatives, order, nvr);
+    if (nvr > 0 && instance->state.settings.added.branches)
+        return FMU_REFUSE(&instance->log, "`displacement` of an FMU with Maxwell branches moves straight through a step, "
+                                          "so its derivatives cannot be set; take shorter steps.");
     for (size_t i = 0; i < nvr; i++) {
         VariableName name = fmu_name(&instance->state.settings, vr[i]);
         if (fmu_causality(&instance->state.settings, vr[i]) != VARIABLE_INPUT)

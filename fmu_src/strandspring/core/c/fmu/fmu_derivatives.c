@@ -1,5 +1,6 @@
 /* Derivatives of outputs and of rates of states, by elements of variables, with respect to variables, whose sums over
  * knowns or over unknowns the versions of FMI ask for, and to time. The version says which elements a variable has. */
+#include "fmu_branches.h"
 #include "fmu_instance.h"
 
 #include "../spring/spring_number.h"
@@ -11,7 +12,44 @@ typedef struct {
     SpringGradient of_force, of_stiffness;
     SpringOmegaSlope slope;
     double force;
+    /* Of a second mechanism alone. */
+    SpringGradient second_of_force, second_of_stiffness;
+    SpringOmegaSlope second_slope;
+    const SpringAddedMemory *added;
 } Gradients;
+
+/* Adds to a gradient that of a second mechanism by what it has in common with the first. */
+static void add_common(SpringGradient *gradient, const SpringGradient *second)
+{
+    gradient->by_displacement += second->by_displacement;
+    gradient->by_place += second->by_place;
+    gradient->by_displacement_offset += second->by_displacement_offset;
+    gradient->by_displacement_min += second->by_displacement_min;
+    gradient->by_displacement_max += second->by_displacement_max;
+}
+
+/* What a second mechanism and branches add: branches follow a displacement that is set as springs do. */
+SPRING_COLD void add_gradients(const Instance *instance, const SpringAddedMemory *memory, int is_kept, Gradients *at)
+{
+    const SpringAdded *added = &instance->state.settings.added;
+    at->added = memory;
+    if (added->mechanisms) {
+        const SpringLaw *law = instance->second.law;
+        const SpringAddedMemory *committed = &instance->state.added;
+        SpringSensitivity sensitivity = {0};
+        if (is_kept)
+            sensitivity =
+                spring_trial_sensitivity(law, &committed->second, &committed->sensitivity, &memory->second);
+        spring_gradient(
+            law, &memory->second, is_kept ? &sensitivity : NULL, &at->second_of_force, &at->second_of_stiffness);
+        at->second_slope = spring_omega_slope(law, &memory->second);
+        add_common(&at->of_force, &at->second_of_force);
+        add_common(&at->of_stiffness, &at->second_of_stiffness);
+    }
+    for (int i = 0; i < added->branches; i++)
+        at->of_force.by_displacement += added->stiffness[i];
+    at->force += spring_added_force(added, instance->second.law, memory);
+}
 
 static FmuStatus gradients(Instance *instance, Gradients *at)
 {
@@ -23,10 +61,54 @@ static FmuStatus gradients(Instance *instance, Gradients *at)
     if (is_kept)
         sensitivity = fmu_sensitivity(instance, reached);
     const SpringSensitivity *of_path = is_kept ? &sensitivity : NULL;
-    spring_gradient(instance->law, reached, of_path, &at->of_force, &at->of_stiffness);
-    at->slope = spring_omega_slope(instance->law, reached);
-    at->force = spring_force(instance->law, reached);
+    spring_gradient(instance->first.law, reached, of_path, &at->of_force, &at->of_stiffness);
+    at->slope = spring_omega_slope(instance->first.law, reached);
+    at->force = spring_force(instance->first.law, reached);
+    if (instance->has_added)
+        add_gradients(instance, fmu_added_at(instance, reached), is_kept, at);
     return FMU_OK;
+}
+
+/* The derivative of force or stiffness by a parameter or a state of a second mechanism or a branch. */
+static double partial_by_added(const Gradients *at, const Settings *settings, int of_force, AddedVariable known)
+{
+    const SpringGradient *second = of_force ? &at->second_of_force : &at->second_of_stiffness;
+    const double scalars[] = {second->by_kappa_omega, second->by_rho, second->by_sigma, second->by_n};
+    int i = known.index;
+    switch (known.kind) {
+    case ADDED_SCALAR: return scalars[i];
+    case ADDED_AMPLIFIER: return second->by_kA[i];
+    case ADDED_OMEGA:
+    case ADDED_OMEGA_START: return second->by_omega_start;
+    case ADDED_STIFFNESS: return of_force ? at->added->elongation[i] : 1.0;
+    case ADDED_ELONGATION: return of_force ? settings->added.stiffness[i] : 0.0;
+    default: /* ADDED_TIME_CONSTANT; with states the elongation is given */
+        return of_force && !settings->has_states
+                   ? settings->added.stiffness[i] * at->added->by_log[i] / settings->added.time_constant[i]
+                   : 0.0;
+    }
+}
+
+/* The derivative of the rate of a state of theirs. */
+static double partial_of_added_rate(const Gradients *at, const State *state, AddedVariable unknown, unsigned reference)
+{
+    const SpringAdded *added = &state->settings.added;
+    AddedVariable known = fmu_added(&state->settings, reference);
+    int is_velocity = reference == fmu_first_own(&state->settings) + OWN_VELOCITY, i = unknown.index;
+    if (unknown.kind == ADDED_ELONGATION_RATE) {
+        double tau = added->time_constant[i];
+        return is_velocity                                             ? 1.0
+               : known.index != i                                      ? 0.0
+               : known.kind == ADDED_ELONGATION                        ? -1.0 / tau
+               : known.kind == ADDED_TIME_CONSTANT                     ? at->added->elongation[i] / (tau * tau)
+                                                                       : 0.0;
+    }
+    const SpringOmegaSlope *slope = &at->second_slope;
+    const double scalars[] = {0.0, slope->by_rho, slope->by_sigma, slope->by_n};
+    return is_velocity                  ? slope->value
+           : known.kind == ADDED_OMEGA  ? state->velocity * slope->by_omega
+           : known.kind == ADDED_SCALAR ? state->velocity * scalars[known.index]
+                                        : 0.0;
 }
 
 static double partial_of_usual_form(const Gradients *at, unsigned unknown, unsigned known,
@@ -35,6 +117,9 @@ static double partial_of_usual_form(const Gradients *at, unsigned unknown, unsig
     const SpringGradient *gradient = unknown == SPRING_FORCE ? &at->of_force : &at->of_stiffness;
     if (unknown == SPRING_ABSORBED_ENERGY)
         return at_start ? 0.0 : at->force;
+    AddedVariable added = fmu_added(settings, known);
+    if (added.kind != ADDED_NONE)
+        return partial_by_added(at, settings, unknown == SPRING_FORCE, added);
     if (known != SPRING_DISPLACEMENT)
         return fmu_derivative_by(gradient, settings, known);
     /* Where a path begins omega is given. */
@@ -47,8 +132,16 @@ static double partial_of_states_form(const Gradients *at, unsigned unknown, unsi
     const Settings *settings = &state->settings;
     unsigned first_own = fmu_first_own(settings);
     const SpringGradient *gradient = unknown == SPRING_STIFFNESS ? &at->of_stiffness : &at->of_force;
+    AddedVariable rate = fmu_added(settings, unknown), added = fmu_added(settings, known);
     if (unknown == SPRING_ABSORBED_ENERGY || known == SPRING_ABSORBED_ENERGY)
         return unknown == known ? 1.0 : 0.0;
+    if (rate.kind != ADDED_NONE)
+        return partial_of_added_rate(at, state, rate, known);
+    if (added.kind != ADDED_NONE && unknown == first_own + OWN_OMEGA_RATE)
+        return 0.0;
+    if (added.kind != ADDED_NONE)
+        return (unknown == first_own + OWN_POWER ? state->velocity : 1.0) *
+               partial_by_added(at, settings, unknown != SPRING_STIFFNESS, added);
     if (known == first_own + OWN_VELOCITY)
         return unknown == first_own + OWN_POWER        ? at->force
                : unknown == first_own + OWN_OMEGA_RATE ? at->slope.value
@@ -219,9 +312,20 @@ static FmuStatus gradients_of_path(Instance *instance, Gradients *at)
                           "steps in which it moves at %g m/s or less.",
                           spring_number(state->rate).text, LARGEST_VELOCITY);
     const SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
-    spring_gradient(instance->law, &state->memory, sensitivity, &at->of_force, &at->of_stiffness);
-    at->force = spring_force(instance->law, &state->memory);
+    spring_gradient(instance->first.law, &state->memory, sensitivity, &at->of_force, &at->of_stiffness);
+    at->force = spring_force(instance->first.law, &state->memory);
+    if (instance->has_added)
+        add_gradients(instance, &state->added, !state->settings.real_time, at);
     return FMU_OK;
+}
+
+/* What decays of the branches' forces [N/s]. */
+static double decay_rate(const SpringAdded *added, const SpringAddedMemory *memory)
+{
+    double rate = 0.0;
+    for (int i = 0; i < added->branches; i++)
+        rate -= added->stiffness[i] * memory->elongation[i] / added->time_constant[i];
+    return rate;
 }
 
 static double rate_of(const Instance *instance, const Gradients *at, unsigned output)
@@ -229,5 +333,8 @@ static double rate_of(const Instance *instance, const Gradients *at, unsigned ou
     double by_displacement = output == SPRING_FORCE       ? at->of_force.by_displacement
                              : output == SPRING_STIFFNESS ? at->of_stiffness.by_displacement
                                                           : at->force;
-    return by_displacement * instance->state.rate;
+    double of_motion = by_displacement * instance->state.rate;
+    return output == SPRING_FORCE && instance->has_added
+               ? of_motion + decay_rate(&instance->state.settings.added, at->added)
+               : of_motion;
 }

@@ -1,5 +1,6 @@
 #include "fmu_instance.h"
 
+#include "fmu_branches.h"
 #include "../spring/numerics.h"
 #include "../spring/spring_number.h"
 #include "../spring/spring_problem.h"
@@ -21,21 +22,21 @@ double fmu_range(const State *state)
 }
 
 /* The table of some parameters. With buffers the present one stays valid, and nothing is allocated. */
-static const SharedSpring *acquire(Instance *instance, const SpringParameters *parameters)
+static const SharedSpring *acquire(const Instance *instance, HeldLaw *held, const SpringParameters *parameters)
 {
-    const SharedSpring *present = instance->shared;
-    if (instance->buffers == NULL)
+    const SharedSpring *present = held->shared;
+    if (held->buffers == NULL)
         return fmu_acquire(parameters);
     if (present != NULL && fmu_fits(present, parameters))
         return present;
-    SharedSpring *spare = &instance->buffers[present == &instance->buffers[0] ? 1 : 0];
+    SharedSpring *spare = &held->buffers[present == &held->buffers[0] ? 1 : 0];
     fmu_fill(spare, parameters, instance->state.settings.no_energy ? 0 : SPRING_WITH_ENERGIES);
     return spare;
 }
 
-static void release(const Instance *instance, const SharedSpring *shared)
+static void release(const HeldLaw *held, const SharedSpring *shared)
 {
-    if (instance->buffers == NULL)
+    if (held->buffers == NULL)
         fmu_release(shared);
 }
 
@@ -46,15 +47,24 @@ Instance *fmu_instantiate(
     if (mode == CS_INSTANTIATED && start.has_states)
         return FMU_REFUSE_POINTER(
             log, "This form of the FMU has continuous states and no solver; instantiate it for model exchange.");
+    if (mode == ME_INSTANTIATED && start.added.branches && !start.has_states)
+        return FMU_REFUSE_POINTER(
+            log, "This FMU has Maxwell branches and is for co-simulation; build its form with states for model exchange.");
     /* For steps with a deadline, where nothing may be allocated later. */
-    size_t buffers = start.real_time ? 2 * sizeof(SharedSpring) : 0;
-    Instance *instance = fmu_new_instance(log, name, guid, guid_name, memory, sizeof *instance + buffers);
+    size_t seconds = start.added.mechanisms ? 2 : 0;
+    size_t buffers = start.real_time ? 2 + seconds : 0;
+    Instance *instance =
+        fmu_new_instance(log, name, guid, guid_name, memory,
+                         sizeof *instance + seconds * sizeof(SpringLaw) + buffers * sizeof(SharedSpring));
     if (instance == NULL)
         return NULL;
     instance->log = *log;
     instance->memory = *memory;
-    if (buffers)
-        instance->buffers = (SharedSpring *)(void *)(instance + 1);
+    SpringLaw *laws = (SpringLaw *)(void *)(instance + 1);
+    SharedSpring *tables = buffers ? (SharedSpring *)(void *)(laws + seconds) : NULL;
+    instance->first = (HeldLaw){.own_laws = instance->own_laws, .buffers = tables};
+    if (seconds)
+        instance->second = (HeldLaw){.own_laws = laws, .buffers = buffers ? tables + 2 : NULL};
     fmu_begin(instance, mode);
     return instance;
 }
@@ -64,7 +74,8 @@ void fmu_free(Instance *instance)
     if (instance == NULL)
         return;
     Memory memory = instance->memory;
-    release(instance, instance->shared);
+    release(&instance->first, instance->first.shared);
+    release(&instance->second, instance->second.shared);
     fmu_free_instance(instance, &memory);
 }
 
@@ -80,7 +91,9 @@ void fmu_begin(Instance *instance, int mode)
     start.energy_wanted = start.settings.real_time && !start.settings.no_energy;
     instance->variables = fmu_variables(&start.settings);
     instance->has_states = start.settings.has_states != 0;
+    instance->has_added = fmu_has_added(&start.settings);
     start.memory = spring_start(start.displacement, start.settings.omega_start);
+    start.added = spring_added_start(start.displacement, start.settings.second_omega_start);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
 }
@@ -88,7 +101,7 @@ void fmu_begin(Instance *instance, int mode)
 void fmu_restore(Instance *instance, const State *state)
 {
     if (memcmp(&instance->state.settings, &state->settings, sizeof state->settings) != 0)
-        instance->law = NULL;
+        instance->first.law = NULL;
     instance->has_trial = 0;
     instance->velocity_watch.begun = 0;
     instance->state = *state;
@@ -99,7 +112,35 @@ SPRING_COLD FmuStatus refuse_memory(const Instance *instance)
     return FMU_REFUSE(&instance->log, "There is not enough memory for the tables of this spring.");
 }
 
-/* Prepares the law of some parameters. The present one stays as it is, but for a shared one that is no longer
+/* Prepares the law of one mechanism. */
+static FmuStatus take_law(Instance *instance, HeldLaw *held, const SpringParameters *parameters, int has_path)
+{
+    /* Acquired before the old one is released, which is often the same. */
+    const SharedSpring *shared = has_path ? acquire(instance, held, parameters) : NULL;
+    if (shared == NULL && has_path)
+        return refuse_memory(instance);
+    if (shared != NULL && memcmp(&shared->law.parameters, parameters, sizeof *parameters) == 0) {
+        held->law = &shared->law;
+    } else {
+        SpringLaw *law = &held->own_laws[held->law == &held->own_laws[0] ? 1 : 0];
+        spring_prepare(law, parameters, shared == NULL ? NULL : &shared->table);
+        held->law = law;
+    }
+    release(held, held->shared);
+    held->shared = shared;
+    return FMU_OK;
+}
+
+SPRING_COLD FmuStatus take_second_law(Instance *instance, const Settings *settings)
+{
+    SpringParameters second = spring_second(&settings->spring, &settings->added);
+    FmuStatus status = take_law(instance, &instance->second, &second, !settings->has_states);
+    if (status != FMU_OK)
+        instance->first.law = NULL; /* both are made again */
+    return status;
+}
+
+/* Prepares the laws of some parameters. The present ones stay as they are, but for shared ones that are no longer
  * acquired. */
 SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
 {
@@ -107,27 +148,34 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     if (!(fabs(settings->omega_start) <= 1.0))
         return FMU_REFUSE(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
                           spring_number(settings->omega_start).text);
-    if (spring_problem(&settings->spring, problem, sizeof problem))
+    if (spring_problem(&settings->spring, problem, sizeof problem) ||
+        (instance->has_added && fmu_added_problem(settings, problem, sizeof problem)))
         return FMU_REFUSE(&instance->log, "%s", problem);
-    /* Acquired before the old one is released, which is often the same. */
-    const SharedSpring *shared = settings->has_states ? NULL : acquire(instance, &settings->spring);
-    if (shared == NULL && !settings->has_states)
-        return refuse_memory(instance);
-    if (shared != NULL && memcmp(&shared->law.parameters, &settings->spring, sizeof settings->spring) == 0) {
-        instance->law = &shared->law;
-    } else {
-        SpringLaw *law = &instance->own_laws[instance->law == &instance->own_laws[0] ? 1 : 0];
-        spring_prepare(law, &settings->spring, shared == NULL ? NULL : &shared->table);
-        instance->law = law;
-    }
-    release(instance, instance->shared);
-    instance->shared = shared;
-    return FMU_OK;
+    instance->duration = -1.0; /* of no decays yet */
+    FmuStatus status = take_law(instance, &instance->first, &settings->spring, !settings->has_states);
+    return status == FMU_OK && instance->second.own_laws != NULL ? take_second_law(instance, settings) : status;
 }
 
 FmuStatus fmu_require_law(Instance *instance)
 {
-    return instance->law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
+    return instance->first.law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
+}
+
+/* What a trial makes of a second mechanism and of branches: time stands still, so that branches follow as springs. */
+SPRING_COLD void make_added_trial(Instance *instance)
+{
+    const State *state = &instance->state;
+    if (instance->has_states) {
+        instance->added_trial = state->added;
+    } else if (state->mode & (INSTANTIATED | INITIALIZATION)) {
+        instance->added_trial = spring_added_start(state->displacement, state->settings.second_omega_start);
+    } else {
+        instance->added_trial = state->added;
+        const SpringDecay jump = {1.0, 1.0, 0.5}, jumps[SPRING_MAXWELLS] = {jump, jump, jump};
+        /* A jump leaves the derivatives of elongations, and those of omega are made where they are asked for. */
+        spring_added_commit(&state->settings.added, instance->second.law, &instance->added_trial, 0,
+                            state->memory.displacement, state->displacement, 0.0, jumps);
+    }
 }
 
 /* Computes the response to the displacement set last. */
@@ -141,7 +189,9 @@ SPRING_APART const SpringMemory *make_trial(Instance *instance)
     else if (state->mode & (INSTANTIATED | INITIALIZATION))
         instance->trial = spring_start(state->displacement, state->settings.omega_start);
     else
-        instance->trial = spring_trial(instance->law, &state->memory, state->displacement);
+        instance->trial = spring_trial(instance->first.law, &state->memory, state->displacement);
+    if (instance->has_added)
+        make_added_trial(instance);
     instance->has_trial = 1;
     return &instance->trial;
 }
@@ -149,7 +199,7 @@ SPRING_APART const SpringMemory *make_trial(Instance *instance)
 const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
-    int committed = instance->law != NULL && !(state->mode & (INSTANTIATED | INITIALIZATION)) &&
+    int committed = instance->first.law != NULL && !(state->mode & (INSTANTIATED | INITIALIZATION)) &&
                     state->displacement == state->memory.displacement;
     return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
 }
@@ -157,7 +207,20 @@ const SpringMemory *fmu_reach(Instance *instance)
 SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
 {
     const State *state = &instance->state;
-    return spring_trial_sensitivity(instance->law, &state->memory, &state->sensitivity, reached);
+    return spring_trial_sensitivity(instance->first.law, &state->memory, &state->sensitivity, reached);
+}
+
+/* Force, stiffness or energy with what a second mechanism and branches add to it: apart, so that springs without them
+ * do not pay for these. */
+SPRING_NOINLINE static double with_added(
+    const Instance *instance, const SpringMemory *reached, unsigned reference, double of_first)
+{
+    const SpringAdded *added = &instance->state.settings.added;
+    const SpringAddedMemory *memory = fmu_added_at(instance, reached);
+    const SpringLaw *second = instance->second.law;
+    return of_first + (reference == SPRING_FORCE       ? spring_added_force(added, second, memory)
+                       : reference == SPRING_STIFFNESS ? spring_added_stiffness(added, second, memory)
+                                                       : spring_added_energy(added, second, memory));
 }
 
 static double absorbed_energy(Instance *instance, const SpringMemory *reached)
@@ -165,20 +228,67 @@ static double absorbed_energy(Instance *instance, const SpringMemory *reached)
     instance->state.energy_wanted = 1;
     /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
     if (instance->has_trial)
-        spring_integrate(instance->law, &instance->trial);
-    return spring_absorbed_energy(instance->law, reached);
+        spring_integrate(instance->first.law, &instance->trial);
+    double energy = spring_absorbed_energy(instance->first.law, reached);
+    /* The form with states keeps the sum in the first memory. */
+    return instance->has_added && !instance->has_states ? with_added(instance, reached, SPRING_ABSORBED_ENERGY, energy)
+                                                        : energy;
+}
+
+/* The value of what is calculated of a second mechanism or a branch. */
+SPRING_COLD double added_output(const Instance *instance, const SpringMemory *reached, AddedVariable variable)
+{
+    const SpringAdded *added = &instance->state.settings.added;
+    const SpringAddedMemory *memory = fmu_added_at(instance, reached);
+    switch (variable.kind) {
+    case ADDED_OMEGA: return memory->second.omega;
+    case ADDED_ELONGATION: return memory->elongation[variable.index];
+    case ADDED_STORED_ENERGY: return spring_added_stored(added, memory);
+    case ADDED_OMEGA_RATE:
+        return instance->state.velocity * spring_omega_slope(instance->second.law, &memory->second).value;
+    default: return instance->state.velocity - memory->elongation[variable.index] / added->time_constant[variable.index];
+    }
+}
+
+/* Whether a variable from the first parameter on is one that is set. */
+static int is_given(const Settings *settings, unsigned reference)
+{
+    AddedVariable added = fmu_added(settings, reference);
+    return added.kind == ADDED_NONE ? !fmu_is_rate(settings, reference) : fmu_added_is_parameter(added);
+}
+
+/* The rate of a state that every spring has, with the force of all parts. */
+static double rate(const Instance *instance, unsigned reference, double force, double of_omega)
+{
+    return instance->state.velocity *
+           (reference == fmu_first_own(&instance->state.settings) + OWN_POWER ? force : of_omega);
+}
+
+/* The outputs of a spring with a second mechanism or branches. */
+SPRING_NOINLINE static double output_with_added(const Instance *instance, const SpringMemory *reached, unsigned reference)
+{
+    const SpringLaw *law = instance->first.law;
+    if (reference >= fmu_first_added(&instance->state.settings))
+        return added_output(instance, reached, fmu_added(&instance->state.settings, reference));
+    if (reference == SPRING_OMEGA)
+        return reached->omega;
+    if (reference == SPRING_STIFFNESS)
+        return with_added(instance, reached, SPRING_STIFFNESS, spring_stiffness(law, reached));
+    double force = with_added(instance, reached, SPRING_FORCE, spring_force(law, reached));
+    return reference == SPRING_FORCE ? force : rate(instance, reference, force, spring_omega_slope(law, reached).value);
 }
 
 SPRING_APART double output(const Instance *instance, const SpringMemory *reached, unsigned reference)
 {
+    if (instance->has_added)
+        return output_with_added(instance, reached, reference);
     switch (reference) {
-    case SPRING_FORCE: return spring_force(instance->law, reached);
-    case SPRING_STIFFNESS: return spring_stiffness(instance->law, reached);
+    case SPRING_FORCE: return spring_force(instance->first.law, reached);
+    case SPRING_STIFFNESS: return spring_stiffness(instance->first.law, reached);
     case SPRING_OMEGA: return reached->omega;
     default:
-        return instance->state.velocity * (reference == fmu_first_own(&instance->state.settings) + OWN_POWER
-                                               ? spring_force(instance->law, reached)
-                                               : spring_omega_slope(instance->law, reached).value);
+        return rate(instance, reference, spring_force(instance->first.law, reached),
+                    spring_omega_slope(instance->first.law, reached).value);
     }
 }
 
@@ -188,7 +298,7 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
     for (size_t i = 0; i < count; i++) {
         if (references[i] == SPRING_DISPLACEMENT) {
             values[i] = state->displacement;
-        } else if (references[i] >= SPRING_FIRST_PARAMETER && !fmu_is_rate(&state->settings, references[i])) {
+        } else if (references[i] >= SPRING_FIRST_PARAMETER && is_given(&state->settings, references[i])) {
             int is_velocity = fmu_causality(&state->settings, references[i]) == VARIABLE_INPUT;
             values[i] = is_velocity ? state->velocity : *fmu_setting(&state->settings, references[i]);
         } else if (references[i] == SPRING_ABSORBED_ENERGY && state->settings.no_energy) {
@@ -219,18 +329,26 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
     }
     if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
-    /* The old law must last until it has been left. */
-    const SpringLaw *before = instance->law;
-    const SharedSpring *kept = acquire(instance, &before->parameters);
-    if (kept == NULL)
-        return refuse_memory(instance);
-    FmuStatus status = make_law(instance, settings);
+    /* The old laws must last until they have been left. */
+    const SpringLaw *before = instance->first.law, *second = instance->second.law;
+    const SharedSpring *kept = acquire(instance, &instance->first, &before->parameters);
+    const SharedSpring *kept_second = second == NULL ? NULL : acquire(instance, &instance->second, &second->parameters);
+    FmuStatus status = kept == NULL || (second != NULL && kept_second == NULL) ? refuse_memory(instance)
+                                                                               : make_law(instance, settings);
     if (status == FMU_OK) {
-        SpringSensitivity *sensitivity = settings->real_time ? NULL : &state->sensitivity;
-        spring_change(before, instance->law, &state->memory, sensitivity);
+        int is_kept = !settings->real_time;
+        spring_change(before, instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL);
+        if (second != NULL)
+            spring_change(second, instance->second.law, &state->added.second,
+                          is_kept ? &state->added.sensitivity : NULL);
+        for (int i = 0; i < settings->added.branches; i++)
+            if (settings->added.time_constant[i] != state->settings.added.time_constant[i])
+                state->added.by_log[i] = 0.0; /* counts from here on */
         state->settings = *settings;
     }
-    release(instance, kept);
+    release(&instance->first, kept);
+    if (second != NULL)
+        release(&instance->second, kept_second);
     return status;
 }
 
@@ -288,9 +406,13 @@ void fmu_open_changes(Instance *instance)
     changes->omega = state->memory.omega;
     changes->energy = state->memory.energy;
     changes->has_parameters = 0;
+    if (instance->has_added) {
+        changes->second_omega = state->added.second.omega;
+        memcpy(changes->elongation, state->added.elongation, sizeof changes->elongation);
+    }
 }
 
-static void change_other(Instance *instance, unsigned reference, double value)
+SPRING_NOINLINE static void change_other(Instance *instance, unsigned reference, double value)
 {
     Changes *changes = &instance->changes;
     const Settings *settings = &instance->state.settings;
@@ -299,6 +421,9 @@ static void change_other(Instance *instance, unsigned reference, double value)
             changes->settings = *settings;
         changes->has_parameters = 1;
         *fmu_setting(&changes->settings, reference) = value;
+    } else if (reference >= fmu_first_added(settings)) {
+        AddedVariable added = fmu_added(settings, reference);
+        *(added.kind == ADDED_OMEGA ? &changes->second_omega : &changes->elongation[added.index]) = value;
     } else {
         *(reference == SPRING_OMEGA             ? &changes->omega
           : reference == SPRING_ABSORBED_ENERGY ? &changes->energy
@@ -323,6 +448,9 @@ static void remember_states(Instance *instance)
     state->memory = spring_start(changes->displacement, changes->omega);
     state->memory.energy = changes->energy;
     state->memory.direction = (changes->velocity > 0.0) - (changes->velocity < 0.0);
+    state->added = spring_added_start(changes->displacement, changes->second_omega);
+    state->added.second.direction = state->memory.direction;
+    memcpy(state->added.elongation, changes->elongation, sizeof changes->elongation);
 }
 
 FmuStatus fmu_apply_changes(Instance *instance)
@@ -334,7 +462,7 @@ FmuStatus fmu_apply_changes(Instance *instance)
             return FMU_ERROR;
     } else if (changes->has_parameters) {
         state->settings = changes->settings;
-        instance->law = NULL;
+        instance->first.law = NULL;
     }
     state->displacement = changes->displacement;
     instance->has_trial = 0;
@@ -369,20 +497,47 @@ SPRING_APART void take_trial(Instance *instance)
     instance->has_trial = 0;
 }
 
-/* Makes the way to the displacement set last part of the path; the law must be present. */
-static void commit(Instance *instance)
+/* What is left of the branches' elongations over a duration; most hosts take steps of one size. */
+static const SpringDecay *decays_over(Instance *instance, double duration)
+{
+    const SpringAdded *added = &instance->state.settings.added;
+    if (instance->duration != duration)
+        for (int i = 0; i < added->branches; i++)
+            instance->decays[i] = spring_decay(duration / added->time_constant[i]);
+    instance->duration = duration;
+    return instance->decays;
+}
+
+/* Makes the way to the displacement set last part of the path of a second mechanism and of branches, which take the time
+ * that it lasted; before the memory of the first mechanism goes on. */
+SPRING_APART void commit_added(Instance *instance, double duration)
+{
+    State *state = &instance->state;
+    const SpringLaw *second = instance->second.law;
+    if (instance->has_states)
+        return;
+    spring_added_commit(&state->settings.added, second, &state->added, !state->settings.real_time,
+                        state->memory.displacement, state->displacement, duration, decays_over(instance, duration));
+    if (state->energy_wanted && second != NULL)
+        spring_integrate(second, &state->added.second);
+}
+
+/* Makes the way to the displacement set last part of the path, in a duration [s]; the law must be present. */
+static void commit(Instance *instance, double duration)
 {
     State *state = &instance->state;
     int at = side(state);
+    if (instance->has_added)
+        commit_added(instance, duration);
     if (instance->has_trial) {
         take_trial(instance);
     } else {
         /* Within a deadline sensitivities are not kept. */
         SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
-        spring_commit(instance->law, &state->memory, sensitivity, state->displacement);
+        spring_commit(instance->first.law, &state->memory, sensitivity, state->displacement);
     }
     if (state->energy_wanted)
-        spring_integrate(instance->law, &state->memory);
+        spring_integrate(instance->first.law, &state->memory);
     if (at != state->side) {
         /* Within a deadline no text is made: `extrapolating` tells as much. */
         if (at != 0 && !state->settings.real_time)
@@ -396,7 +551,7 @@ static void commit_at(Instance *instance, double displacement)
 {
     instance->state.displacement = displacement;
     instance->has_trial = 0;
-    commit(instance);
+    commit(instance, 0.0);
 }
 
 FmuStatus fmu_end_initialization(Instance *instance)
@@ -407,7 +562,15 @@ FmuStatus fmu_end_initialization(Instance *instance)
     if (!(fabs(state->memory.omega) <= 1.0))
         return FMU_REFUSE(&instance->log, "`omega` must begin within [-1, 1], got %s.",
                           spring_number(state->memory.omega).text);
-    commit(instance);
+    if (instance->has_added && !(fabs(state->added.second.omega) <= 1.0))
+        return FMU_REFUSE(&instance->log, "`second_omega` must begin within [-1, 1], got %s.",
+                          spring_number(state->added.second.omega).text);
+    if (instance->has_added && !instance->has_states) {
+        /* Where the path begins, which is no jump. */
+        state->memory = instance->trial;
+        state->added = instance->added_trial;
+    }
+    commit(instance, 0.0);
     state->watch = fmu_watch_from(state->time, state->displacement);
     state->mode = fmu_of_kind(state->mode, ME_EVENT | CS_STEP);
     return FMU_OK;
@@ -432,7 +595,7 @@ FmuStatus fmu_accept(Instance *instance, int jumped)
     State *state = &instance->state;
     if (fmu_require_law(instance) != FMU_OK)
         return FMU_ERROR;
-    commit(instance);
+    commit(instance, 0.0);
     if (instance->has_states)
         watch_velocity(instance, jumped);
     else
@@ -469,7 +632,7 @@ static void commit_line(Instance *instance, double size)
     State *state = &instance->state;
     if (size > 0.0)
         state->rate = clip((state->displacement - state->memory.displacement) / size, -DBL_MAX, DBL_MAX);
-    commit(instance);
+    commit(instance, size);
 }
 
 FmuStatus fmu_step(Instance *instance, double time, double size)

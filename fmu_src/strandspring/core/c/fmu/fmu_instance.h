@@ -20,10 +20,18 @@
 
 /* Values that the host gives in one call, which all take effect or none. */
 typedef struct {
-    double displacement, velocity, omega, energy;
+    double displacement, velocity, omega, energy, second_omega, elongation[SPRING_MAXWELLS];
     int has_parameters;
     Settings settings; /* if so */
 } Changes;
+
+/* The law of a mechanism as an instance holds it. */
+typedef struct {
+    const SpringLaw *law; /* of the present parameters: a shared one or one of its own; NULL if there is none */
+    const SharedSpring *shared; /* acquired for the law made last; may be NULL */
+    SharedSpring *buffers;      /* two of its own, for a step with a deadline; else NULL */
+    SpringLaw *own_laws;        /* two, one of which may be the present one */
+} HeldLaw;
 
 typedef struct {
     /* What a step needs comes first. */
@@ -31,13 +39,15 @@ typedef struct {
     int has_trial;
     int has_states; /* as settings say */
     SpringMemory trial;   /* after the path from the last commit to the displacement set last, if has_trial */
-    const SpringLaw *law; /* of the present parameters: a shared one or one of its own; NULL if there is none */
+    int has_added; /* whether there is a second mechanism or a branch */
+    HeldLaw first, second; /* of the first mechanism, and of the second, if there is one */
     State state;
+    SpringAddedMemory added_trial; /* which belongs to the trial, as of a jump */
+    SpringDecay decays[SPRING_MAXWELLS]; /* of the branches over `duration` [s]; no part of the state */
+    double duration;
     Changes changes;
-    const SharedSpring *shared; /* acquired for the law made last; may be NULL */
-    SharedSpring *buffers;      /* two of its own, for a step with a deadline; else NULL */
     VelocityWatch velocity_watch; /* of the form with states */
-    SpringLaw own_laws[2]; /* one of which may be the present one */
+    SpringLaw own_laws[2]; /* of the first mechanism */
     Log log;
     Memory memory; /* the host's functions for the instance's own memory, which its buffers and its name follow */
 } Instance;
@@ -96,6 +106,12 @@ SPRING_LOCAL FmuStatus fmu_require_law(Instance *instance);
  * NULL while the parameters are not a possible spring, or where the memory for its table is missing. */
 SPRING_LOCAL const SpringMemory *fmu_reach(Instance *instance);
 
+/* The memory of a second mechanism and of branches that belongs to what fmu_reach has returned. */
+static inline const SpringAddedMemory *fmu_added_at(const Instance *instance, const SpringMemory *reached)
+{
+    return reached == &instance->trial ? &instance->added_trial : &instance->state.added;
+}
+
 /* The sensitivity at a memory that fmu_reach has returned. */
 SPRING_LOCAL SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached);
 
@@ -132,11 +148,12 @@ static inline double fmu_indicator(const Instance *instance)
     return fmu_watch_indicator(&state->watch, state->time, state->displacement, fmu_range(state));
 }
 
-enum { MOST_STATES = 2 };
+enum { MOST_STATES = 2 + 1 + SPRING_MAXWELLS };
 
 static inline size_t fmu_states(const Instance *instance)
 {
-    return instance->has_states ? MOST_STATES : 0;
+    const SpringAdded *added = &instance->state.settings.added;
+    return instance->has_states ? 2 + (size_t)(added->mechanisms + added->branches) : 0;
 }
 
 /* Takes the instance to a state of this FMU. */

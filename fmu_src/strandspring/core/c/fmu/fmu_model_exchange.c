@@ -61,31 +61,53 @@ static FmuStatus get_indicators(const Instance *instance, double values[])
     return FMU_OK;
 }
 
-static const unsigned STATES[MOST_STATES] = {SPRING_ABSORBED_ENERGY, SPRING_OMEGA};
+/* References of the states in their order, or of their rates; their number. */
+static size_t references_of(const Instance *instance, int rates, unsigned references[MOST_STATES])
+{
+    const Settings *settings = &instance->state.settings;
+    unsigned first_own = fmu_first_own(settings);
+    size_t count = fmu_states(instance) == 0 ? 0 : 2;
+    references[0] = rates ? first_own + OWN_POWER : SPRING_ABSORBED_ENERGY;
+    references[1] = rates ? first_own + OWN_OMEGA_RATE : SPRING_OMEGA;
+    /* Their order is that of the variables, of the rates as of the states. */
+    for (unsigned i = fmu_first_added(settings); i < instance->variables && instance->has_states; i++)
+        if (rates ? fmu_is_rate(settings, i) : fmu_is_state(settings, i))
+            references[count++] = i;
+    return count;
+}
 
 static FmuStatus set_states(Instance *instance, const double values[])
 {
-    return change_all(instance, STATES, fmu_states(instance), values);
+    unsigned states[MOST_STATES];
+    size_t count = references_of(instance, 0, states);
+    return change_all(instance, states, count, values);
 }
 
 static FmuStatus get_states(Instance *instance, double values[])
 {
-    return fmu_read(instance, STATES, fmu_states(instance), values);
+    unsigned states[MOST_STATES];
+    size_t count = references_of(instance, 0, states);
+    return fmu_read(instance, states, count, values);
 }
 
 static FmuStatus get_rates(Instance *instance, double values[])
 {
-    unsigned first_own = fmu_first_own(&instance->state.settings);
-    const unsigned rates[MOST_STATES] = {first_own + OWN_POWER, first_own + OWN_OMEGA_RATE};
-    return fmu_read(instance, rates, fmu_states(instance), values);
+    unsigned rates[MOST_STATES];
+    size_t count = references_of(instance, 1, rates);
+    return fmu_read(instance, rates, count, values);
 }
 
 static FmuStatus get_nominals(const Instance *instance, double values[])
 {
     Settings start = fmu_start_settings();
     const SpringParameters *spring = &start.spring;
-    const double nominals[MOST_STATES] = {
-        spring->kappa_omega * (spring->displacement_max - spring->displacement_min), 1.0};
+    double range = spring->displacement_max - spring->displacement_min;
+    double nominals[MOST_STATES] = {spring->kappa_omega * range, 1.0};
+    int count = 2;
+    if (start.added.mechanisms)
+        nominals[count++] = 1.0;
+    for (int i = 0; i < start.added.branches; i++)
+        nominals[count++] = 0.5 * range;
     for (size_t i = 0; i < fmu_states(instance); i++)
         values[i] = nominals[i];
     return FMU_OK;

@@ -1,5 +1,6 @@
 #include "fmu_state.h"
 
+#include "fmu_branches.h"
 #include "../fmi/fmu_modes.h"
 #include "../fmi/fmu_sound.h"
 #include "../spring/spring_problem.h"
@@ -11,10 +12,46 @@ void fmu_blank_state(State *state)
     state->settings = fmu_start_settings(); /* for the numbers of coefficients */
 }
 
+static void memory_fields(Cursor *cursor, SpringMemory *memory)
+{
+    fmu_double_field(cursor, &memory->displacement);
+    fmu_double_field(cursor, &memory->omega);
+    fmu_int_field(cursor, &memory->direction);
+    fmu_double_field(cursor, &memory->start);
+    fmu_double_field(cursor, &memory->start_xi);
+    fmu_double_field(cursor, &memory->energy_at);
+    fmu_double_field(cursor, &memory->energy);
+}
+
+static void sensitivity_fields(Cursor *cursor, SpringSensitivity *sensitivity)
+{
+    fmu_double_field(cursor, &sensitivity->by_rho);
+    fmu_double_field(cursor, &sensitivity->by_sigma);
+    fmu_double_field(cursor, &sensitivity->by_n);
+    fmu_double_field(cursor, &sensitivity->by_omega_start);
+}
+
+/* Of a second mechanism and of branches, if there are any. */
+static void added_fields(Cursor *cursor, State *state)
+{
+    Settings *settings = &state->settings;
+    for (unsigned i = fmu_first_added(settings); i < fmu_variables(settings); i++)
+        if (fmu_causality(settings, i) == VARIABLE_PARAMETER)
+            fmu_double_field(cursor, fmu_setting(settings, i));
+    if (settings->added.mechanisms) {
+        memory_fields(cursor, &state->added.second);
+        sensitivity_fields(cursor, &state->added.sensitivity);
+    }
+    for (int i = 0; i < settings->added.branches; i++) {
+        fmu_double_field(cursor, &state->added.elongation[i]);
+        fmu_double_field(cursor, &state->added.by_log[i]);
+    }
+    if (settings->added.branches)
+        fmu_double_field(cursor, &state->added.work);
+}
+
 void fmu_state_fields(Cursor *cursor, State *state)
 {
-    SpringMemory *memory = &state->memory;
-    SpringSensitivity *sensitivity = &state->sensitivity;
     ReversalWatch *watch = &state->watch;
     fmu_int_field(cursor, &state->mode);
     fmu_double_field(cursor, &state->time);
@@ -26,17 +63,8 @@ void fmu_state_fields(Cursor *cursor, State *state)
     fmu_double_field(cursor, &state->velocity);
     fmu_double_field(cursor, &state->acceleration);
     fmu_int_field(cursor, &state->interpolated);
-    fmu_double_field(cursor, &memory->displacement);
-    fmu_double_field(cursor, &memory->omega);
-    fmu_int_field(cursor, &memory->direction);
-    fmu_double_field(cursor, &memory->start);
-    fmu_double_field(cursor, &memory->start_xi);
-    fmu_double_field(cursor, &memory->energy_at);
-    fmu_double_field(cursor, &memory->energy);
-    fmu_double_field(cursor, &sensitivity->by_rho);
-    fmu_double_field(cursor, &sensitivity->by_sigma);
-    fmu_double_field(cursor, &sensitivity->by_n);
-    fmu_double_field(cursor, &sensitivity->by_omega_start);
+    memory_fields(cursor, &state->memory);
+    sensitivity_fields(cursor, &state->sensitivity);
     fmu_double_field(cursor, &state->rate);
     fmu_int_field(cursor, &state->energy_wanted);
     fmu_int_field(cursor, &state->side);
@@ -49,6 +77,7 @@ void fmu_state_fields(Cursor *cursor, State *state)
     fmu_int_field(cursor, &watch->heading);
     fmu_double_field(cursor, &watch->turn);
     fmu_double_field(cursor, &watch->slack);
+    added_fields(cursor, state);
 }
 
 static int is_sound(const SpringMemory *memory, const SpringSensitivity *sensitivity)
@@ -65,6 +94,23 @@ static int has_no_path(const SpringMemory *memory, double displacement)
 {
     return memory->displacement == displacement && memory->start == displacement && memory->energy_at == displacement &&
            memory->start_xi == 0.0;
+}
+
+/* Whether what is remembered of a second mechanism and of branches is such that nothing made of it overflows. */
+static int added_is_sound(const State *state, double largest_omega)
+{
+    const SpringAddedMemory *added = &state->added;
+    const Settings *settings = &state->settings;
+    const SpringMemory *second = &added->second;
+    int is_sound_memory = fabs(second->omega) <= largest_omega && is_sound(second, &added->sensitivity) &&
+                          second->displacement == state->memory.displacement &&
+                          (!settings->has_states || has_no_path(second, state->displacement));
+    if (settings->added.mechanisms && !is_sound_memory)
+        return 0;
+    for (int i = 0; i < settings->added.branches; i++)
+        if (!(fabs(added->elongation[i]) <= LARGEST_SUM && fabs(added->by_log[i]) <= LARGEST_SUM))
+            return 0;
+    return fabs(added->work) <= LARGEST_SUM;
 }
 
 /* The first field that no instance can have, or NULL. */
@@ -87,8 +133,10 @@ static const char *damaged_field(const State *state)
     if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
         (settings.has_states && !has_no_path(memory, state->displacement)))
         return "memory";
-    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&settings); i++)
-        if (!isfinite(*fmu_setting(&settings, i)))
+    if (!added_is_sound(state, largest))
+        return "memory of a second mechanism or a branch";
+    for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&settings); i++)
+        if (fmu_causality(&settings, i) == VARIABLE_PARAMETER && !isfinite(*fmu_setting(&settings, i)))
             return "settings";
     if (!isfinite(settings.omega_start))
         return "settings";
@@ -103,5 +151,6 @@ static const char *damaged_field(const State *state)
 int fmu_state_problem(const State *state, char *problem, size_t size)
 {
     return fmu_is_damaged(damaged_field(state), problem, size) ||
-           (state->mode & (INITIALIZED | TERMINATED) && spring_problem(&state->settings.spring, problem, size));
+           (state->mode & (INITIALIZED | TERMINATED) && (spring_problem(&state->settings.spring, problem, size) ||
+                                                         fmu_added_problem(&state->settings, problem, size)));
 }

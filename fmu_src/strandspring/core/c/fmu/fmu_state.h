@@ -20,6 +20,7 @@ typedef struct {
     int side;                           /* where the path ended: -1 below the range, +1 above it, 0 inside */
     int extrapolating;                  /* what the discrete output holds in continuous-time mode */
     ReversalWatch watch;                /* of model exchange */
+    SpringAddedMemory added;            /* of a second mechanism and of branches */
     Settings settings;
 } State;
 

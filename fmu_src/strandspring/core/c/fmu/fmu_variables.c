@@ -1,5 +1,7 @@
 #include "fmu_variables.h"
 
+#include "fmu_branches.h"
+
 #include <stdio.h>
 
 static const char *const NAMES[SPRING_FIRST_PARAMETER] = {
@@ -53,8 +55,29 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
     return (ParameterPlace){list, index, parameter->value + before, parameter->derivative + before};
 }
 
+VariableCausality fmu_causality_of_added(const Settings *settings, unsigned reference)
+{
+    return fmu_added_is_parameter(fmu_added(settings, reference)) ? VARIABLE_PARAMETER : VARIABLE_LOCAL;
+}
+
+int fmu_is_state(const Settings *settings, unsigned reference)
+{
+    return settings->has_states && (reference == SPRING_OMEGA || reference == SPRING_ABSORBED_ENERGY ||
+                                    fmu_added_is_state(settings, fmu_added(settings, reference)));
+}
+
+int fmu_is_rate(const Settings *settings, unsigned reference)
+{
+    if (reference >= fmu_first_added(settings))
+        return fmu_added_is_rate(fmu_added(settings, reference));
+    return settings->has_states && reference > fmu_first_own(settings) + OWN_VELOCITY;
+}
+
 int fmu_is_tunable(const Settings *settings, unsigned reference)
 {
+    AddedVariable added = fmu_added(settings, reference);
+    if (added.kind != ADDED_NONE)
+        return fmu_added_is_tunable(added);
     ParameterPlace place = parameter_place(settings, reference);
     if (place.list == AMPLIFIER && !settings->arrays)
         return place.index > 0; /* kA_0 is 1 */
@@ -63,12 +86,18 @@ int fmu_is_tunable(const Settings *settings, unsigned reference)
 
 int fmu_shapes_path(const Settings *settings, unsigned reference)
 {
+    AddedVariable added = fmu_added(settings, reference);
+    if (added.kind != ADDED_NONE)
+        return fmu_added_shapes_path(added);
     ParameterPlace place = parameter_place(settings, reference);
     return place.list == OWN || (place.list == SCALAR && place.index > 0 && place.index < TUNABLE_SCALARS);
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)
 {
+    AddedVariable added = fmu_added(settings, reference);
+    if (added.kind != ADDED_NONE)
+        return fmu_added_name(added);
     VariableName name;
     ParameterPlace place = parameter_place(settings, reference);
     if (place.list == NO_PARAMETER)
@@ -84,6 +113,9 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
 
 double *fmu_setting(Settings *settings, unsigned reference)
 {
+    AddedVariable added = fmu_added(settings, reference);
+    if (added.kind != ADDED_NONE)
+        return fmu_added_setting(settings, added);
     return (double *)((char *)settings + parameter_place(settings, reference).value);
 }
 

@@ -4,12 +4,14 @@
  *
  * In the usual form the spring remembers its path. In the form with states omega and absorbed_energy are continuous
  * states of model exchange, velocity is a second input, nothing else is remembered, and omega begins where it is set.
+ *
+ * Those of a second mechanism and of Maxwell branches follow all others; see fmu_branches.h.
  */
 #ifndef FMU_VARIABLES_H
 #define FMU_VARIABLES_H
 
 #include "../fmi/fmu_interface.h"
-#include "../spring/spring.h"
+#include "../spring/branches.h"
 
 #include <stdint.h>
 
@@ -37,13 +39,15 @@ typedef struct {
     int64_t real_time; /* whether nothing may be allocated after instantiation */
     int64_t no_energy; /* whether absorbed_energy is left out */
     int64_t arrays; /* whether coefficients are arrays, in FMI 3.0 */
+    SpringAdded added;
+    double second_omega_start;
 } Settings;
 
 /* The start values of all parameters, copied from the FMU's block (fmu_block.c). */
 SPRING_LOCAL Settings fmu_start_settings(void);
 
 typedef struct {
-    char text[24];
+    char text[32];
 } VariableName;
 
 /* The first variable that the other form does not have. */
@@ -53,10 +57,27 @@ static inline unsigned fmu_first_own(const Settings *settings)
     return (unsigned)(SPRING_FIRST_PARAMETER + p->elastic + p->knots + p->forces + p->amplifier + SPRING_SCALARS);
 }
 
+/* The first variable of a second mechanism or of branches, if there are any. */
+static inline unsigned fmu_first_added(const Settings *settings)
+{
+    return fmu_first_own(settings) + (settings->has_states ? OWN_OF_STATES_FORM : OWN_OF_USUAL_FORM);
+}
+
+/* Whether there is a second mechanism or a branch. */
+static inline int fmu_has_added(const Settings *settings)
+{
+    return settings->added.mechanisms + settings->added.branches > 0;
+}
+
 /* How many variables there are. */
 static inline unsigned fmu_variables(const Settings *settings)
 {
-    return fmu_first_own(settings) + (settings->has_states ? OWN_OF_STATES_FORM : OWN_OF_USUAL_FORM);
+    const SpringAdded *added = &settings->added;
+    /* omega, kappa_omega, rho, sigma, n and either omega_start or the rate of omega; of each branch three, and its rate;
+     * stored_energy. */
+    int of_second = added->mechanisms ? 6 + added->amplifier : 0;
+    int of_branches = added->branches * (settings->has_states ? 4 : 3) + (added->branches > 0);
+    return fmu_first_added(settings) + (unsigned)(of_second + of_branches);
 }
 
 static inline VariableType fmu_type(unsigned reference)
@@ -64,12 +85,15 @@ static inline VariableType fmu_type(unsigned reference)
     return reference == SPRING_EXTRAPOLATING ? VARIABLE_BOOLEAN : VARIABLE_REAL;
 }
 
+SPRING_LOCAL VariableCausality fmu_causality_of_added(const Settings *settings, unsigned reference);
 static inline VariableCausality fmu_causality(const Settings *settings, unsigned reference)
 {
     if (reference < SPRING_FIRST_PARAMETER)
         return reference == SPRING_DISPLACEMENT   ? VARIABLE_INPUT
                : reference < SPRING_EXTRAPOLATING ? VARIABLE_OUTPUT
                                                   : VARIABLE_LOCAL;
+    if (reference >= fmu_first_added(settings))
+        return fmu_causality_of_added(settings, reference);
     unsigned first_own = fmu_first_own(settings);
     if (!settings->has_states || reference < first_own)
         return VARIABLE_PARAMETER;
@@ -77,21 +101,16 @@ static inline VariableCausality fmu_causality(const Settings *settings, unsigned
 }
 
 /* Whether a variable is a continuous state. The order of states is that of the variables. */
-static inline int fmu_is_state(const Settings *settings, unsigned reference)
-{
-    return settings->has_states && (reference == SPRING_OMEGA || reference == SPRING_ABSORBED_ENERGY);
-}
+SPRING_LOCAL int fmu_is_state(const Settings *settings, unsigned reference);
 
 /* Whether a variable is the derivative of a continuous state. */
-static inline int fmu_is_rate(const Settings *settings, unsigned reference)
-{
-    return settings->has_states && reference > fmu_first_own(settings) + OWN_VELOCITY;
-}
+SPRING_LOCAL int fmu_is_rate(const Settings *settings, unsigned reference);
 
 /* Whether a parameter may be changed after initialization. */
 SPRING_LOCAL int fmu_is_tunable(const Settings *settings, unsigned reference);
 
-/* Whether omega along a path depends on a parameter: rho, sigma, n and omega_start. */
+/* Whether the memory of a path depends on a parameter: rho, sigma, n and omega_start, and those like them of a second
+ * mechanism and of branches. */
 SPRING_LOCAL int fmu_shapes_path(const Settings *settings, unsigned reference);
 
 SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);

@@ -16,6 +16,7 @@ static const double LEAST_FORCE = 1e-15, LARGEST_FORCE = 1e15;          /* [N] *
 static const double LEAST_SATURATION = 1e-9, LARGEST_SATURATION = 1e12; /* of rho times the range */
 static const double LARGEST_AMPLIFIER = 1e9, LEAST_AMPLIFIER = 1e-12;
 static const double LARGEST_VELOCITY = 1e9; /* [m/s]; of the native FMU alone */
+static const double LEAST_TIME_CONSTANT = 1e-9, LARGEST_TIME_CONSTANT = 1e9; /* of a Maxwell branch [s] */
 static const double LARGEST_START_XI = 1e6, LARGEST_SUM = 1e100;
 
 #endif

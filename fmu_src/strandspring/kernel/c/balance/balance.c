@@ -252,6 +252,63 @@ static void add_damper(const BalancedSystem *system, size_t m, double frequency,
         }
 }
 
+/* The dynamic stiffness of the branches of one spring. */
+static SpringDynamic dynamic_of(const BalancedAxis *axis, double frequency)
+{
+    SpringDynamic sum = {0};
+    for (size_t j = 0; j < axis->branches; j++) {
+        SpringDynamic one = spring_maxwell_dynamic(axis->time_constant[j], frequency);
+        double stiffness = axis->branch_stiffness[j];
+        sum.storage += stiffness * one.storage;
+        sum.loss += stiffness * one.loss;
+        sum.storage_slope += stiffness * one.storage_slope;
+        sum.loss_slope += stiffness * one.loss_slope;
+    }
+    return sum;
+}
+
+/* The force of the branches at one order, from the coefficients of the displacement there. */
+static void add_order(double storage, double loss, double cosine, double sine, double *of_cosine, double *of_sine)
+{
+    *of_cosine = storage * cosine + loss * sine;
+    *of_sine = storage * sine - loss * cosine;
+}
+
+/* Adds the branches of an axis to its force, and to the derivatives of the forces on the coordinates: by the coordinates
+ * as if its direction stayed the same, unless `jacobian` is NULL, and by Omega. */
+static void add_branches(const BalancedSystem *system, size_t m, double frequency, BalanceRoom *room, double *jacobian)
+{
+    const BalancedAxis *axis = system->axis + m;
+    const FourierBasis *basis = &system->basis;
+    size_t harmonics = basis->harmonics, count = fourier_size(basis), samples = basis->samples;
+    size_t size = balance_size(system), degrees = system->degrees;
+    const double *c = room->moved + m * count, *along = system->along + m * degrees;
+    double *force = room->column, *slope = room->row, *values = room->turning, *unused = room->period.memory;
+    force[0] = slope[0] = 0.0;
+    for (size_t k = 1; k <= harmonics; k++) {
+        double order = (double)k, scale = axis->parallel / axis->series;
+        SpringDynamic at = dynamic_of(axis, order * frequency);
+        add_order(axis->parallel * at.storage, axis->parallel * at.loss, c[k], c[harmonics + k], &force[k],
+                  &force[harmonics + k]);
+        add_order(order * axis->parallel * at.storage_slope, order * axis->parallel * at.loss_slope, c[k],
+                  c[harmonics + k], &slope[k], &slope[harmonics + k]);
+        for (size_t d = 0; jacobian != NULL && d < degrees; d++)
+            for (size_t e = 0; e < degrees; e++) {
+                double storage = scale * along[d] * along[e] * at.storage, loss = scale * along[d] * along[e] * at.loss;
+                double *row = jacobian + (d * count + k) * size + e * count, *other = row + harmonics * size;
+                row[k] += storage;
+                row[harmonics + k] += loss;
+                other[k] -= loss;
+                other[harmonics + k] += storage;
+            }
+    }
+    fourier_samples(basis, force, values, unused);
+    add_signal(samples, 1.0, values, room->period.force);
+    fourier_samples(basis, slope, values, unused);
+    for (size_t d = 0; d < degrees; d++)
+        add_product(samples, room->gradient + d * samples, values, room->damped + d * samples);
+}
+
 /* Adds the force of an axis to that on the coordinates, and its derivatives, if asked for, but those of the strokes. */
 static void add_axis(const BalancedSystem *system, size_t m, int with_jacobian, BalanceRoom *room, Balance *balance)
 {
@@ -410,6 +467,8 @@ int balance_motion(
         take_gradient(system, m, room);
         if (with_jacobian)
             add_strokes(system, m, strokes, room, jacobian);
+        if (system->axis[m].branches > 0)
+            add_branches(system, m, frequency, room, jacobian);
         if (system->axis[m].damping != 0.0) {
             has_dampers = 1;
             add_damper(system, m, frequency, with_jacobian, room);

@@ -6,15 +6,16 @@
  *
  *     -m*(k*Omega)^2*q_k + sum of [g*(P*r + c*d' + stop)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
- * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. Forces are taken in time, where a whole period of a spring follows at once,
- * and brought back by their projection. Newton's method solves the balance with its Jacobian, which is exact where
- * the second derivatives H are 0, and elsewhere but for products of them with harmonics above H.
+ * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. A spring's Maxwell branches add to r a dynamic stiffness at each order.
+ * Forces are taken in time, where a whole period of a spring follows at once, and brought back by their projection.
+ * Newton's method solves the balance with its Jacobian, which is exact where the second derivatives H are 0, and
+ * elsewhere but for products of them with harmonics above H and with the forces of branches.
  *
  * Coefficients of motions and forces are D rows of N. */
 #ifndef BALANCE_H
 #define BALANCE_H
 
-#include "../../../core/c/spring/spring.h"
+#include "../../../core/c/spring/branches.h"
 #include "fourier.h"
 
 #include <stddef.h>
@@ -32,6 +33,8 @@ typedef struct {
     double damping;                                /* c [N s/m] */
     double stop_low, stop_high, stop_stiffness;    /* displacements of a spring [m]; [N/m] of the axis */
     double low, high;                              /* displacements of a spring beyond which a sweep ends [m] */
+    size_t branches;                               /* Maxwell branches of each spring */
+    double branch_stiffness[SPRING_MAXWELLS], time_constant[SPRING_MAXWELLS]; /* [N/m], [s] */
 } BalancedAxis;
 
 /* One system under one level of excitation. Each thread needs its own, because `start` and the workspace change. */
