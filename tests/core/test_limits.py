@@ -11,6 +11,7 @@ from kernel_tools import KERNEL, FloatArray, Kernel
 from strandspring import SpringParameters
 from strandspring.core import parameters as limits
 from strandspring.core import stepper
+from strandspring.core.branches import TIME_CONSTANT_RANGE
 from strandspring.core.law import SpringLaw
 from strandspring.core.parameters import LARGEST_DISPLACEMENT
 
@@ -107,6 +108,8 @@ def test_both_kernels_have_the_same_limits() -> None:
         "SIGMA_LOW": limits.SIGMA_RANGE[0],
         "SIGMA_HIGH": limits.SIGMA_RANGE[1],
         "LEAST_SPACING": limits.LEAST_SPACING,
+        "LEAST_TIME_CONSTANT": TIME_CONSTANT_RANGE[0],
+        "LARGEST_TIME_CONSTANT": TIME_CONSTANT_RANGE[1],
         "LARGEST_DISPLACEMENT": limits.LARGEST_DISPLACEMENT,
         "LEAST_WIDTH": limits.WIDTH_RANGE[0],
         "LARGEST_WIDTH": limits.WIDTH_RANGE[1],

@@ -26,7 +26,7 @@ CHAPTERS = {
     "Start": ("overview", "tutorial", "gallery", "limits"),
     "Test engineer": ("test-engineer", "rig-files", "cautions", "planning"),
     "Simulation engineer": (
-        "simulation-engineer", "fmu-kinds", "tools", "tool-tests", "coupling", "export", "real-time",
+        "simulation-engineer", "fmu-kinds", "branches", "tools", "tool-tests", "coupling", "export", "real-time",
     ),
     "Designer": ("designer", "clusters"),
     "Isolator engineer": ("systems", "catalogue", "system-studies", "system-file", "load-cases"),

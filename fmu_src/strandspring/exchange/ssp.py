@@ -106,7 +106,7 @@ class ShakenMassValues:
                 f"The system starts at displacement 0, outside the identified range from {1e3 * low:.6g} to "
                 f"{1e3 * high:.6g} mm; choose a `zero=...` within it."
             )
-        still, origin = PathSolver(spring), as_path([0.0])
+        still, origin = PathSolver(spring).slow, as_path([0.0])
         stiffness = max(still.stiffness(origin, 0.0)[0], spring.kappa_omega * spring.rho)
         frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
         return cls(mass, float(still.force(origin, 0.0)[0]), 0.01 * (high - low), frequency)

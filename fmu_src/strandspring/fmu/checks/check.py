@@ -253,9 +253,11 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
     expected, scales = rates_of(parameters, states, velocity, answers[:, 0])
     errors = np.max(np.abs(np.transpose(found_rates) - expected[:, 1:]), axis=1) / scales
     if not np.all(errors <= FORCE_TOLERANCE):
-        names = (v.name for v in description.modelVariables if v.name.startswith("der("))
-        differ = " and ".join(f"{name} by {error:.3g}" for name, error in zip(names, errors, strict=True))
-        raise _WrongRatesError(f"Its states must change as the model's, but of their largest values differ {differ}.")
+        names = " and ".join(v.name for v in description.modelVariables if v.name.startswith("der("))
+        sizes = " and ".join(f"{error:.3g}" for error in errors.tolist())
+        raise _WrongRatesError(
+            f"Its states must change as the model's, but {names} differ by {sizes} of their largest values."
+        )
     return answers, seconds
 
 

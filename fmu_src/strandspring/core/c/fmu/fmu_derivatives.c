@@ -29,7 +29,7 @@ static void add_common(SpringGradient *gradient, const SpringGradient *second)
 }
 
 /* What a second mechanism and branches add: branches follow a displacement that is set as springs do. */
-SPRING_COLD void add_gradients(const Instance *instance, const SpringAddedMemory *memory, int is_kept, Gradients *at)
+SPRING_NOINLINE static void add_gradients(const Instance *instance, const SpringAddedMemory *memory, int is_kept, Gradients *at)
 {
     const SpringAdded *added = &instance->state.settings.added;
     at->added = memory;

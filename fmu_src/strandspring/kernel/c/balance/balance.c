@@ -302,9 +302,9 @@ static void add_branches(const BalancedSystem *system, size_t m, double frequenc
                 other[harmonics + k] += storage;
             }
     }
-    fourier_samples(basis, force, values, unused);
+    fourier_samples(basis, force, values, unused, room->fourier);
     add_signal(samples, 1.0, values, room->period.force);
-    fourier_samples(basis, slope, values, unused);
+    fourier_samples(basis, slope, values, unused, room->fourier);
     for (size_t d = 0; d < degrees; d++)
         add_product(samples, room->gradient + d * samples, values, room->damped + d * samples);
 }
