@@ -29,6 +29,8 @@ COMMANDS = (
     ("identify", [*PROGRAM, "identify", RECORD, "--reverse", "displacement", "-o", "m.json"], 8.0),
     ("predict", [*PROGRAM, "predict", MODEL, RECORD, "--reverse", "displacement"], None),
     ("info", [*PROGRAM, "info", MODEL], None),
+    ("build", [*PROGRAM, "build", MODEL, "--platform", "host"], 2.2),
+    ("isolate", [*PROGRAM, "isolate", MODEL, "--mass", "0.05"], 1.6),
 )
 
 

@@ -23,7 +23,8 @@ from strandspring.report.content.blocks import Facts, Gallery, Level, Notice, Pa
 from strandspring.report.content.chart import Chart, visible
 from strandspring.report.details import ReportDetails
 from strandspring.report.rendering import drawing, page
-from strandspring.report.rendering.page import check_report_path, script_json
+from strandspring.report.rendering.page import script_json
+from strandspring.report.rendering.report_path import check_report_path
 from strandspring.report.report_content import report_content
 from synthetic import record_of, sine, spring_of
 

@@ -23,7 +23,7 @@ from strandspring.report.content.blocks import Gallery
 from strandspring.report.details import ReportDetails
 from strandspring.report.rendering.document import COLUMNS, WIDE
 from strandspring.report.rendering.drawing import STYLE, paper_figure
-from strandspring.report.rendering.page import check_report_path
+from strandspring.report.rendering.report_path import check_report_path
 from strandspring.report.report_content import report_content, write_report
 
 

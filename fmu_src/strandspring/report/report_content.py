@@ -25,7 +25,8 @@ from .content.chart import Chart
 from .content.quantities import NUMBER, number, percent, prose, span, unit_of
 from .details import ReportDetails
 from .figure import CHARTS
-from .rendering.page import check_report_path, write
+from .rendering.page import write
+from .rendering.report_path import check_report_path
 
 _SIGNATURES = ("Prepared", "Checked", "Approved")
 _RESIDUALS = ("residuals-time", "residuals-displacement", "residuals-velocity", "histogram", "autocorrelation")

@@ -27,7 +27,8 @@ from .content.blocks import (
     first_rows,
 )
 from .content.quantities import number, percent, prose
-from .rendering.page import check_report_path, write
+from .rendering.page import write
+from .rendering.report_path import check_report_path
 from .simulation_tables import at_rest, inputs, natural_modes, tiny
 
 _SHOWN = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)

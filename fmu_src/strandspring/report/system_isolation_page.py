@@ -16,7 +16,8 @@ from .charts.system_drawing import system_drawing
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
 from .content.chart import Axis, Chart, ChartForm, Role, Trace
 from .content.quantities import HZ, MM, DisplayUnit, number, percent, prose
-from .rendering.page import check_report_path, write
+from .rendering.page import write
+from .rendering.report_path import check_report_path
 
 Curve = tuple[str, SystemResponse]
 _STYLES = [

@@ -17,19 +17,12 @@ from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes, stated_effects
 from ...records.record import Record
+from .text import outside_range
 
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
 _ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
 _FEW = 0.05  # share of strokes that hardly counts
-
-
-def outside_range(p: SpringParameters) -> str:
-    """The end of a caution about something outside the identified range."""
-    return (
-        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
-        "model is continued linearly."
-    )
 
 
 def backwards_cautions(records: Iterable[Record]) -> list[str]:

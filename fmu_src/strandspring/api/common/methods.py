@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from functools import cache
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from ...identification.methods.method import Method, checked_method
-from ...identification.methods.refined import RefinedOptions
-from ...identification.methods.scan_options import ScanOptions
-from ...peers.ni_method import NiOptions
-from ...peers.two_stage_options import TwoStageOptions
+if TYPE_CHECKING:
+    from ...identification.methods.method import Method
 
 MethodName: TypeAlias = Literal["refined", "two-stage", "scan", "ni"]
 
-METHODS: dict[str, type[Method]] = {
-    method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)
-}
+
+@cache
+def methods() -> dict[str, type[Method]]:
+    """Those with a `MethodName`, which are slow to import."""
+    from ...identification.methods.refined import RefinedOptions
+    from ...identification.methods.scan_options import ScanOptions
+    from ...peers.ni_method import NiOptions
+    from ...peers.two_stage_options import TwoStageOptions
+
+    return {method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)}
 
 
 def chosen_method(name: MethodName | None, options: Method | None) -> Method:
@@ -25,10 +30,12 @@ def chosen_method(name: MethodName | None, options: Method | None) -> Method:
     ValueError   If there is no method of this name.
     TypeError    If both are given, or the options are of no method.
     """
+    from ...identification.methods.method import checked_method
+
     if name is None:
-        return RefinedOptions() if options is None else checked_method(options)
+        return methods()["refined"]() if options is None else checked_method(options)
     if options is not None:
         raise TypeError("`method` and `options` exclude each other; `options` say the method, too.")
-    if name not in METHODS:
-        raise ValueError(f"`method` must be {', '.join(METHODS)}, got {name!r:.40}; for its options give `options`.")
-    return METHODS[name]()
+    if name not in methods():
+        raise ValueError(f"`method` must be {', '.join(methods())}, got {name!r:.40}; for its options give `options`.")
+    return methods()[name]()

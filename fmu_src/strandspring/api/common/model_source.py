@@ -76,3 +76,17 @@ def origin_of(source: Any, choice: str | float | None, parameters: SpringParamet
     """
     before = built_with(source) if choice is None else None
     return before.zero if before is not None else chosen_zero(choice, parameters)
+
+
+def describes_system(path: str) -> bool:
+    """Whether a path is that of a SYSTEM.toml or of the FMU of a system."""
+    # What reads systems is slow to import.
+    if is_fmu(path):
+        from ...fmu.system.system_files import is_system_fmu
+
+        return is_system_fmu(path)
+    if not path.lower().endswith(".toml"):
+        return False
+    from ...vibration.description.system_file import is_system_file
+
+    return is_system_file(path)

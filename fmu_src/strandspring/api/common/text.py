@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
-from ...identification.certainty.figures import RecordFit, both_figures
-from ...identification.certainty.posterior import drawn_in_words
-from ...identification.certainty.prediction_interval import ForceInterval
-from ...loops.campaign import Overlap, RateIndependence
 from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
 from ...model.stated_figures import Figures, differ, in_words
+
+if TYPE_CHECKING:
+    from ...identification.certainty.figures import RecordFit
+    from ...loops.campaign import Overlap, RateIndependence
 
 _WORDS = 25  # of a caution
 _DIGITS = 6  # of a value at most
@@ -46,8 +46,18 @@ def in_few_words(caution: str) -> str:
     return f"{sentence}." if details and len(caution.split()) > _WORDS else caution
 
 
+def outside_range(p: SpringParameters) -> str:
+    """The end of a caution about something outside the identified range."""
+    return (
+        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
+        "model is continued linearly."
+    )
+
+
 def fit_json(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
     """One entry of `records` in the JSON output; the other prediction of the record has a name."""
+    from ...identification.certainty.figures import both_figures  # whoever has a fit has loaded it
+
     return {"path": fit.path, "samples": fit.samples, **both_figures(fit, other, name)}
 
 
@@ -131,6 +141,8 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
         lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
     if posterior := uncertainty.get("posterior"):
         lines += _posterior_lines(posterior)
+    from ...identification.certainty.prediction_interval import ForceInterval  # slow to import
+
     interval = ForceInterval.from_uncertainty(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
@@ -140,6 +152,8 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
 
 def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
     """Median and 95 % interval of each parameter, and whether the draws are enough to say so."""
+    from ...identification.certainty.posterior import drawn_in_words  # slow to import
+
     of_each = ", ".join(
         f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
         for name in HYSTERETIC_UNITS

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from ...errors import BuildError
 from ...fmu.archive import fmu_path
@@ -19,16 +19,16 @@ from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
 from ...fmu.related_files import BuildSettings
 from ...ground.arguments import flag
 from ...ground.files import refuse_unwritable
-from ...identification.identified_model import IdentifiedModel
-from ...identification.identify_records import identify_records
 from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
-from ...records.given import Source, as_records
-from ..common.model_source import ModelSource, built_with, path_of
+from ..common.model_source import ModelSource, built_with, describes_system, path_of
 from ..common.progress import Progress, unseen
-from .building_system import SystemToBuild, describes_system
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
+
+if TYPE_CHECKING:
+    from ...identification.identified_model import IdentifiedModel
+    from ...records.given import Source
 
 Kind: TypeAlias = Literal["native", "python", "states"]
 
@@ -273,6 +273,8 @@ def build_fmu(
                   "name": name}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
+        from .building_system import SystemToBuild  # slow to import
+
         wanted_system = SystemToBuild.load(path, candidate, author, fmi)
         return wanted_system.build(Path(folder), chosen, progress).path
     if candidate is not None:
@@ -295,6 +297,11 @@ def _model(source: Any, path: str | None, name: str | None) -> ModelFile:
     held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
     if isinstance(held, ModelFile):
         return held if name is None else replace(held, name=name)
+    # Slow to import.
+    from ...identification.identified_model import IdentifiedModel
+    from ...identification.identify_records import identify_records
+    from ...records.given import as_records
+
     if isinstance(source, IdentifiedModel):
         identification = source
     else:

@@ -17,7 +17,7 @@ from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
-from ...vibration.description.system_file import SystemFile, is_system_file, load_system_file
+from ...vibration.description.system_file import SystemFile, load_system_file
 from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
@@ -104,11 +104,6 @@ class SystemToBuild:
             partial(examine_system_fmu, system=self.system, options=self.options),
         )
         return build_in_place(folder, [job], progress)[0]
-
-
-def describes_system(path: str) -> bool:
-    """Whether a path is that of a SYSTEM.toml or of the FMU of a system."""
-    return is_system_file(path) or is_system_fmu(path)
 
 
 def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:

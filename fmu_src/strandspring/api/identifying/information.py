@@ -27,10 +27,10 @@ from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json
 from ...records.given import records_of
 from ...records.record import Record
-from ..common.caution_text import backwards_cautions, clipped_cautions, effects_cautions, effects_of, outside_range
+from ..common.caution_text import backwards_cautions, clipped_cautions, effects_cautions, effects_of
 from ..common.model_source import ModelSource, model_of, origin_of, source_of
 from ..common.result import PlottedResult
-from ..common.text import counted, parameter_lines, verdict_json
+from ..common.text import counted, outside_range, parameter_lines, verdict_json
 from ..common.text_table import table_lines
 
 if TYPE_CHECKING:

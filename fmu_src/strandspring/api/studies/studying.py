@@ -22,10 +22,10 @@ from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, free_travel, static_equilibrium
-from ..common.caution_text import outside_range
 from ..common.levels import given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
+from ..common.text import outside_range
 from .study_result import AnyStudyResult, executed
 
 if TYPE_CHECKING:

@@ -31,10 +31,10 @@ from ...vibration.one_mass.system import (
     free_travel,
     static_equilibrium,
 )
-from ..common.caution_text import outside_range
 from ..common.levels import checked_count, given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
+from ..common.text import outside_range
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:

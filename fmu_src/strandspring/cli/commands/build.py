@@ -8,37 +8,25 @@ from typing import Any
 
 import click
 
-from ...api.common.model_source import built_with
+from ...api.common.model_source import built_with, describes_system
 from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, refuse_platforms
-from ...api.fmus.building_system import SystemToBuild, describes_system
 from ...api.fmus.fmus_in_place import BuiltFmu
 from ...errors import BuildError
 from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
-from ...fmu.system.system_variables import system_variables
 from ...ground.files import refuse_unwritable
 from ...ground.quoting import printable
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, saved_model
 from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import NAMES
-from ...records.given import bundled_record
 from ..shared.cautions import note_cautions
 from ..shared.descriptions import refuse_given
-from ..shared.options import (
-    checked_by,
-    identification_options,
-    identifier,
-    method_options,
-    name_option,
-    output_options,
-    record_files,
-    record_options,
-)
+from ..shared.option_types import checked_by, name_option, output_options
+from ..shared.options import identification_options, identifier, method_options, record_files, record_options
 from ..shared.output import present, reporting
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
-from .identify import identified
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
@@ -169,7 +157,6 @@ def build(
     kinds = _kinds(settings, states, platforms, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", "save_anyway", *options}
-    method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
         refuse_given(of_records, "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
@@ -177,6 +164,11 @@ def build(
         for kind in kinds:
             refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:
+        # Slow to import.
+        from ...records.given import bundled_record
+        from .identify import identified
+
+        method = method_options(options)
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
@@ -290,6 +282,10 @@ def _build_system(
     settings: BuildOptions,
     as_json: bool,
 ) -> None:
+    # Slow to import.
+    from ...api.fmus.building_system import SystemToBuild
+    from ...fmu.system.system_variables import system_variables
+
     refuse_unwritable(folder, is_folder=True)
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
     refuse_overwriting([source], {"--output": building.target(folder)})

@@ -11,15 +11,8 @@ from ...api.comparing.comparison import compare as compare_springs
 from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import (
-    loop_amplitudes,
-    output_options,
-    positive,
-    read_records,
-    record_files,
-    record_options,
-    values_as_usage,
-)
+from ..shared.option_types import loop_amplitudes, output_options, positive, values_as_usage
+from ..shared.options import read_records, record_files, record_options
 from ..shared.output import present, working
 from ..shared.paths import PLOT_FILE, refuse_overwriting
 

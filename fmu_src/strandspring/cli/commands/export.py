@@ -14,7 +14,7 @@ from ...exchange.modelica import LIBRARY, record_name
 from ...ground.files import reason_of
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import load_model
-from ..shared.options import json_option, positive
+from ..shared.option_types import json_option, positive
 from ..shared.output import note, present, reporting
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option

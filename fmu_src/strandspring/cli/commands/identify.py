@@ -15,12 +15,11 @@ from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
 from ...peers.rivals.ranking import Ranking
 from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.option_types import name_option, output_options
 from ..shared.options import (
     identification_options,
     identifier,
     method_options,
-    name_option,
-    output_options,
     read_records,
     record_files,
     record_options,

@@ -13,17 +13,10 @@ from ...api.identifying.many import ManyResult
 from ...api.identifying.many import identify_many as identify_all
 from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
 from ..shared.cautions import note_assumptions_of_many, note_cautions
-from ..shared.options import (
-    FiniteRange,
-    cluster_option,
-    identification_options,
-    method_options,
-    output_options,
-    record_options,
-    wanted_of,
-    worker_options,
-)
+from ..shared.option_types import FiniteRange, output_options
+from ..shared.options import identification_options, method_options, record_options, wanted_of
 from ..shared.output import note, present, refusal, reporting_kept
+from ..shared.worker_options import cluster_option, worker_options
 
 
 @click.command("identify-many")

@@ -6,13 +6,13 @@ from typing import Any
 
 import click
 
-from ...api.fmus.system_information import info_system
+from ...api.common.model_source import describes_system
 from ...api.identifying.information import info as information_of
-from ...fmu.system.system_files import is_system_fmu
-from ...model.modelfile import load_model, save_model
+from ...model.modelfile import is_fmu, load_model, save_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.descriptions import refuse_given
-from ..shared.options import loop_amplitudes, output_options, read_records, record_files, record_options
+from ..shared.option_types import loop_amplitudes, output_options
+from ..shared.options import read_records, record_files, record_options
 from ..shared.output import present, working
 from ..shared.paths import FileNamed, refuse_overwriting
 from ..shared.zero import zero_option
@@ -53,7 +53,9 @@ def info(
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
-    if is_system_fmu(model):
+    if is_fmu(model) and describes_system(model):
+        from ...api.fmus.system_information import info_system  # slow to import
+
         refuse_given(
             {"records", "amplitudes", "zero", "save", *columns}, "a model", f"{model} is the FMU of a whole system"
         )

@@ -9,12 +9,10 @@ import click
 
 from ...api.vibration.isolation import CheckedMotion, verification_lines
 from ...api.vibration.isolation import isolate as isolated
-from ...api.vibration.system_isolation import isolate_system
-from ...report.rendering.page import SUFFIXES, check_report_path
-from ...vibration.bodies.six_response import DIRECTIONS
+from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import output_options, together
+from ..shared.option_types import output_options, together
 from ..shared.output import present, reporting, save
 from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
 from ..shared.zero import zero_option
@@ -30,6 +28,8 @@ class _Direction(click.types.StringParamType):
     name = "direction"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from ...vibration.bodies.six_response import DIRECTIONS  # of systems alone, and slow to import
+
         if value.lstrip("+-") in DIRECTIONS and len(value) <= 2:
             return value
         try:
@@ -129,6 +129,8 @@ def isolate(
     if mass is None:
         if of_system["at"] is not None and "force" not in levels:
             raise click.UsageError("--at says where a force acts; give --force, too, or leave it out.")
+        from ...api.vibration.system_isolation import isolate_system  # slow to import
+
         curve: dict[str, Any] = {name: options[name] for name in ("band", "points", "extrapolate")}
         with reporting() as progress:
             system = isolate_system(models[0], **of_system, **levels, **curve, progress=progress)

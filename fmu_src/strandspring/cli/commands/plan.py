@@ -13,7 +13,8 @@ from ...loops.wanted import window
 from ...model.modelfile import is_model_path, load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.descriptions import refuse_given
-from ..shared.options import output_options, positive, read_records, record_files, record_options, values_as_usage
+from ..shared.option_types import output_options, positive, values_as_usage
+from ..shared.options import read_records, record_files, record_options
 from ..shared.output import present, save, working
 from ..shared.paths import PLOT_FILE, FileNamed, refuse_overwriting
 

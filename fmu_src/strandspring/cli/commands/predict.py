@@ -9,7 +9,8 @@ import click
 from ...api.identifying.prediction import predict as predict_records
 from ...model.modelfile import load_model
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import output_options, read_records, record_files, record_options
+from ..shared.option_types import output_options
+from ..shared.options import read_records, record_files, record_options
 from ..shared.output import note, present, working
 from ..shared.paths import FileNamed, refuse_overwriting
 

@@ -16,7 +16,8 @@ from ...loops.overview import RecordOverview, overview
 from ...records.record import Record
 from ...report.record_page import record_warnings
 from ..shared.cautions import note_assumptions, note_cautions
-from ..shared.options import output_options, read_records, record_files, record_options
+from ..shared.option_types import output_options
+from ..shared.options import read_records, record_files, record_options
 from ..shared.output import present, working
 from ..shared.paths import FileNamed, refuse_overwriting
 

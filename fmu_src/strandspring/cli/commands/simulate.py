@@ -9,11 +9,11 @@ import click
 
 from ...api.vibration.simulating import simulate as simulated
 from ...ground.files import refuse_unwritable
-from ...report.rendering.page import SUFFIXES, check_report_path
+from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ...vibration.description.system_tables import MOST_DRAWS
 from ...vibration.verdicts.draws import LEAST_DRAWS
-from ..shared.options import output_options, positive
+from ..shared.option_types import output_options, positive
 from ..shared.output import present, reporting, result, save
 from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
 

@@ -16,9 +16,10 @@ from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.options import FiniteRange, cluster_option, output_options, together, worker_options
+from ..shared.option_types import FiniteRange, output_options, together
 from ..shared.output import note, present, reporting_kept, save
 from ..shared.paths import PLOT_FILE, refuse_overwriting
+from ..shared.worker_options import cluster_option, worker_options
 from ..shared.zero import zero_option
 
 _MOST_VALUES = 10_000  # of one LOW:HIGH:COUNT

@@ -15,7 +15,7 @@ from ...model.modelfile import load_model
 from ...peers.ni import PAPER_NI
 from ...records.record import Record
 from ..shared.cautions import note_cautions
-from ..shared.options import Command, FiniteRange, positive, together, values_as_usage
+from ..shared.option_types import Command, FiniteRange, positive, together, values_as_usage
 from ..shared.output import note, result
 from ..shared.paths import FileNamed, refuse_overwriting
 

@@ -10,7 +10,7 @@ import click
 from ...api.common.text import counted
 from ...api.fmus.verifying import verify as verified
 from ...ground.files import readable
-from ..shared.options import json_option
+from ..shared.option_types import json_option
 from ..shared.output import present, refusal, working
 
 

@@ -9,8 +9,8 @@ import click
 
 from ...vibration.one_mass.band import checked_limits
 from ...vibration.one_mass.system import MOST_SPRINGS, Excitation
-from .options import Command, FiniteRange, checked_by, together
-from .options import positive as positive
+from .option_types import Command, FiniteRange, checked_by, together
+from .option_types import positive as positive
 
 EXCITATIONS = tuple(excitation.value.replace(" ", "_") for excitation in Excitation)
 

@@ -4,108 +4,24 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, get_args
 
 import click
 
-from ...api.common.methods import METHODS
-from ...campaigns.jobs.cluster import PATIENCE, Cluster
-from ...campaigns.jobs.runners import JobError
-from ...errors import RecordError, StrandspringError
-from ...identification.methods.method import Method
-from ...identification.methods.refined import KEEP, RefinedOptions
-from ...identification.rig.effect_columns import STATES
+from ...api.common.methods import MethodName, methods
+from ...errors import RecordError
+from ...identification.rig.effects import KEEP, STATES, USUAL_STATE
 from ...loops.description_file import entries
 from ...loops.wanted import Wanted, is_window
-from ...model.names import check_name
 from ...model.names import identifier as identifier
 from ...records.record import Record
-from .output import progress, verbose_option
+from .option_types import FiniteRange, positive, together
+from .output import progress
 
-
-class FiniteRange(click.FloatRange):
-    """A range in a unit that refuses NaN and infinity, which `click.FloatRange` accepts; values are times `factor`."""
-
-    def __init__(
-        self,
-        min: float | None = None,  # noqa: A002 - named as in `click.FloatRange`
-        max: float | None = None,  # noqa: A002
-        min_open: bool = False,
-        unit: str = "",
-        factor: float = 1.0,
-    ) -> None:
-        super().__init__(min, max, min_open)
-        self.unit, self.factor = unit, factor
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        try:
-            number = float(super().convert(value, param, ctx))
-        except click.BadParameter:
-            number = math.nan
-        if not math.isfinite(number):
-            self.fail(f"must be {self.allowed}, got {value}.", param, ctx)
-        return self.factor * number
-
-    def _describe_range(self) -> str:
-        """The range for the help, where `click.FloatRange` says "x<=None" without bounds."""
-        return "finite" if self.min is None and self.max is None else super()._describe_range()
-
-    @property
-    def allowed(self) -> str:
-        """The accepted values in words."""
-        low = "" if self.min is None else f" {'>' if self.min_open else '>='} {self.min:g}"
-        high = "" if self.max is None else f" <= {self.max:g}"
-        return f"a finite number{low}{' and' if low and high else ''}{high}" + (f" [{self.unit}]" if self.unit else "")
-
-
-def positive(unit: str, factor: float = 1.0) -> FiniteRange:
-    """Type of an option: a number above 0 in a unit, with the factor to SI."""
-    return FiniteRange(min=0.0, min_open=True, unit=unit, factor=factor)
-
-
-@contextmanager
-def values_as_usage() -> Iterator[None]:
-    """Make a ValueError one of usage, but for refusals of data and models."""
-    try:
-        yield
-    except StrandspringError:
-        raise
-    except ValueError as problem:
-        raise click.UsageError(str(problem)) from None
-
-
-Command = TypeVar("Command", bound=Callable[..., Any])
-
-
-def together(*options: Callable[[Command], Command]) -> Callable[[Command], Command]:
-    """Several options as one decorator, which the help shows in this order."""
-
-    def decorate(command: Command) -> Command:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return decorate
-
-
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
-# Of commands that print less than all they know.
-output_options = together(verbose_option, json_option)
-
-
-def checked_by(check: Callable[[Any], Any]) -> Callable[[click.Context, click.Parameter, Any], Any]:
-    """Callback of an option: what a check makes of its value, None for None; a refusal is wrong usage."""
-
-    def checked(_context: click.Context, _option: click.Parameter, value: Any) -> Any:
-        try:
-            return None if value is None else check(value)
-        except StrandspringError as refusal:
-            raise click.BadParameter(str(refusal)) from None
-
-    return checked
+if TYPE_CHECKING:
+    from ...identification.methods.method import Method
 
 
 def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
@@ -139,11 +55,6 @@ def _refuse_wrong(name: str, text: str | None) -> None:
         raise click.BadParameter(str(problem)) from None
 
 
-def name_option(text: str) -> Callable[[Command], Command]:
-    """The name of a model, with its help."""
-    return click.option("--name", callback=checked_by(check_name), help=text)
-
-
 def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tuple[int, int] | None:
     if text == "auto":
         return None
@@ -158,14 +69,6 @@ def _keep(_context: click.Context, _option: click.Parameter, names: str | None) 
     if unknown := [name for name in kept if name not in KEEP]:
         raise click.BadParameter(f"must be some of {', '.join(KEEP)}, got {unknown[0]!r}.")
     return kept
-
-
-def loop_amplitudes(about: str, default: str) -> Callable[[Command], Command]:
-    """Amplitudes of loops about some displacement [m], with what they are by default."""
-    return click.option(
-        "--amplitude", "amplitudes", type=FiniteRange(1e-6, 1e6, unit="mm", factor=1e-3), multiple=True, metavar="MM",
-        help=f"Amplitude of a loop about the {about} [mm]; repeat for more.  [default: {default}]",
-    )  # fmt: skip
 
 
 # Options that say how records are read and what of them is used.
@@ -197,7 +100,7 @@ identification_options = together(
     click.option("--degrees", default="auto", show_default=True, metavar="N,M|auto", callback=_degrees,
                  help="Degrees of the elastic and the amplifier polynomial; auto may make the elastic force a table."),
     click.option("--method", default="refined", show_default=True,
-                 type=click.Choice(list(METHODS)),
+                 type=click.Choice(get_args(MethodName)),
                  help="refined: least squares from several starts, effects of the rig removed, standard errors; "
                  "two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; ni: Ni's model and "
                  "method, for comparison."),
@@ -228,52 +131,19 @@ identification_options = together(
                  "[default: sought in the records]"),
     click.option("--keep", metavar="EFFECT,...", callback=_keep,
                  help=f"Refined: effects that are left in the spring, not removed as the rig's: {', '.join(KEEP)}."),
-    click.option("--state", type=click.Choice(list(STATES)), default=RefinedOptions.state, show_default=True,
+    click.option("--state", type=click.Choice(list(STATES)), default=USUAL_STATE, show_default=True,
                  help="Refined: the cycle that the model describes where wear or drift changes them."),
     click.option("--save-anyway", is_flag=True,
                  help="Save, with a caution, a spring that follows the records worse than a straight line does, instead"
                  " of refusing it."),
 )  # fmt: skip
 
-# Options that say where many tasks are executed.
-worker_options = together(
-    click.option("--workers", type=click.IntRange(1, 1024), metavar="N",
-                 help="Number of processes; 1 for none besides this one.  [default: all cores]"),
-    click.option("--scheduler", metavar="tls://HOST:PORT",
-                 help="Run on the cluster of this dask.distributed scheduler instead. A scheduler without TLS (tcp://) "
-                 "executes code from anyone who can reach it: use it on a trusted network only."),
-    click.option("--tls-ca-file", metavar="FILE",
-                 help="Certificate of the authority that signed the scheduler's, in PEM format.  "
-                 "[default: from dask's configuration]"),
-    click.option("--tls-cert", metavar="FILE", help="Certificate of this client, in PEM format."),
-    click.option("--tls-key", metavar="FILE", help="Key of this client, in PEM format, without passphrase."),
-    click.option("--patience", type=FiniteRange(1.0, 1e6, unit="s"), default=PATIENCE, show_default=True, metavar="S",
-                 help="Give up after this time [s] without an answer from the scheduler, without workers, or waiting "
-                 "for silent ones."),
-)  # fmt: skip
-
-
-def cluster_option(workers: int | None, options: dict[str, Any]) -> Cluster | None:
-    """Take what `worker_options` say of a cluster out of a command's options; raises click.UsageError."""
-    scheduler, patience = options.pop("scheduler"), options.pop("patience")
-    certificates = {name: options.pop(name) for name in ("tls_ca_file", "tls_cert", "tls_key")}
-    if workers is not None and scheduler is not None:
-        raise click.UsageError("--workers and --scheduler exclude each other; give one of them.")
-    if scheduler is not None:
-        try:
-            return Cluster(scheduler, **certificates, patience=patience)
-        except JobError as problem:
-            raise click.UsageError(str(problem)) from None
-    if any(certificates.values()):
-        raise click.UsageError("Certificates are for a scheduler; add --scheduler tls://HOST:PORT.")
-    return None
-
 
 def method_options(chosen: dict[str, Any]) -> Method:
     """Take the options of identification out of a command's; wrong ones are wrong usage."""
-    method = METHODS[chosen.pop("method")]
+    method = methods()[chosen.pop("method")]
     known = {field.name for field in fields(method)}
-    owners = {field.name: (other.name, field.default) for other in METHODS.values() for field in fields(other)}
+    owners = {field.name: (other.name, field.default) for other in methods().values() for field in fields(other)}
     values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
     values["fixture_stiffness"] = values["fixture_stiffness"] or math.inf
     for name, value in values.items():

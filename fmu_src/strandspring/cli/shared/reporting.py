@@ -10,10 +10,10 @@ from ...api.identification import Identification
 from ...model.modelfile import ModelFile
 from ...report.details import ReportDetails
 from ...report.figure import write_figure
-from ...report.rendering.page import SUFFIXES as REPORT_SUFFIXES
-from ...report.rendering.page import check_report_path
+from ...report.rendering.report_path import SUFFIXES as REPORT_SUFFIXES
+from ...report.rendering.report_path import check_report_path
 from ...report.report_content import write_report
-from .options import positive, together
+from .option_types import positive, together
 from .output import working
 from .paths import PLOT_FILE, FileOfFormat
 

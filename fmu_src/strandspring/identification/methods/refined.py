@@ -30,9 +30,10 @@ from ..points.polynomials import Basis
 from ..points.sample_points import POINTS_PER_STROKE, SamplePoints
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected, rms_in, spring_alone
-from ..rig.effect_columns import STATES, Effect, Rig, Sizes
+from ..rig.effect_columns import Rig, Sizes
 from ..rig.effect_search import find_delayed, other_effects
 from ..rig.effect_texts import CAUTIONS, RELAXING, described, detail, with_other_effects
+from ..rig.effects import KEEP, STATES, USUAL_STATE, Effect
 from ..rig.known_rig import KnownRig
 from ..rig.other_mounts import nearest_mount
 from ..rig.removal import Kept, find_removable
@@ -52,16 +53,6 @@ _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
 _COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
-# Effects of the rig by the names of the option that keeps them in the spring.
-KEEP = {
-    "delay": (Effect.DELAY,),
-    "viscosity": (Effect.VISCOSITY,),
-    "play": (Effect.PLAY,),
-    "zeros": (Effect.FORCE_ZERO, Effect.DISPLACEMENT_ZERO),
-    "drift": (Effect.DRIFT, Effect.CURVED_DRIFT),
-    "wear": (Effect.FRICTION_WEAR, Effect.STIFFNESS_WEAR),
-    "all": tuple(Effect),
-}
 _LEAST_STEPS = 100  # of the sampler of the posterior
 
 
@@ -117,7 +108,7 @@ class RefinedOptions(Method):
     fixture_stiffness: float = math.inf
     delay: float | None = None
     keep: tuple[str, ...] = ()
-    state: str = "mean"
+    state: str = USUAL_STATE
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import pairwise
 
 import numpy as np
@@ -20,26 +19,10 @@ from ..least_squares.projection import Problem
 from ..points.sample_points import SamplePoints, averaged_over, cells_of, join
 from ..points.steady_part import SteadyRecord
 from ..search.search import Candidate
-
-
-class Effect(Enum):
-    """Effects of a rig; the value is the name in the model file."""
-
-    DELAY = "delay"
-    VISCOSITY = "viscosity"
-    PLAY = "play"
-    FORCE_ZERO = "force_zero"
-    DISPLACEMENT_ZERO = "displacement_zero"
-    DRIFT = "drift"
-    CURVED_DRIFT = "curved_drift"
-    FRICTION_WEAR = "friction_wear"
-    STIFFNESS_WEAR = "stiffness_wear"
-
+from .effects import Effect as Effect
 
 Sizes = dict[Effect, FloatArray]
 
-# Which spring a model describes, if the test changes it.
-STATES = ("first", "mean", "last")
 _POWERS = np.arange(1, 4)  # of a curved drift
 
 LOCKED = (Effect.DELAY, Effect.VISCOSITY, Effect.PLAY)  # follow the reversals, much alike on a single amplitude
