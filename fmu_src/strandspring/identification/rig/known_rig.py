@@ -29,8 +29,6 @@ from .effect_columns import Effect
 _WORTH = 0.005  # change of the stiffness that is worth a note
 _MASS = 1.0  # whose effect the note gives [kg]
 _FIXTURE = 1e7  # likewise [N/m]
-_PART = 1.0 / 32.0  # of a stroke
-_SAME_TIME = 1e-6  # share of the mean step up to which two samples are of one time
 
 
 @dataclass(frozen=True)
@@ -165,25 +163,16 @@ def _percent(share: float) -> str:
 
 
 def _inertia_share(record: Record) -> tuple[float, float]:
-    """Dynamic stiffness of the mass over that of the spring, and the frequency of the strokes [Hz].
-
-    The force m*a has the slope <m*a*x>/<x^2> over x, which is -m*<v^2>/<x^2> by parts.
-    """
+    """Dynamic stiffness of the mass over that of the spring, and the frequency of the strokes [Hz]."""
+    if record.time is None:
+        return 0.0, 0.0
+    try:
+        inertia = replace(record, force=_MASS * acceleration(record))
+    except RecordError:
+        return 0.0, 0.0
+    stroke = float(np.median(np.diff(record.time[find_strokes(record.displacement).turning])))
     stiffness = _stiffness(record)
-    if record.time is None or stiffness <= 0.0 or not np.all(np.diff(record.time) >= 0.0):
-        return 0.0, 0.0
-    strokes = find_strokes(record.displacement)
-    # Differences over this part of a stroke hide noise; they make the square of a sine's velocity 0.1 % too small.
-    each = slice(None, None, max(1, int(_PART * float(np.median(np.diff(strokes.turning))))))
-    path, time = (strokes.displacement - np.mean(strokes.displacement))[each], record.time[each]
-    moved, steps = np.diff(path), np.diff(time)
-    # Samples of one time have no velocity.
-    apart = steps > _SAME_TIME * np.mean(steps)
-    if not apart.any():
-        return 0.0, 0.0
-    squares = 0.5 * (path[1:] ** 2 + path[:-1] ** 2) * steps
-    inertia = _MASS * float(np.sum(moved[apart] ** 2 / steps[apart]) / np.sum(squares))
-    return inertia / stiffness, 0.5 / float(np.median(np.diff(record.time[strokes.turning])))
+    return (-_stiffness(inertia) / stiffness if stiffness > 0.0 else 0.0), 0.5 / stroke
 
 
 def _stiffness(record: Record) -> float:
