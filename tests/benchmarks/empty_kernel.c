@@ -30,6 +30,16 @@ double spring_on_piece(const SpringBranch *branch, int piece, double z)
     return z;
 }
 
+double spring_exponential(double y)
+{
+    return y;
+}
+
+double spring_exponential_tail(double y)
+{
+    return y;
+}
+
 SpringMemory spring_start(double displacement, double omega)
 {
     return (SpringMemory){.displacement = displacement, .omega = omega};

@@ -405,11 +405,7 @@ void fmu_open_changes(Instance *instance)
     changes->velocity = state->velocity;
     changes->omega = state->memory.omega;
     changes->energy = state->memory.energy;
-    changes->has_parameters = 0;
-    if (instance->has_added) {
-        changes->second_omega = state->added.second.omega;
-        memcpy(changes->elongation, state->added.elongation, sizeof changes->elongation);
-    }
+    changes->has_parameters = changes->has_added = 0;
 }
 
 SPRING_NOINLINE static void change_other(Instance *instance, unsigned reference, double value)
@@ -423,6 +419,11 @@ SPRING_NOINLINE static void change_other(Instance *instance, unsigned reference,
         *fmu_setting(&changes->settings, reference) = value;
     } else if (reference >= fmu_first_added(settings)) {
         AddedVariable added = fmu_added(settings, reference);
+        if (!changes->has_added) {
+            changes->second_omega = instance->state.added.second.omega;
+            memcpy(changes->elongation, instance->state.added.elongation, sizeof changes->elongation);
+        }
+        changes->has_added = 1;
         *(added.kind == ADDED_OMEGA ? &changes->second_omega : &changes->elongation[added.index]) = value;
     } else {
         *(reference == SPRING_OMEGA             ? &changes->omega
@@ -448,9 +449,11 @@ static void remember_states(Instance *instance)
     state->memory = spring_start(changes->displacement, changes->omega);
     state->memory.energy = changes->energy;
     state->memory.direction = (changes->velocity > 0.0) - (changes->velocity < 0.0);
-    state->added = spring_added_start(changes->displacement, changes->second_omega);
-    state->added.second.direction = state->memory.direction;
-    memcpy(state->added.elongation, changes->elongation, sizeof changes->elongation);
+    SpringMemory *second = &state->added.second;
+    *second = spring_start(changes->displacement, changes->has_added ? changes->second_omega : second->omega);
+    second->direction = state->memory.direction;
+    if (changes->has_added)
+        memcpy(state->added.elongation, changes->elongation, sizeof changes->elongation);
 }
 
 FmuStatus fmu_apply_changes(Instance *instance)

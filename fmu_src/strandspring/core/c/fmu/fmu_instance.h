@@ -20,8 +20,9 @@
 
 /* Values that the host gives in one call, which all take effect or none. */
 typedef struct {
-    double displacement, velocity, omega, energy, second_omega, elongation[SPRING_MAXWELLS];
-    int has_parameters;
+    double displacement, velocity, omega, energy;
+    int has_parameters, has_added;
+    double second_omega, elongation[SPRING_MAXWELLS]; /* if has_added */
     Settings settings; /* if so */
 } Changes;
 
