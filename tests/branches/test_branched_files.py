@@ -13,7 +13,10 @@ import pytest
 
 from branched_springs import BASE, BRANCHED
 from strandspring import ModelError, Record, Spring, StrandspringError
+from strandspring.core.law import SpringLaw
+from strandspring.kernel.path import packed
 from strandspring.model.modelfile import model_of_text, model_schema
+from strandspring.vibration.bodies.parts import MountAxis
 
 
 @pytest.mark.parametrize("name", BRANCHED)
@@ -110,3 +113,14 @@ def test_a_synthesized_record_is_the_response_at_its_times() -> None:
     slower = spring.synthesize(frequency=0.01)
     # The branch of 700 N/m and 30 ms follows 20 mm at 3 Hz, and hardly at 0.01 Hz.
     assert np.abs(slower.force - record.force).max() > 5.0
+
+
+@pytest.mark.parametrize("name", ["second", "branches"])
+def test_mounts_and_the_structure_of_the_kernel_refuse_it(name: str) -> None:
+    with pytest.raises(StrandspringError, match=r"An axis of a mount cannot take a spring with `(second|branches)`"):
+        MountAxis(BRANCHED[name], (0.0, 0.0, 1.0), 0.05)
+    # The structure of the kernel that has no room for them, which everything else passes.
+    with pytest.raises(StrandspringError, match=r"cannot take a spring with `(second|branches)`"):
+        packed(BRANCHED[name])
+    with pytest.raises(ValueError, match="must be without a second mechanism and branches"):
+        SpringLaw(BRANCHED[name])
