@@ -103,7 +103,7 @@ def test_it_is_verified(terminal: Terminal, tmp_path: Path) -> None:
         contents[path] = change(contents[path])
         write_archive(changed, sealed(contents))
         terminal("verify", str(changed), status=1)
-        assert any(text in terminal.out for text in ("that of the reference", "is not a table", "no variable"))
+        assert any(text in terminal.err for text in ("that of the reference", "is not a table", "no variable"))
 
 
 def members(fmu: Path) -> dict[str, bytes]:
