@@ -93,7 +93,7 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
             yield "a material that relaxes", relaxing[:, k : k + 1], 2
         both = np.hstack([stops, place * stops, relaxing])
         yield "several friction mechanisms in a material that relaxes", both, both.shape[1]
-    group = _groups(rig, loops)
+    group = groups_of_strokes(rig, loops)
     if group.max() > 0:
         in_group = group[:, None] == np.arange(1, group.max() + 1)
         friction = (refinement.omega * refinement.backbone.G)[:, None] * in_group
@@ -102,7 +102,7 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
             yield name, np.asarray(columns), int(group.max())
 
 
-def _groups(rig: Rig, loops: SamplePoints) -> IndexArray:
+def groups_of_strokes(rig: Rig, loops: SamplePoints) -> IndexArray:
     """Number of the group of like amplitude, rate and record to which the stroke of each point belongs, shape (P,)."""
     duration = rig.durations(loops)
     keys = [loops.record.tolist(), _classes(loops.length), _classes(duration)]

@@ -1,0 +1,1 @@
+"""Wider classes of springs: Maxwell branches and a second friction mechanism, where the records show them."""

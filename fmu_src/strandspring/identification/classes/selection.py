@@ -1,0 +1,276 @@
+"""Which class of spring the records show: the paper's, with a Maxwell branch, with a second mechanism, or with both.
+
+Classes are nested. A wider one is chosen only if it predicts what it was not fitted to better, by a good part of the
+error or so well that nothing but noise is left, and lowers the criterion of `search`, which counts independent samples,
+by more than its price. What a linear problem does not promise is not tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ..points.polynomials import Basis
+from ..points.residuals import autocorrelation_time
+from ..points.sample_points import SamplePoints
+from ..points.table import TableBasis
+from ..rig.effect_columns import Rig
+from ..search.search import MARGIN, NOISE_ONLY, WHITE, Candidate, Criterion, force_floor
+from .held_out import folds, held_out_error
+from .problem import ClassFit, ClassProblem, Shape
+from .rates import changes_over_cycles, is_timed, shows_rate
+from .starts import Residuals, branch_starts, mechanism_starts
+
+_WORTH = 0.1  # share of the held-out error that a wider class must explain, unless nothing but noise is left
+_STARTS = 3  # of each kind that are refined
+# Degrees of FE as a polynomial, and of FA, with which a class is tried before leaner ones.
+_LEAST_ELASTIC, _HIGHEST_ELASTIC, _HIGHEST_AMPLIFIER = 5, 8, 2
+_FIRST_TOLERANCE, _FIRST_EVALUATIONS = 1e-3, 15
+_OF_BRANCH, _OF_MECHANISM = 2, 6  # parameters of each
+
+Kind = tuple[int, int]  # number of mechanisms and of branches
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A class that was fitted.
+
+    Attributes
+    ----------
+    fit : ClassFit
+    misfit : float      rms [N].
+    held_out : float    rms error on what was left out [N].
+    time : float        Autocorrelation time of the residuals [points].
+    """
+
+    fit: ClassFit
+    misfit: float
+    held_out: float
+    time: float
+
+    @property
+    def kind(self) -> Kind:
+        """Number of mechanisms and of branches."""
+        return len(self.fit.degrees), self.fit.stiffness.size
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """The classes that were tried.
+
+    Attributes
+    ----------
+    chosen : Tried
+    tried : tuple of Tried        The paper's class first.
+    open_branch : Tried or None   With a branch that would pay if the records told it from friction, which they do not.
+    """
+
+    chosen: Tried
+    tried: tuple[Tried, ...]
+    open_branch: Tried | None = None
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Which classes are allowed.
+
+    Attributes
+    ----------
+    mechanisms, branches : int or None   So many; chosen if None.
+    """
+
+    mechanisms: int | None = None
+    branches: int | None = None
+
+    @property
+    def least(self) -> Kind:
+        """The leanest class."""
+        return self.mechanisms or 1, self.branches or 0
+
+    def next(self, kind: Kind) -> list[Kind]:
+        """The classes that have one mechanism or branch more."""
+        mechanisms, branches = kind
+        wider = [(mechanisms, branches + 1)] if self.branches is None and branches == 0 else []
+        return wider + ([(mechanisms + 1, branches)] if self.mechanisms is None and mechanisms == 1 else [])
+
+
+class Classes:
+    """The classes on the points of a spring of the paper's class.
+
+    Parameters
+    ----------
+    rig : Rig
+    loops : SamplePoints   Points without effects of the rig.
+    fit : Candidate        The spring.
+    noise : float          The rms that noise alone gives the residuals at these points [N].
+    """
+
+    def __init__(self, rig: Rig, loops: SamplePoints, fit: Candidate, noise: float) -> None:
+        self._rig, self.loops, self._noise, self._basis = rig, loops, noise, fit.basis
+        self._fold = folds(rig, loops)
+        self.is_timed = is_timed(rig)
+        self.shows_rate = self.is_timed and shows_rate(rig)
+        h = fit.refinement.hysteresis
+        problem = self.problem(fit.basis, (min(fit.basis.amplifier, _HIGHEST_AMPLIFIER),), 0)
+        self._plain = problem.linear(Shape((h,)), fit.refinement.omega_start)
+
+    def problem(self, basis: Basis, degrees: Sequence[int], branches: int) -> ClassProblem:
+        """The least-squares problem of a class."""
+        return ClassProblem(self._rig, self.loops, basis, degrees, branches, self.loops.weight)
+
+    def problem_of(self, fit: ClassFit) -> ClassProblem:
+        """That of a fit."""
+        return self.problem(fit.basis, fit.degrees, fit.stiffness.size)
+
+    def choice(self, wanted: Wanted) -> Choice | None:
+        """The class that the records show; None where no wider one is promising.
+
+        Parameters
+        ----------
+        wanted : Wanted
+        """
+        start = self._plain
+        if wanted.least == (1, 0):
+            if not any(self._starts(start, kind) for kind in wanted.next((1, 0))):
+                return None
+            plain = self.tried(start)
+            best, tried = plain, [plain]
+        else:
+            tried = [self.tried(start)]
+            while (kind := (len(start.degrees), start.stiffness.size)) != wanted.least:
+                more = (kind[0] + 1, kind[1]) if kind[0] < wanted.least[0] else (kind[0], kind[1] + 1)
+                start = self._wider(start, more, is_forced=True)
+            best = self.tried(start)
+            tried.append(best)
+        open_branch = None
+        while True:
+            wider = []
+            for kind in wanted.next(best.kind):
+                fit = self._wider(best.fit, kind)
+                if fit is not None:
+                    wider.append(self.tried(fit))
+            tried += wider
+            paying = [each for each in wider if self.pays(each, best)]
+            if not paying:
+                break
+            best = max(paying, key=lambda each: self.gain(each, best))
+        if wanted.branches is None and self.is_timed and not best.fit.stiffness.size:
+            open_branch = self._open_branch(best)
+        return Choice(best, tuple(tried), open_branch)
+
+    def tried(self, fit: ClassFit) -> Tried:
+        """A fit with what it leaves."""
+        problem = self.problem_of(fit)
+        residuals = self.loops.force - problem.at(fit).force
+        time = autocorrelation_time(problem.root * residuals)
+        return Tried(fit, self.loops.rms(residuals), held_out_error(problem, fit, self._fold), time)
+
+    def gain(self, richer: Tried, leaner: Tried) -> float:
+        """By how much the criterion favours one class over another."""
+        criterion = Criterion.from_points(self.loops, min(richer, leaner, key=lambda each: each.misfit).time)
+        values = [criterion.value(each.misfit, each.fit.parameters) for each in (leaner, richer)]
+        return values[0] - values[1]
+
+    def pays(self, richer: Tried, leaner: Tried) -> bool:
+        """Whether a wider class is worth its price."""
+        explained = richer.misfit <= NOISE_ONLY * self._noise and richer.time <= WHITE
+        worth = 0.0 if explained else _WORTH
+        return richer.held_out < (1.0 - worth) * leaner.held_out and self.gain(richer, leaner) > MARGIN
+
+    def _starts(self, leaner: ClassFit, kind: Kind, is_forced: bool = False) -> list[Shape]:
+        """Where to begin with one more mechanism or branch, the most promising first; none where none promises."""
+        problem = self.problem_of(leaner)
+        along = problem.at(leaner)
+        if not is_forced and self.loops.rms(self.loops.force - along.force) <= force_floor(self.loops):
+            return []
+        residuals = Residuals.of(problem, along)
+        shape = leaner.shape
+        if kind[0] > len(leaner.degrees):
+            found = [(t, Shape((*shape.hysteresis, h), shape.times)) for t, h in mechanism_starts(problem, residuals)]
+            price = _OF_MECHANISM
+        elif not self.is_timed:
+            return []
+        else:
+            found = [
+                (taken, Shape(shape.hysteresis, (*shape.times, time)))
+                for taken, time in branch_starts(problem, residuals)
+                if is_forced or self._shows(problem, time)
+            ]
+            price = _OF_BRANCH
+        if is_forced:
+            return [start for _, start in found[:_STARTS]]
+        # As if the residuals were independent: what is promised is judged once it is fitted.
+        criterion = Criterion.from_points(self.loops, 1.0)
+        misfit = float(np.linalg.norm(residuals.misfit)) / float(np.sqrt(self.loops.weight.sum()))
+        before = criterion.value(misfit, 0)
+        return [
+            start
+            for taken, start in found[:_STARTS]
+            if before - criterion.value(misfit * np.sqrt(max(1.0 - taken, 0.0)), price) > MARGIN
+        ]
+
+    def _shows(self, problem: ClassProblem, time: float) -> bool:
+        """Whether the records tell a branch of a time constant [s] from friction."""
+        if self.shows_rate:
+            return True
+        return changes_over_cycles(self._rig, self.loops, problem.deflection(float(np.log(time))), time)
+
+    def _open_branch(self, leaner: Tried) -> Tried | None:
+        """A class with a branch that would pay, which the records do not tell from friction."""
+        fit = self._wider(leaner.fit, (leaner.kind[0], 1), is_forced=True)
+        if fit is None:
+            return None
+        wider = self.tried(fit)
+        return wider if self.pays(wider, leaner) else None
+
+    def _wider(self, leaner: ClassFit, kind: Kind, is_forced: bool = False) -> ClassFit | None:
+        """With one more mechanism or branch; None where none promises enough."""
+        starts = self._starts(leaner, kind, is_forced)
+        if not starts:
+            return None
+        fits = []
+        for basis in self._bases(leaner.basis):
+            problem = self.problem(basis, [_HIGHEST_AMPLIFIER] * kind[0], kind[1])
+            rough = [
+                problem.solve(start, leaner.omega_start, _FIRST_TOLERANCE, _FIRST_EVALUATIONS) for start in starts
+            ]
+            best = min(rough, key=lambda fit: fit.squares)
+            fits.append(self._lean(problem.solve(best.shape, best.omega_start)))
+        best = self._better(fits)
+        is_shown = is_forced or all(self._shows(problem, time) for time in best.shape.times)
+        return best if is_shown else None
+
+    def _bases(self, basis: Basis) -> list[Basis]:
+        """FE with which a wider class is tried: a table may have been rich only to imitate what the class adds."""
+        polynomial = Basis(basis.low, basis.high, _HIGHEST_ELASTIC, 0)
+        if isinstance(basis, TableBasis):
+            return [polynomial, basis]
+        return [replace(basis, elastic=max(basis.elastic, _LEAST_ELASTIC))]
+
+    def _better(self, fits: Sequence[ClassFit]) -> ClassFit:
+        """The better fit of a class by the criterion; the first of equals."""
+        total = float(self.loops.weight.sum())
+        problem = self.problem_of(fits[-1])
+        time = autocorrelation_time(problem.root * (self.loops.force - problem.at(fits[-1]).force))
+        criterion = Criterion.from_points(self.loops, time)
+        return min(fits, key=lambda fit: criterion.value(float(np.sqrt(fit.squares / total)), fit.parameters))
+
+    def _lean(self, fit: ClassFit) -> ClassFit:
+        """With the degrees of FE and of each FA that the criterion asks for."""
+        problem = self.problem_of(fit)
+        residuals = problem.root * (self.loops.force - problem.at(fit).force)
+        criterion = Criterion.from_points(self.loops, autocorrelation_time(residuals))
+        total = float(self.loops.weight.sum())
+        elastics = [fit.basis.elastic] if isinstance(fit.basis, TableBasis) else range(1, fit.basis.elastic + 1)
+        best, least = fit, np.inf
+        for elastic in elastics:
+            basis = replace(fit.basis, elastic=elastic)
+            for degrees in product(range(_HIGHEST_AMPLIFIER + 1), repeat=len(fit.degrees)):
+                leaner = self.problem(basis, degrees, fit.stiffness.size).linear(fit.shape, fit.omega_start)
+                value = criterion.value(float(np.sqrt(leaner.squares / total)), leaner.parameters)
+                if value < least:
+                    best, least = leaner, value
+        return self.problem_of(best).solve(best.shape, best.omega_start)
