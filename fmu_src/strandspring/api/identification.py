@@ -105,6 +105,8 @@ class Identification(IdentifiedModel, PlottedResult):
         ]
         if self.lack_of_fit is not None:
             lines.append(f"  {self.lack_of_fit.sentence}")
+        if self.wider is not None:
+            lines.append(f"  {self.wider.sentence}")
         lines.append(f"  {self.small_loops.sentence}")
         removed = KnownRig.from_effects(self.effects, self.options).sentence
         if removed:
@@ -127,6 +129,7 @@ class Identification(IdentifiedModel, PlottedResult):
             "effects": self.effects,
             "recorded_loops": [loop.as_json() for loop in self.recorded],
             "small_loops": asdict(self.small_loops),
+            "classes": None if self.wider is None else self.wider.as_json(),
             "lack_of_fit": None if self.lack_of_fit is None else asdict(self.lack_of_fit),
             "notes": self.notes,
         }

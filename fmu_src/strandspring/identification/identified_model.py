@@ -16,6 +16,7 @@ from .certainty.figures import RecordFit, both_figures, overall_figures
 from .certainty.lack_of_fit import LackOfFit
 from .certainty.prediction_interval import PredictionBand
 from .certainty.saved_spring import LoopEnergy
+from .classes.wider import Wider
 from .points.steady_part import SteadyRecord
 from .unrecorded.small_loops import SmallLoops
 
@@ -49,6 +50,7 @@ class IdentifiedModel:
     small_loops : SmallLoops        Energy of loops smaller than the recorded ones, with the range it may have.
     method : str
     options : dict                  The options, for the provenance.
+    wider : Wider or None           What a search for a second mechanism and branches found; None if nothing promised.
     """
 
     parameters: SpringParameters
@@ -69,6 +71,7 @@ class IdentifiedModel:
     small_loops: SmallLoops
     method: str
     options: dict[str, Any]
+    wider: Wider | None = None
 
     @property
     def record_name(self) -> str:
@@ -122,6 +125,7 @@ class IdentifiedModel:
                 **({"effects": self.effects} if self.effects else {}),
                 "recorded_loops": [loop.as_json() for loop in self.recorded],
                 "small_loops": asdict(self.small_loops),
+                **({"classes": self.wider.as_json()} if self.wider else {}),
                 **({"lack_of_fit": asdict(self.lack_of_fit)} if self.lack_of_fit else {}),
                 "records": [
                     {

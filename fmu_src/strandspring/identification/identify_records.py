@@ -198,6 +198,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         small_loops=small,
         method=method.name,
         options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
+        wider=result.wider,
     )
 
 
@@ -256,9 +257,8 @@ def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start
         omega_start = periodic_start(solver, measured.displacement)
         return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")
     if not np.array_equal(part.record.displacement, measured.displacement):
-        omega_start = estimate_omega_start(
-            solver, find_strokes(measured.displacement), measured.force, measured.compared
-        )
+        strokes = find_strokes(measured.displacement)
+        omega_start = estimate_omega_start(solver, strokes, measured, measured.compared)
     compared = "all samples"
     if first:
         compared = f"from sample {first + 1}; earlier samples only initialise the hysteresis state"

@@ -127,6 +127,10 @@ class PathSolver:
         """
         return self._with_branches(np.zeros(len(path)), path, time, 2)
 
+    def branch_force(self, path: FloatArray, time: FloatArray | None) -> FloatArray:
+        """Force of the branches alone at each sample [N]."""
+        return self._with_branches(np.zeros(len(path)), path, time, 0)
+
     def force_with_partials(self, path: FloatArray, omega: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Force at samples with this omega [N], and its partial derivatives by displacement [N/m] and by omega [N].
 

@@ -15,6 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ..core.branches import TIME_CONSTANT_RANGE, MaxwellBranch, Mechanism
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
 from ..ground.result_columns import ResultColumn
@@ -31,7 +32,7 @@ HYSTERETIC_UNITS = {column.key: column.unit for column in HYSTERETIC_PARAMETERS}
 # Of a standard deviation, times the power of the displacement that the coefficient belongs to: its square is a number,
 # and no record leaves so much open.
 LARGEST_SPREAD = 1e30
-_RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE}
+_RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE, "time_constant": TIME_CONSTANT_RANGE}
 # Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
 _TRIES = 1000  # draws before a covariance is refused that hardly holds a spring
@@ -73,7 +74,8 @@ class JointCovariance:
         given = uncertainty.get("joint")
         if given is None:
             return None
-        names = joint_names(spring.elastic_name, len(getattr(spring, spring.elastic_name)), len(spring.kA) - 1)
+        elastic = len(getattr(spring, spring.elastic_name))
+        names = joint_names(spring.elastic_name, elastic, len(spring.kA) - 1, further_names(spring))
         if given["parameters"] != names:
             raise ModelError(
                 f'field "uncertainty.joint.parameters" must be {names}; identify the spring again, or remove the field '
@@ -152,22 +154,60 @@ class JointCovariance:
         changes = [math.fsum(a * z for a, z in zip(row, direction, strict=False)) for row in self.root]
         of_elastic = getattr(spring, spring.elastic_name)
         elastic, amplifier = len(of_elastic), len(spring.kA) - 1
-        logarithms = dict(zip(HYSTERETIC_UNITS, changes[elastic + amplifier :], strict=True))
+        added = len(changes) - amplifier - len(HYSTERETIC_UNITS)
+        logarithms = dict(zip(HYSTERETIC_UNITS, changes[added + amplifier :], strict=True))
+        further = dict(zip(further_names(spring), changes[elastic:added], strict=True))
         values: dict[str, Any] = {spring.elastic_name: tuple(map(sum, zip(of_elastic, changes[:elastic], strict=True)))}
         for name, change in logarithms.items():
-            low, high = _RANGES.get(name, (0.0, math.inf))
-            values[name] = min(max(getattr(spring, name) * math.exp(min(change, 700.0)), low), high)
+            values[name] = _grown(name, getattr(spring, name), change)
         return replace(
             spring,
-            kA=(1.0, *map(sum, zip(spring.kA[1:], changes[elastic : elastic + amplifier], strict=True))),
+            kA=(1.0, *map(sum, zip(spring.kA[1:], changes[added : added + amplifier], strict=True))),
+            second=spring.second and _moved_second(spring.second, further),
+            branches=tuple(
+                MaxwellBranch(
+                    *(
+                        _grown(name, getattr(branch, name), further[f"ln branches[{j}].{name}"])
+                        for name in ("stiffness", "time_constant")
+                    )
+                )
+                for j, branch in enumerate(spring.branches)
+            ),
             **values,
         )
 
 
-def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
-    """Names of the coefficients in their order, for so many of kE or FE_forces and this degree of FA."""
+def _grown(name: str, value: float, change: float) -> float:
+    """A parameter whose logarithm has changed, within the range of the model."""
+    low, high = _RANGES.get(name, (0.0, math.inf))
+    return min(max(value * math.exp(min(change, 700.0)), low), high)
+
+
+def _moved_second(second: Mechanism, changes: Mapping[str, float]) -> Mechanism:
+    """A second mechanism whose coefficients and logarithms have changed, by name."""
+    kA = (1.0, *(value + changes[f"second.kA[{k}]"] for k, value in enumerate(second.kA[1:], start=1)))
+    values = {name: _grown(name, getattr(second, name), changes[f"ln second.{name}"]) for name in HYSTERETIC_UNITS}
+    return Mechanism(kA, **values)
+
+
+def further_names(spring: SpringParameters) -> list[str]:
+    """Names of the coefficients of a second mechanism and of branches, in the order of the joint covariance."""
+    names = []
+    if spring.second is not None:
+        names += [f"second.kA[{k}]" for k in range(1, len(spring.second.kA))]
+        names += [f"ln second.{name}" for name in HYSTERETIC_UNITS]
+    for j in range(len(spring.branches)):
+        names += [f"ln branches[{j}].stiffness", f"ln branches[{j}].time_constant"]
+    return names
+
+
+def joint_names(elastic_name: str, elastic: int, amplifier: int, further: Sequence[str] = ()) -> list[str]:
+    """Names of the coefficients in their order, for so many of kE or FE_forces and this degree of FA, those of a second
+    mechanism and branches (`further_names`) between them.
+    """
     return [
         *(f"{elastic_name}[{i}]" for i in range(elastic)),
+        *further,
         *(f"kA[{i}]" for i in range(1, amplifier + 1)),
         *(f"ln {name}" for name in HYSTERETIC_UNITS),
     ]
@@ -176,5 +216,6 @@ def joint_names(elastic_name: str, elastic: int, amplifier: int) -> list[str]:
 def _powers(spring: SpringParameters) -> list[int]:
     """The power of the displacement that each of `joint_names` belongs to."""
     elastic = list(range(len(spring.kE))) or [0] * len(spring.FE_forces)
+    further = [int(name[10:-1]) if name.startswith("second.kA") else 0 for name in further_names(spring)]
     amplifier = list(range(1, len(spring.kA)))
-    return [*elastic, *amplifier, *[0] * len(HYSTERETIC_UNITS)]
+    return [*elastic, *further, *amplifier, *[0] * len(HYSTERETIC_UNITS)]

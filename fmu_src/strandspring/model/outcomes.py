@@ -115,6 +115,14 @@ class Outcome(Enum):
         "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
         "the model as a mean."
     )
+    RATES = (
+        "Part of the force depends on the rate, by Maxwell branches that are known at the recorded rates only: record "
+        "the rates that the spring is used at."
+    )
+    RATE_OPEN = (
+        "Part of the force may depend on the rate, which these records do not tell from friction: record another rate, "
+        "or add a branch with `branches=1`."
+    )
     HUM = (
         "One sinusoid runs through the whole force, as of mains or a machine; shield the load cell, or filter it out "
         "of both columns alike."

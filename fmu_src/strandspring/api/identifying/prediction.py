@@ -102,7 +102,9 @@ class Prediction(PlottedResult):
         return tuple(
             interval.reach(
                 fit.predicted,
-                prediction_error(self.model.parameters, joint, record.displacement, fit.omega_start),
+                prediction_error(
+                    self.model.parameters, joint, record.displacement, fit.omega_start, record.rising_time
+                ),
             )
             for record, fit in zip(self.records, self.fits, strict=True)
         )

@@ -136,7 +136,9 @@ def chosen_samples(record: Record, first_sample: int) -> NDArray[np.bool_]:
 
 def steps_of_work(solver: PathSolver, path: FloatArray, force: FloatArray) -> FloatArray:
     """Work of a force without FE in each interval of a path, shape (K - 1,) [J], by the trapezoidal rule."""
-    hysteretic = force - solver.force_with_partials(path, np.zeros(path.size))[0]
+    p = solver.parameters
+    elastic = solver if p.is_plain else PathSolver(p.mechanisms[0])
+    hysteretic = force - elastic.force_with_partials(path, np.zeros(path.size))[0]
     return np.asarray(0.5 * (hysteretic[1:] + hysteretic[:-1]) * np.diff(path))
 
 
@@ -149,14 +151,15 @@ def predict_record(solver: PathSolver, record: Record) -> RecordFit:
     if strokes.turning[min(2, strokes.count)] < _START_SAMPLES:
         # Else samples are left out, and what they do to the memory with them.
         strokes = replace(strokes, displacement=record.displacement)
-    omega_start = estimate_omega_start(solver, strokes, record.force, chosen_samples(record, 0))
+    omega_start = estimate_omega_start(solver, strokes, record, chosen_samples(record, 0))
     return alone(solver, record, 0, omega_start, "all samples, omega_start estimated")
 
 
 def alone(solver: PathSolver, record: Record, first_sample: int, omega_start: float, compared: str) -> RecordFit:
     """Prediction by a spring alone, driven by the displacement as recorded: what its FMU gives."""
     path = record.displacement
-    return record_fit(solver, record, path, solver.force(path, omega_start), first_sample, omega_start, compared)
+    force = solver.force(path, omega_start, record.rising_time)
+    return record_fit(solver, record, path, force, first_sample, omega_start, compared)
 
 
 def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: RecordFit) -> RecordFit:
@@ -164,7 +167,7 @@ def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: Re
     path = strokes.displacement
     if np.array_equal(path, record.displacement):
         return fit
-    force = solver.force(path, fit.omega_start)
+    force = solver.force(path, fit.omega_start, record.rising_time)
     return record_fit(
         solver, record, path, force, fit.first_sample, fit.omega_start, f"{fit.compared}, along the smoothed path"
     )
@@ -176,14 +179,23 @@ def periodic_start(solver: PathSolver, path: FloatArray) -> float:
 
 
 def estimate_omega_start(
-    solver: PathSolver, strokes: Strokes, force: FloatArray, compared: NDArray[np.bool_] | None = None
+    solver: PathSolver, strokes: Strokes, record: Record, compared: NDArray[np.bool_] | None = None
 ) -> float:
-    """The omega at the first sample that follows the first two strokes best, or what is compared of them."""
+    """The omega at the first sample that follows the first two strokes best, or what is compared of them.
+
+    Branches, which have no force there, are taken along all samples: straight motion between few is another one.
+    """
     end = int(strokes.turning[min(2, strokes.count)]) + 1
     step = max(1, end // _START_SAMPLES)
     # Turning points stay in the path, or thinning would cut the strokes short.
     chosen = np.union1d(np.arange(0, end, step), strokes.turning[strokes.turning < end])
-    path, measured = strokes.displacement[chosen], force[chosen]
+    p, time = solver.parameters, record.rising_time
+    path, measured = strokes.displacement[chosen], record.force[chosen]
+    if p.branches:
+        begin = slice(0, end)
+        times = None if time is None else time[begin]
+        branches = solver.branch_force(strokes.displacement[begin], times)
+        solver, measured = PathSolver(replace(p, branches=())), measured - branches[chosen]
     weights = np.ones(chosen.size) if compared is None or not compared[chosen].any() else compared[chosen]
 
     def misfit(omega: float) -> float:

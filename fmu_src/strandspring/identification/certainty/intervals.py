@@ -64,6 +64,9 @@ def intervals_95(linear: Linearised, change: FloatArray, errors: FloatArray) -> 
         if linear.free[k] and errors[1 + k] <= _CURVED:
             intervals[name] = around(value, float(reach[1 + k]))
             continue
+        if linear.further is not None:  # a wider class has no profile
+            intervals[name] = around(value, float(reach[1 + k])) if linear.free[k] else (None, None)
+            continue
         freed = linear if linear.free[k] else linear.freed(k)
         intervals[name] = _Profile(freed, k, refit).interval(value)
     low, high = intervals["sigma"]

@@ -194,7 +194,11 @@ def prediction_interval(samples: Samples, linear: Linearised) -> ForceInterval:
 
 
 def prediction_error(
-    spring: SpringParameters, joint: JointCovariance, displacement: FloatArray, omega_start: float
+    spring: SpringParameters,
+    joint: JointCovariance,
+    displacement: FloatArray,
+    omega_start: float,
+    time: FloatArray | None = None,
 ) -> FloatArray:
     """Standard error of the predicted force along a path, shape (K,) [N], by differences.
 
@@ -204,23 +208,29 @@ def prediction_error(
     joint : JointCovariance
     displacement : ndarray, shape (K,)   [m]
     omega_start : float
+    time : ndarray, shape (K,), or None   [s]; a spring with branches needs it.
 
     Raises
     ------
     ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
     """
-    changes = [_change(spring, joint, unit, displacement, omega_start) for unit in np.eye(len(joint.root))]
+    changes = [_change(spring, joint, unit, displacement, omega_start, time) for unit in np.eye(len(joint.root))]
     return np.asarray(np.linalg.norm(changes, axis=0))
 
 
 def _change(
-    spring: SpringParameters, joint: JointCovariance, unit: FloatArray, displacement: FloatArray, omega_start: float
+    spring: SpringParameters,
+    joint: JointCovariance,
+    unit: FloatArray,
+    displacement: FloatArray,
+    omega_start: float,
+    time: FloatArray | None,
 ) -> FloatArray:
     """Change of the force by one standard deviation in a direction of the covariance, shape (K,) [N]."""
     for step in _STEPS:
         with suppress(ValueError):  # FA not positive: no spring
             ends = [joint.moved(spring, (side * step * unit).tolist()) for side in (1.0, -1.0)]
-            forces = [PathSolver(end).force(displacement, omega_start) for end in ends]
+            forces = [PathSolver(end).force(displacement, omega_start, time) for end in ends]
             return np.asarray((forces[0] - forces[1]) / (2.0 * step))
     raise ModelError(
         f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring there is no '

@@ -26,7 +26,7 @@ from ..least_squares.projection import Refinement
 from ..least_squares.stages import SIGMA_BOUNDS
 from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
-from .intervals import Interval, intervals_95
+from .intervals import Interval, around, intervals_95, quantile_95
 
 _NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Two parameters with a larger correlation are not separated by the records, unless both are known this well for all
@@ -60,24 +60,47 @@ def uncertainty(linear: Linearised) -> dict[str, Any]:
     values = (float(basis.powers(linear.refinement.backbone.amplified)[0]), h.rho, h.sigma, h.n)
     shares = dict(zip(_NAMES, scale.tolist(), strict=True))
     intervals = intervals_95(linear, change[-4:], logarithms)
-    root = _lower(np.delete(natural, n_E, axis=0))  # kA[0] is 1
+    further = () if linear.further is None else linear.further.names
+    root = _lower(np.delete(natural, n_E + len(further), axis=0))  # kA[0] is 1
     return {
         "meaning": _MEANING,
         basis.elastic_name: errors[:n_E].tolist(),
-        "kA": errors[n_E : n_E + n_A].tolist(),
+        "kA": errors[-4 - n_A : -4].tolist(),
         **{name: _plain(value * shares[name]) for name, value in zip(_NAMES, values, strict=True)},
         "interval_95": {name: list(ends) for name, ends in intervals.items()},
+        **_of_further(linear, change[n_E : n_E + len(further)], errors[n_E : n_E + len(further)]),
         "autocorrelation_time": linear.estimate.time,
         "force_rms": float(np.sqrt(np.mean(linear.force_error**2))),
         "force_max": float(np.max(linear.force_error)),
         "correlation": {f"{a},{b}": _plain(value) for (a, b), value in correlation.items()},
         "joint": {
             "meaning": "rows of the lower triangular root L of the joint covariance L*L'",
-            "parameters": joint_names(basis.elastic_name, n_E, n_A - 1),
+            "parameters": joint_names(basis.elastic_name, n_E, n_A - 1, further),
             "root": [[float(f"{v:.{_DIGITS}g}") for v in row[: k + 1]] for k, row in enumerate(root)],
         },
         "indistinct": _indistinct(shares, intervals, correlation),
     }
+
+
+def _of_further(linear: Linearised, change: FloatArray, errors: FloatArray) -> dict[str, Any]:
+    """Standard error and 95 % interval of each parameter that a wider class has, by name; empty without any."""
+    if linear.further is None:
+        return {}
+    reach = quantile_95(linear.estimate.degrees_of_freedom(change)) * errors
+    rows: dict[str, dict[str, Any]] = {}
+    for name, value, error, half in zip(
+        linear.further.names, linear.further.values, errors.tolist(), reach.tolist(), strict=True
+    ):
+        is_logarithm = name.startswith("ln ")
+        if not error > 0.0:
+            rows[name.removeprefix("ln ")] = {"standard_error": None, "interval_95": [None, None]}
+            continue
+        ends: Interval = around(value, half) if is_logarithm else (value - half, value + half)
+        rows[name.removeprefix("ln ")] = {
+            "standard_error": value * error if is_logarithm else error,
+            "interval_95": list(ends),
+        }
+    return {"further": rows}
 
 
 def _indistinct(
@@ -133,21 +156,28 @@ def is_sigma_uncertain(loops: SamplePoints, basis: Basis, refinement: Refinement
 
 
 def _propagation(linear: Linearised) -> FloatArray:
-    """Derivatives of kE, kA and the logarithms of kappa_omega, rho, sigma, n by the fitted coefficients."""
+    """Derivatives of kE, of what a wider class has, kA and the logarithms of kappa_omega, rho, sigma, n by the fitted
+    coefficients.
+    """
     basis = linear.basis
     elastic, amplified = basis.elastic_matrix(), basis.powers_matrix(basis.amplifier)
     powers = amplified @ linear.refinement.backbone.amplified
     n_E, n_A = elastic.shape[0], amplified.shape[0]
-    change = np.zeros((n_E + n_A + 4, n_E + n_A + int(linear.free.sum())))
+    further = linear.further
+    added = 0 if further is None else len(further.names)
+    change = np.zeros((n_E + added + n_A + 4, linear.jacobian.shape[1]))
     change[:n_E, :n_E] = elastic
+    if further is not None:
+        change[n_E : n_E + added, linear.further_columns] = further.change
+    own = change[added:]
     # kA = powers/powers[0], kappa_omega = powers[0].
     ratio = (amplified - np.outer(powers / powers[0], amplified[0])) / powers[0]
     ratio[0] = 0.0
-    change[n_E : n_E + n_A, n_E : n_E + n_A] = ratio
-    change[n_E + n_A, n_E : n_E + n_A] = amplified[0] / powers[0]
+    own[n_E : n_E + n_A, n_E : n_E + n_A] = ratio
+    own[n_E + n_A, n_E : n_E + n_A] = amplified[0] / powers[0]
     for k in range(3):
         if linear.free[k]:
-            change[n_E + n_A + 1 + k, linear.column(k)] = 1.0
+            own[n_E + n_A + 1 + k, linear.column(k)] = 1.0
     return change
 
 

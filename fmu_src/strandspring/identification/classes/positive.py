@@ -1,22 +1,25 @@
 """Least squares whose amplifiers are positive over the range and whose stiffnesses are not negative.
 
 Polynomials of degree two that are positive on [-1, 1] are sums of squares (x - s)^2, |s| <= 1, and of 1 - x^2, with
-coefficients that are not negative; here of those with s at five places, each a little above zero everywhere. Where the
-solution without bounds is not possible, non-negative least squares in these finds the nearest that is (Lawson and
-Hanson, Solving Least Squares Problems, 1974, ch. 23).
+coefficients that are not negative; here of those with s at five places, each a little above zero everywhere. Those of
+degree four are sums of products of two of these. Where the solution without bounds is not possible, non-negative least
+squares in these finds the nearest that is (Lawson and Hanson, Solving Least Squares Problems, 1974, ch. 23).
 """
 
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import combinations_with_replacement
 
 import numpy as np
-from numpy.polynomial import legendre
+from numpy.polynomial import legendre, polynomial
 
 from ...kernel.arrays import FloatArray
 
 _PLACES = np.linspace(-1.0, 1.0, 5)
 _ABOVE = 0.005  # least value of a square over its mean
+_GRID = np.linspace(-1.0, 1.0, 129)
+_MARGIN = 1.5e-3  # least value in the mean of a positive series
 _ROUNDS = 60  # of exchanging columns
 _TINY = 1e-12  # of a gradient, share of the longest target
 
@@ -27,11 +30,20 @@ def positive_rays(degree: int) -> FloatArray:
     if degree == 0:
         return np.ones((1, 1))
     if degree == 1:
-        rays = [[1.0 + _ABOVE, 1.0], [1.0 + _ABOVE, -1.0]]
-    else:
-        squares = [legendre.poly2leg([s**2 + _ABOVE, -2.0 * s, 1.0]) for s in _PLACES]
-        rays = [*squares, legendre.poly2leg([1.0 + _ABOVE, 0.0, -1.0])]
-    return np.array(rays).T
+        return np.array([[1.0 + _ABOVE, 1.0 + _ABOVE], [1.0, -1.0]])
+    rays = [*([s**2, -2.0 * s, 1.0] for s in _PLACES.tolist()), [1.0, 0.0, -1.0]]
+    if degree > 2:
+        rays += [polynomial.polymul(a, b).tolist() for a, b in combinations_with_replacement(rays, 2)]
+    raised = np.zeros((degree + 1, len(rays)))
+    for column, ray in zip(raised.T, rays, strict=True):
+        column[: len(ray)] = legendre.poly2leg(ray)[: degree + 1]
+    raised[0] += _ABOVE
+    return raised[:, np.abs(raised).max(axis=0) > 0.0]
+
+
+def is_positive_series(series: FloatArray) -> bool:
+    """Whether a Legendre series is positive on [-1, 1], with a margin for rounding."""
+    return bool(legendre.legval(_GRID, series).min() > _MARGIN * abs(float(series[0])))
 
 
 def non_negative(matrix: FloatArray, target: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ the columns that are left.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,12 +22,10 @@ from ..least_squares.trust_region import minimise, triangle_of
 from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
 from ..rig.effect_columns import Rig
-from .positive import non_negative, positive_rays
+from .positive import is_positive_series, non_negative, positive_rays
 
 _INSIDE = 1e-6  # distance of omega_start from +-1, where it has no effect
 _DEPENDENT = 1e-10  # singular value in the largest below which a combination of columns is none
-_DIFFERENCE = 1e-3  # of ln(tau) for the derivative of a branch's deflection
-_KEPT = 40  # deflections that are kept for the next trial
 _TOLERANCE, _EVALUATIONS = 1e-5, 40
 _SHORTEST = 0.5  # of time constants, in sample intervals
 _LONGEST = 3.0  # of them, in durations of the longest record
@@ -112,7 +110,7 @@ class ClassProblem:
     rig : Rig
     loops : SamplePoints           Of its records.
     basis : Basis                  Of FE.
-    degrees : tuple of int         Of FA of each mechanism, at most 2.
+    degrees : tuple of int         Of FA of each mechanism, 0 to 2 or 4.
     branches : int
     weight : ndarray, shape (P,)   Of each squared misfit.
     """
@@ -128,7 +126,6 @@ class ClassProblem:
         self._frame, self._triangle = np.linalg.qr(self.elastic * self.root[:, None])
         self.target = self.beside(loops.force * self.root)
         self.low, self.high = self._bounds()
-        self._deflections: dict[float, FloatArray] = {}
         self.cone = _cone(self.degrees, branches)
 
     def _bounds(self) -> FloatArray:
@@ -151,14 +148,9 @@ class ClassProblem:
         """Coefficients of FE that follow a force best."""
         return np.asarray(np.linalg.solve(self._triangle, self._frame.T @ (self.root * force)))
 
-    def deflection(self, log_time: float) -> FloatArray:
-        """Of a branch's spring at the points, shape (P,) [m]."""
-        known = self._deflections.get(log_time)
-        if known is None:
-            if len(self._deflections) >= _KEPT:
-                self._deflections.clear()
-            known = self._deflections[log_time] = self.rig.relaxing(self.loops, float(np.exp(log_time)))
-        return known
+    def branch(self, log_time: float) -> FloatArray:
+        """Deflection of a branch's spring at the points, and its derivative by ln(tau), shape (2, P) [m]."""
+        return self.rig.branch(self.loops, float(np.exp(log_time)))
 
     def solve(
         self,
@@ -221,11 +213,12 @@ class _Trial:
         self._problem, self._theta = problem, theta
         mechanisms, starts = len(problem.degrees), theta[3 * len(problem.degrees) + problem.branches :]
         self._along = []
-        for row in np.exp(theta[: 3 * mechanisms]).reshape(-1, 3).tolist():
-            self._along.append(problem.loops.points.omega(*row, starts, coarse=True))
-        self._times = theta[3 * mechanisms : 3 * mechanisms + problem.branches].tolist()
+        for rho, sigma, n in np.exp(theta[: 3 * mechanisms]).reshape(-1, 3).tolist():
+            self._along.append(problem.loops.points.omega(rho, sigma, n, starts, coarse=True))
+        times = theta[3 * mechanisms : 3 * mechanisms + problem.branches].tolist()
+        self._branches = [problem.branch(log_time) for log_time in times]
         parts = [omega[:, None] * a for (omega, _), a in zip(self._along, problem.amplifiers, strict=True)]
-        self.moving = np.hstack([*parts, *(problem.deflection(time)[:, None] for time in self._times)])
+        self.moving = np.hstack([*parts, *(deflection[:, None] for deflection, _ in self._branches)])
         if solve:
             self._solve()
 
@@ -261,9 +254,8 @@ class _Trial:
             by = (derivatives * (terms @ series)).T
             changes[:, 3 * k : 3 * k + 3] = by[:, :3]
             changes[:, first_start:] += by[:, 3:]
-        for j, time in enumerate(self._times):
-            ends = [problem.deflection(time + side * _DIFFERENCE) for side in (1.0, -1.0)]
-            changes[:, 3 * len(problem.degrees) + j] = stiffness[j] * (ends[0] - ends[1]) / (2.0 * _DIFFERENCE)
+        for j, (_, by_time) in enumerate(self._branches):
+            changes[:, 3 * len(problem.degrees) + j] = stiffness[j] * by_time
         return changes
 
     def reduced(self) -> tuple[FloatArray, FloatArray]:
@@ -298,15 +290,6 @@ def _is_possible(problem: ClassProblem, coefficients: FloatArray) -> bool:
     """Whether each G is positive over the range, and no stiffness negative."""
     amplified, stiffness = problem.separated(coefficients)
     return bool((stiffness >= 0.0).all()) and all(map(is_positive_series, amplified))
-
-
-def is_positive_series(series: FloatArray) -> bool:
-    """Whether a Legendre series of degree 2 at most is positive on [-1, 1], with a margin for rounding."""
-    constant, slope, bend = np.append(series, np.zeros(3 - series.size)).tolist()
-    least = min(constant - slope + bend, constant + slope + bend)
-    if bend > 0.0 and abs(slope) < 3.0 * bend:  # its turning point is inside
-        least = constant - 0.5 * bend - slope**2 / (6.0 * bend)
-    return least > 1.5e-3 * abs(constant)
 
 
 def time_bounds(rig: Rig) -> tuple[float, float]:

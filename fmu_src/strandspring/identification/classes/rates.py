@@ -46,8 +46,8 @@ def shows_rate(rig: Rig) -> bool:
 
 def _of_strokes(part: SteadyRecord) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Length [m] of the whole strokes that are used, times of their middle half and of all [s], shape (S,)."""
-    time, strokes = part.record.rising_time, part.strokes
-    assert time is not None  # `is_timed`
+    strokes = part.strokes
+    time = np.asarray(part.record.rising_time, np.float64)
     inner = range(max(part.first_used, 1), strokes.count - 1)
     rows = []
     for k in inner:

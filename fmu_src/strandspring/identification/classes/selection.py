@@ -25,12 +25,14 @@ from .rates import changes_over_cycles, is_timed, shows_rate
 from .starts import Residuals, branch_starts, mechanism_starts
 
 _WORTH = 0.1  # share of the held-out error that a wider class must explain, unless nothing but noise is left
+_AS_WELL = 1.02  # held-out error in the least up to which a polynomial FE is taken
 _STARTS = 3  # of each kind that are refined
 # Degrees of FE as a polynomial, and of FA, with which a class is tried before leaner ones.
 _LEAST_ELASTIC, _HIGHEST_ELASTIC, _HIGHEST_AMPLIFIER = 5, 8, 2
 _FIRST_TOLERANCE, _FIRST_EVALUATIONS = 1e-3, 15
 _OF_BRANCH, _OF_MECHANISM = 2, 6  # parameters of each
 
+MECHANISMS = 2  # at most
 Kind = tuple[int, int]  # number of mechanisms and of branches
 
 
@@ -114,7 +116,7 @@ class Classes:
         self.is_timed = is_timed(rig)
         self.shows_rate = self.is_timed and shows_rate(rig)
         h = fit.refinement.hysteresis
-        problem = self.problem(fit.basis, (min(fit.basis.amplifier, _HIGHEST_AMPLIFIER),), 0)
+        problem = self.problem(fit.basis, (fit.basis.amplifier,), 0)
         self._plain = problem.linear(Shape((h,)), fit.refinement.omega_start)
 
     def problem(self, basis: Basis, degrees: Sequence[int], branches: int) -> ClassProblem:
@@ -132,33 +134,33 @@ class Classes:
         ----------
         wanted : Wanted
         """
-        start = self._plain
-        if wanted.least == (1, 0):
-            if not any(self._starts(start, kind) for kind in wanted.next((1, 0))):
-                return None
-            plain = self.tried(start)
-            best, tried = plain, [plain]
-        else:
-            tried = [self.tried(start)]
-            while (kind := (len(start.degrees), start.stiffness.size)) != wanted.least:
-                more = (kind[0] + 1, kind[1]) if kind[0] < wanted.least[0] else (kind[0], kind[1] + 1)
-                start = self._wider(start, more, is_forced=True)
-            best = self.tried(start)
+        if wanted.least == (1, 0) and not any(self._starts(self._plain, kind) for kind in wanted.next((1, 0))):
+            return None
+        best = self.tried(self._plain)
+        tried = [best]
+        while best.kind != wanted.least:
+            mechanisms, branches = best.kind
+            more = (mechanisms + 1, branches) if mechanisms < wanted.least[0] else (mechanisms, branches + 1)
+            if (forced := self._wider(best.fit, more, is_forced=True)) is None:
+                break
+            best = forced
+        if best is not tried[0]:
             tried.append(best)
-        open_branch = None
         while True:
-            wider = []
-            for kind in wanted.next(best.kind):
-                fit = self._wider(best.fit, kind)
-                if fit is not None:
-                    wider.append(self.tried(fit))
+            wider = [found for kind in wanted.next(best.kind) if (found := self._wider(best.fit, kind))]
             tried += wider
             paying = [each for each in wider if self.pays(each, best)]
+            if not paying and wider:
+                # Neither may pay alone, where both do.
+                start = min(wider, key=lambda each: each.held_out)
+                both = [found for kind in wanted.next(start.kind) if (found := self._wider(start.fit, kind))]
+                tried += both
+                paying = [each for each in both if self.pays(each, best)]
             if not paying:
                 break
             best = max(paying, key=lambda each: self.gain(each, best))
-        if wanted.branches is None and self.is_timed and not best.fit.stiffness.size:
-            open_branch = self._open_branch(best)
+        is_open = wanted.branches is None and self.is_timed and not best.fit.stiffness.size
+        open_branch = self._open_branch(best) if is_open else None
         return Choice(best, tuple(tried), open_branch)
 
     def tried(self, fit: ClassFit) -> Tried:
@@ -176,6 +178,8 @@ class Classes:
 
     def pays(self, richer: Tried, leaner: Tried) -> bool:
         """Whether a wider class is worth its price."""
+        if richer.misfit**2 > leaner.misfit**2 - force_floor(self.loops) ** 2:
+            return False
         explained = richer.misfit <= NOISE_ONLY * self._noise and richer.time <= WHITE
         worth = 0.0 if explained else _WORTH
         return richer.held_out < (1.0 - worth) * leaner.held_out and self.gain(richer, leaner) > MARGIN
@@ -197,7 +201,7 @@ class Classes:
             found = [
                 (taken, Shape(shape.hysteresis, (*shape.times, time)))
                 for taken, time in branch_starts(problem, residuals)
-                if is_forced or self._shows(problem, time)
+                if is_forced or self._shows(time)
             ]
             price = _OF_BRANCH
         if is_forced:
@@ -212,35 +216,31 @@ class Classes:
             if before - criterion.value(misfit * np.sqrt(max(1.0 - taken, 0.0)), price) > MARGIN
         ]
 
-    def _shows(self, problem: ClassProblem, time: float) -> bool:
+    def _shows(self, time: float) -> bool:
         """Whether the records tell a branch of a time constant [s] from friction."""
         if self.shows_rate:
             return True
-        return changes_over_cycles(self._rig, self.loops, problem.deflection(float(np.log(time))), time)
+        return changes_over_cycles(self._rig, self.loops, self._rig.branch(self.loops, time)[0], time)
 
     def _open_branch(self, leaner: Tried) -> Tried | None:
         """A class with a branch that would pay, which the records do not tell from friction."""
-        fit = self._wider(leaner.fit, (leaner.kind[0], 1), is_forced=True)
-        if fit is None:
-            return None
-        wider = self.tried(fit)
-        return wider if self.pays(wider, leaner) else None
+        wider = self._wider(leaner.fit, (leaner.kind[0], 1), is_forced=True)
+        return wider if wider is not None and self.pays(wider, leaner) else None
 
-    def _wider(self, leaner: ClassFit, kind: Kind, is_forced: bool = False) -> ClassFit | None:
+    def _wider(self, leaner: ClassFit, kind: Kind, is_forced: bool = False) -> Tried | None:
         """With one more mechanism or branch; None where none promises enough."""
         starts = self._starts(leaner, kind, is_forced)
         if not starts:
             return None
-        fits = []
+        found = []
         for basis in self._bases(leaner.basis):
             problem = self.problem(basis, [_HIGHEST_AMPLIFIER] * kind[0], kind[1])
-            rough = [
-                problem.solve(start, leaner.omega_start, _FIRST_TOLERANCE, _FIRST_EVALUATIONS) for start in starts
-            ]
-            best = min(rough, key=lambda fit: fit.squares)
-            fits.append(self._lean(problem.solve(best.shape, best.omega_start)))
-        best = self._better(fits)
-        is_shown = is_forced or all(self._shows(problem, time) for time in best.shape.times)
+            rough = [problem.solve(start, leaner.omega_start, _FIRST_TOLERANCE, _FIRST_EVALUATIONS) for start in starts]
+            first = min(rough, key=lambda fit: fit.squares)
+            found.append(self.tried(self._lean(problem.solve(first.shape, first.omega_start))))
+        least = min(each.held_out for each in found)
+        best = next(each for each in found if each.held_out <= _AS_WELL * least)
+        is_shown = is_forced or all(self._shows(time) for time in best.fit.shape.times)
         return best if is_shown else None
 
     def _bases(self, basis: Basis) -> list[Basis]:
@@ -249,14 +249,6 @@ class Classes:
         if isinstance(basis, TableBasis):
             return [polynomial, basis]
         return [replace(basis, elastic=max(basis.elastic, _LEAST_ELASTIC))]
-
-    def _better(self, fits: Sequence[ClassFit]) -> ClassFit:
-        """The better fit of a class by the criterion; the first of equals."""
-        total = float(self.loops.weight.sum())
-        problem = self.problem_of(fits[-1])
-        time = autocorrelation_time(problem.root * (self.loops.force - problem.at(fits[-1]).force))
-        criterion = Criterion.from_points(self.loops, time)
-        return min(fits, key=lambda fit: criterion.value(float(np.sqrt(fit.squares / total)), fit.parameters))
 
     def _lean(self, fit: ClassFit) -> ClassFit:
         """With the degrees of FE and of each FA that the criterion asks for."""

@@ -6,8 +6,10 @@ least-squares problem says how much a branch of a time constant, or a mechanism 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +17,8 @@ from ...kernel.arrays import FloatArray
 from ..least_squares.projection import RHO_BOUNDS
 from ..least_squares.stages import Hysteresis
 from .problem import Along, ClassProblem, time_bounds
+
+Start = TypeVar("Start")
 
 _TIMES = 14  # time constants tried
 _RATES = 10  # values of rho tried
@@ -62,7 +66,7 @@ def branch_starts(problem: ClassProblem, residuals: Residuals) -> list[tuple[flo
     """Time constants [s] at which a branch would take most, with the share of the squared residuals, the most first."""
     times = np.geomspace(*time_bounds(problem.rig), _TIMES)
     taken = [
-        residuals.taken((problem.deflection(log_time) * problem.root)[:, None]) for log_time in np.log(times).tolist()
+        residuals.taken((problem.branch(log_time)[0] * problem.root)[:, None]) for log_time in np.log(times).tolist()
     ]
     return _peaks(np.array(taken), times.tolist())
 
@@ -84,7 +88,7 @@ def mechanism_starts(problem: ClassProblem, residuals: Residuals) -> list[tuple[
     return _peaks(taken, best)
 
 
-def _peaks(taken, starts):
+def _peaks(taken: FloatArray, starts: Sequence[Start]) -> list[tuple[float, Start]]:
     """Starts at the maxima of what they take, the largest first."""
     padded = np.concatenate([[-np.inf], taken, [-np.inf]])
     peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))

@@ -20,6 +20,24 @@ _LEAST_FREE = 0.1  # share of misfits within the bounds; if fewer were, those be
 
 
 @dataclass(frozen=True, eq=False)
+class Further:
+    """Coefficients of what a spring of a wider class has beside the first mechanism.
+
+    Attributes
+    ----------
+    names : tuple of str            Of m parameters of the spring, as the joint covariance names them.
+    values : tuple of float         The parameters; a name with "ln" before it is that of the logarithm of its one.
+    jacobian : ndarray, shape (P, k)   Derivatives of the force by k fitted coefficients that are free [N].
+    change : ndarray, shape (m, k)  Derivatives of the named parameters by these.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[float, ...]
+    jacobian: FloatArray
+    change: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Linearised:
     """A refined fit in the coefficients of FE and G and in those of rho, sigma and n that are free.
 
@@ -30,6 +48,7 @@ class Linearised:
     loops, basis, refinement : SamplePoints, Basis, Refinement
     free : ndarray of bool, shape (3,)        Which of ln(rho), ln(sigma) and ln(n) vary.
     is_start_free : ndarray of bool, shape (R,)   Which omega_start does.
+    further : Further or None   What a wider class has; its coefficients come last.
     """
 
     loops: SamplePoints
@@ -37,14 +56,17 @@ class Linearised:
     refinement: Refinement
     free: NDArray[np.bool_]
     is_start_free: NDArray[np.bool_]
+    further: Further | None = None
 
     @classmethod
-    def from_refinement(cls, loops: SamplePoints, basis: Basis, refinement: Refinement) -> Linearised:
+    def from_refinement(
+        cls, loops: SamplePoints, basis: Basis, refinement: Refinement, further: Further | None = None
+    ) -> Linearised:
         """With those free that lie off their bounds and that the points depend on."""
         h = refinement.hysteresis
         free = np.array([True, is_sigma_free(h), N_BOUNDS[0] * 1.001 < h.n < N_BOUNDS[1] * 0.999])
         felt = [np.abs(refinement.derivatives[3, points]).max(initial=0.0) > 1e-6 for _, points in loops.by_record]
-        return cls(loops, basis, refinement, free, (np.abs(refinement.omega_start) < 0.999) & felt)
+        return cls(loops, basis, refinement, free, (np.abs(refinement.omega_start) < 0.999) & felt, further)
 
     def freed(self, parameter: int) -> Linearised:
         """With one more of the nonlinear coefficients free."""
@@ -61,13 +83,19 @@ class Linearised:
         """Column of a nonlinear coefficient that is free."""
         return self.linear_count + int(self.free[:parameter].sum())
 
+    @property
+    def further_columns(self) -> slice:
+        """Columns of the coefficients of a wider class."""
+        return slice(self.linear_count + int(self.free.sum()), None)
+
     @cached_property
     def jacobian(self) -> FloatArray:
         """Derivatives of the force by the coefficients, shape (P, p) [N]."""
         columns = self.basis.columns(self.loops.displacement)
         fit = self.refinement
         yielding = (fit.derivatives[:3][self.free] * fit.backbone.G).T
-        return np.hstack([columns.elastic, fit.omega[:, None] * columns.amplifier, yielding])
+        parts = [columns.elastic, fit.omega[:, None] * columns.amplifier, yielding]
+        return np.hstack(parts if self.further is None else [*parts, self.further.jacobian])
 
     @cached_property
     def by_start(self) -> FloatArray:

@@ -21,7 +21,7 @@ from .stages import Hysteresis
 
 # Relative change of the squared misfit at which the iteration ends. With K samples one standard error of a parameter
 # changes it by 1/K; without noise it falls by decades per step until rounding ends it.
-_TOLERANCE = 1e-6
+TOLERANCE = 1e-6
 FAIR_TOLERANCE = 1e-3  # where a fair fit is enough, such as before the weights are known
 _FIRST_EVALUATIONS = 4
 # Share of the rms force within which no polynomial follows a real spring; it keeps relative noise, which vanishes
@@ -29,8 +29,8 @@ _FIRST_EVALUATIONS = 4
 _FINEST = 0.005
 _FINE_MISFIT = 1e-5  # share of the force's standard deviation below which omega to 1e-8 may not be enough
 _MEDIAN = 0.455  # of a squared standard normal
-_ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
-_HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
+ROBUST_ROUNDS = 5  # of reweighting for Huber's loss
+HUBER = 1.345  # standard deviations beyond which the robust loss grows linearly: 95 % efficient for normal noise
 _WEIGHT_TOLERANCE = 1e-4  # relative accuracy of the constant part of the variance
 
 
@@ -83,12 +83,12 @@ def refine(samples: Samples, basis: Basis, start: Hysteresis, robust: bool = Fal
     fit = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE, _FIRST_EVALUATIONS)
     if loops.rms(fit.backbone.misfit(loops.force, fit.omega)) < _FINE_MISFIT * loops.force_deviation:
         problem = Problem(loops, basis, start)
-    for _ in range(_ROBUST_ROUNDS if robust else 1):
+    for _ in range(ROBUST_ROUNDS if robust else 1):
         weight = full_weight = samples.weights(fit, robust)
         if robust:
             pull = np.sqrt(full_weight) * np.abs(fit.backbone.misfit(loops.force, fit.omega))
-            weight = full_weight * np.minimum(1.0, _HUBER / np.maximum(pull, 1e-300))
-        fit = problem.solve(fit.hysteresis, fit.omega_start, weight, _TOLERANCE)
+            weight = full_weight * np.minimum(1.0, HUBER / np.maximum(pull, 1e-300))
+        fit = problem.solve(fit.hysteresis, fit.omega_start, weight, TOLERANCE)
         fit = replace(fit, full_weight=full_weight)
     return fit
 

@@ -15,6 +15,7 @@ from ...model.outcomes import IdentificationError, Outcome
 from ..certainty.lack_of_fit import LackOfFit
 from ..certainty.prediction_interval import PredictionBand
 from ..certainty.uncertainty import is_sigma_uncertain
+from ..classes.wider import Wider
 from ..least_squares.projection import Problem
 from ..least_squares.stages import fit_backbone
 from ..points.sample_points import SamplePoints
@@ -44,6 +45,7 @@ class Fitted:
     other_energies : tuple of float  Energies of small loops that the records do not rule out [J].
     alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
     turning : tuple of SteadyRecord  The steady parts with reversals between their samples; empty if at samples.
+    wider : Wider or None            What a search for wider classes found; None if none was promising.
     """
 
     parameters: SpringParameters
@@ -58,6 +60,7 @@ class Fitted:
     alone: tuple[SteadyRecord, ...] = ()
     other_energies: tuple[float, ...] = ()
     turning: tuple[SteadyRecord, ...] = ()
+    wider: Wider | None = None
 
 
 def fitted(loops: SamplePoints, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:

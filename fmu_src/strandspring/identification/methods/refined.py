@@ -6,8 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
+from ...core.branches import BRANCHES
 from ...core.parameters import SpringParameters
 from ...errors import RecordError
 from ...ground.arguments import flag, seed_of, whole
@@ -15,62 +16,41 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...model.outcomes import IdentificationError, Outcome
 from ...records.record import Record
-from ..causes.causes import causes_in
 from ..certainty.bootstrap import bootstrap
 from ..certainty.figures import periodic_start
 from ..certainty.lack_of_fit import LackOfFit
 from ..certainty.posterior import posterior
 from ..certainty.prediction_interval import ForceInterval, PredictionBand, prediction_interval
 from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
+from ..classes.refined_class import RefinedClass, refined_class
+from ..classes.selection import MECHANISMS, Wanted
+from ..classes.wider import wider_class
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Refinement
 from ..least_squares.refinement import Samples, refine
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
-from ..points.sample_points import POINTS_PER_STROKE, SamplePoints
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected, rms_in, spring_alone
 from ..rig.effect_columns import Rig, Sizes
-from ..rig.effect_search import find_delayed, other_effects
+from ..rig.effect_search import other_effects
 from ..rig.effect_texts import CAUTIONS, RELAXING, described, detail, with_other_effects
 from ..rig.effects import KEEP, STATES, USUAL_STATE, Effect
 from ..rig.known_rig import KnownRig
 from ..rig.other_mounts import nearest_mount
-from ..rig.removal import Kept, find_removable
-from ..search.search import CLOSE, PILOT, Candidate, bending_more, is_explained, search
+from ..search.search import PILOT, Candidate, bending_more, is_explained
 from ..search.solution import cautions_of, is_positive, refuse_too_few, saturation_share, spring_of
 from ..unrecorded.small_loops import loop_energy, one_amplitude_doubts, rival_springs, springs_of, undecided_energy
 from ..unrecorded.wider_class import unrecorded
 from .fitted import Fitted
 from .method import Method
+from .searching import final_points, searched
 
 # Points in all, and at least in a stroke, on which minima are looked for.
 _SEARCHED = 1000
 _LEAST_POINTS = 24
-# All samples are used up to this many in a stroke and about this many in all; more are averaged over so fine cells
-# that what is lost is far below the noise.
-_POINTS_PER_STROKE = 2000
-_POINTS = 40_000
 _NEGLIGIBLE = 1e-3  # half-width of the prediction interval, share of the rms force, below which nobody asks for it
-_COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
 _LEAST_STEPS = 100  # of the sampler of the posterior
-
-
-class _Found(NamedTuple):
-    """What a search found.
-
-    Attributes
-    ----------
-    rig : Rig                    With reversals restored if need be, and what must stay in the records kept.
-    states : list of Corrected   Springs, the best first.
-    kept : list of Kept          Effects that were left in the records.
-    causes : dict                Outcomes of other causes than effects of the rig, with their details.
-    """
-
-    rig: Rig
-    states: list[Corrected]
-    kept: list[Kept]
-    causes: dict[Outcome, str]
 
 
 @dataclass(frozen=True)
@@ -96,6 +76,8 @@ class RefinedOptions(Method):
     keep : tuple of str            Effects that are left in the records: names of `KEEP`.
     state : str                    The spring that is described where the test changes it by wear or drift: that of its
                                    "first" cycle, of its "mean" or of its "last" cycle.
+    mechanisms : int or None       Friction mechanisms, 1 or 2; chosen by what was left out if None.
+    branches : int or None         Maxwell branches, 0 to 3, which need times; chosen likewise if None, 0 or 1.
     """
 
     name: ClassVar[str] = "refined"
@@ -109,6 +91,8 @@ class RefinedOptions(Method):
     delay: float | None = None
     keep: tuple[str, ...] = ()
     state: str = USUAL_STATE
+    mechanisms: int | None = None
+    branches: int | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -129,6 +113,15 @@ class RefinedOptions(Method):
             raise ValueError(f"`state` must be one of {', '.join(STATES)}, got {self.state!r}.")
         seed_of(self.seed)
         _ = self.known  # which checks itself
+        for name, low, high in (("mechanisms", 1, MECHANISMS), ("branches", 0, BRANCHES)):
+            count = getattr(self, name)
+            if count is not None and not low <= whole(name, count) <= high:
+                raise ValueError(f"`{name}` must be within [{low}, {high}], got {count}.")
+        if (self.bootstrap or self.posterior) and self.wanted.least != (1, 0):
+            raise ValueError(
+                "`bootstrap` and `posterior` are of springs without branches and a second mechanism; give one or the "
+                "other."
+            )
 
     @property
     def withstands_outliers(self) -> bool:
@@ -139,6 +132,13 @@ class RefinedOptions(Method):
     def known(self) -> KnownRig:
         """What is known of the rig."""
         return KnownRig(self.moving_mass, self.fixture_stiffness, self.delay)
+
+    @property
+    def wanted(self) -> Wanted:
+        """Which classes are allowed: none but the paper's with a bootstrap or a posterior, unless they are given."""
+        if (self.bootstrap or self.posterior) and not (self.branches or (self.mechanisms or 1) > 1):
+            return Wanted(1, 0)
+        return Wanted(self.mechanisms, self.branches)
 
     @property
     def known_delay(self) -> float:
@@ -176,31 +176,44 @@ class RefinedOptions(Method):
         refuse_too_few(rig.loops, Basis(*rig.loops.reach, *(self.degrees or PILOT)), where)
         refusal = next((part.refusal for part in parts if part.refusal is not None), None)
         noise_rms = Samples(rig.loops, noise).noise_rms
-        searched = self._searched(rig, noise_rms, refusal, where)
-        rig, best = searched.rig, searched.states[0]
-        sizes = best.sizes
+        found = searched(rig, self.degrees, noise_rms, refusal, where)
+        rig, best = found.rig, found.states[0]
+        wider = wider_class(rig, best, noise_rms, self.wanted, found.causes, where)
+        chosen = None if wider is None else wider.fit
+        sizes = best.sizes if wider is None or chosen is None else wider.sizes
         final_rig = rig.describing(self.state)
-        samples = Samples(_points(final_rig, sizes, best.fit), noise)
+        samples = Samples(final_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
-        basis, refinement = self._refined(samples, best.fit, where)
-        linear = Linearised.from_refinement(loops, basis, refinement)
+        added = None if chosen is None else refined_class(final_rig, samples, chosen, self.robust)
+        if added is None:
+            basis, refinement = self._refined(samples, best.fit, where)
+        else:
+            basis, refinement = added.basis, added.refinement
+        linear = Linearised.from_refinement(loops, basis, refinement, None if added is None else added.further)
         interval = prediction_interval(samples, linear)
         content = self._uncertainty(linear, interval, where)
-        spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where)
+        more = () if added is None else (added.second, added.branches)
+        spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where, *more)
         lack = LackOfFit.from_fit(loops, refinement, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
-        findings = searched.causes | {outcome: detail(outcome, effects) for outcome in cautions}
+        findings = found.causes | {outcome: detail(outcome, effects) for outcome in cautions}
         if refusal is not None:
             sentence = refusal.outcome.value.partition(";")[0]
             findings[Outcome.DELAY] += f"; without it, {sentence[0].lower()}{sentence[1:]}"
         if Effect.CURVED_DRIFT in sizes:
             findings[Outcome.DRIFT_REMOVED] += RELAXING
-        findings = with_other_effects(findings, sizes, other_effects(searched.states))
-        rig_or_mount = dict.fromkeys(kept.sentence for kept in searched.kept if not kept.is_negligible)
+        if wider is not None:
+            findings = {**findings, **wider.findings}
+        if spring.branches:
+            findings.pop(Outcome.RATE_DEPENDENT, None)
+        if added is None:
+            findings = with_other_effects(findings, sizes, other_effects(found.states))
+        doubted = [kept for kept in found.kept if not (kept.is_negligible or (added and kept.may_be_mount))]
+        rig_or_mount = dict.fromkeys(kept.sentence for kept in doubted)
         if rig_or_mount:
             findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
-        rivals = rival_springs(self._alternatives(searched.states))
+        rivals = [] if added else rival_springs(self._alternatives(found.states))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
         doubts = one_amplitude_doubts(rig, best, cautions, content["interval_95"]) if loops.has_one_amplitude else []
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
@@ -208,12 +221,14 @@ class RefinedOptions(Method):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
-        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in searched.kept]))]
-        if not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
-            wider = unrecorded(best)
-            other_energies += [loop_energy(spring) * share for share in wider.energies]
-            if wider.is_far and (mount := nearest_mount(rig, best)) is not None:
-                findings[Outcome.OTHER_MOUNT] = wider.sentence(mount)
+        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in found.kept]))]
+        if wider is not None and added is not None:
+            other_energies += [loop_energy(other) for other in wider.other_springs()]
+        elif not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
+            unseen = unrecorded(best)
+            other_energies += [loop_energy(spring) * share for share in unseen.energies]
+            if unseen.is_far and (mount := nearest_mount(rig, best)) is not None:
+                findings[Outcome.OTHER_MOUNT] = unseen.sentence(mount)
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         predicted: tuple[FloatArray, ...] = ()
         alone: tuple[SteadyRecord, ...] = ()
@@ -221,7 +236,7 @@ class RefinedOptions(Method):
             whole = final_rig.with_points(None)
             final = replace(best.fit, basis=basis, refinement=refinement)
             described_sizes = final_rig.sizes_here(sizes)
-            predicted = self._measured(whole, described_sizes, final, spring)
+            predicted = self._measured(whole, described_sizes, final, spring, added)
             if sizes or self.delay:
                 alone = spring_alone(whole, described_sizes, final)
         return Fitted(
@@ -237,35 +252,8 @@ class RefinedOptions(Method):
             alone=alone,
             turning=tuple(rig.parts) if is_turning else (),
             other_energies=tuple(other_energies),
+            wider=wider,
         )
-
-    def _searched(self, rig: Rig, noise: float, refusal: IdentificationError | None, where: str) -> _Found:
-        """The springs that the records show.
-
-        Parameters
-        ----------
-        rig : Rig
-        noise : float                           The rms that noise alone gives the residuals [N].
-        refusal : IdentificationError or None   Why no spring can have made the records as measured; a delay may have.
-        where : str                             Names of the records, for messages.
-
-        Raises
-        ------
-        IdentificationError   If no spring is found.
-        """
-        if refusal is not None:
-            delayed = find_delayed(rig, noise, self.degrees)
-            if not delayed:
-                raise refusal
-            return _Found(rig, delayed, [], {})
-        rig, candidates = _with_turns(rig, search(rig.loops, self.degrees), self.degrees)
-        if not candidates:
-            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        findings: dict[Outcome, str] = {}
-        if not is_explained(candidates[0], noise):
-            findings, alike = causes_in(rig, candidates)
-            rig = rig.keeping(alike)
-        return _Found(rig, *find_removable(rig, candidates, noise, self.degrees), findings)
 
     def _uncertainty(self, linear: Linearised, interval: ForceInterval, where: str) -> dict[str, Any]:
         """Content of the model file's field."""
@@ -315,9 +303,13 @@ class RefinedOptions(Method):
             refinement = refine(samples, basis, start, self.robust)
         return basis, refinement
 
-    def _measured(self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters) -> tuple[FloatArray, ...]:
+    def _measured(
+        self, rig: Rig, sizes: Sizes, fit: Candidate, spring: SpringParameters, added: RefinedClass | None
+    ) -> tuple[FloatArray, ...]:
         """Force at every sample of each record that the spring on this rig gives [N]."""
         _, force = rig.predicted(sizes, fit)
+        if added is not None:
+            force = force + added.force_beside(rig, rig.placed(sizes))
         forces = [force[at] for _, at in rig.loops.by_record]
         solver = PathSolver(spring)
         for k, part in enumerate(rig.parts):
@@ -328,26 +320,3 @@ class RefinedOptions(Method):
             force_of_record + self.known.inertia(part.record)
             for force_of_record, part in zip(forces, rig.parts, strict=True)
         )
-
-
-def _with_turns(rig: Rig, candidates: list[Candidate], degrees: tuple[int, int] | None) -> tuple[Rig, list[Candidate]]:
-    """The rig with reversals between the samples, if these explain the records clearly better, and springs for it."""
-    if not candidates or max(part.strokes.lost_at_reversals for part in rig.parts) < _COARSE:
-        return rig, candidates
-    at_samples = best = Corrected(candidates[0], rig.loops, {})
-    settled = rig, candidates
-    for corners in (False, True):
-        parts = [part.turning_between_samples(corners) for part in rig.parts]
-        turning = Rig.from_parts(parts, rig.points, rig.delay).keeping(rig.kept)
-        if others := search(turning.loops, degrees):
-            between = Corrected(others[0], turning.loops, {})
-            if between.better_by(at_samples) > CLOSE and between.better_by(best) > 0.0:
-                best, settled = between, (turning, others)
-    return settled
-
-
-def _points(rig: Rig, sizes: Sizes, fit: Candidate) -> SamplePoints:
-    """The samples of all records without the effects of the rig, averaged where there are very many."""
-    strokes = sum(part.strokes.count for part in rig.parts)
-    finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
-    return finest.corrected(sizes, fit) if sizes else finest.loops

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
+from ...kernel.branches import maxwell_columns
 from ...loops.strokes import Strokes
 from ..least_squares.projection import Problem
 from ..points.sample_points import SamplePoints, averaged_over, cells_of, join
@@ -33,7 +33,6 @@ _TIMED = (Effect.DELAY, Effect.VISCOSITY)
 _MOVING = (Effect.DELAY, Effect.PLAY, Effect.DISPLACEMENT_ZERO)
 _MOST_DELAY = 0.1  # share of a cycle
 _MOST_WEAR = 0.9  # share of the force, lost or gained
-_DECAY = 30.0  # time constants over which relaxation is summed at once
 _HALF_WINDOW = 3  # samples to either side over which the velocity is taken
 # Points that effects are removed from before they are averaged: every sample, unless there are more.
 _FINE = 40_000
@@ -113,21 +112,10 @@ class _Course:
         moved = moved - early * (1.0 - share) * (1.0 - 3.0 * share) - late * share * (2.0 - 3.0 * share)
         return np.asarray(moved / np.maximum(np.diff(self.time)[interval], 1e-300))
 
-    def relaxing(self, time_constant: float) -> FloatArray:
-        """Deflection of the spring of a Maxwell element at the samples, shape (K,) [m]; straight motion between."""
-        clock = (self.time - self.time[0]) / time_constant
-        steps = np.diff(clock)
-        moved = np.diff(self.strokes.displacement) * -np.expm1(-steps) / np.maximum(steps, 1e-300)
-        deflection = np.zeros(clock.size)
-        # e^clock is summed over runs in which it stays within bounds.
-        begins = np.flatnonzero(np.diff(np.floor(clock / _DECAY), prepend=-1.0))
-        for begin, end in pairwise([*begins.tolist(), clock.size]):
-            if begin:
-                deflection[begin] = deflection[begin - 1] * np.exp(-steps[begin - 1]) + moved[begin - 1]
-            growth = np.exp(clock[begin:end] - clock[begin])
-            summed = deflection[begin] + np.cumsum(np.append(0.0, moved[begin : end - 1] * growth[1:]))
-            deflection[begin:end] = summed / growth
-        return deflection
+    def branch(self, time_constant: float) -> tuple[FloatArray, FloatArray]:
+        """Deflection of the spring of a Maxwell branch at the samples, and its derivative by ln(time constant) [m]."""
+        deflection, derivative = maxwell_columns([time_constant], self.strokes.displacement, self.time)
+        return deflection[0], derivative[0]
 
     def _within(self, place: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
         """The interval before each sample, or about each place between samples, and the share of it that is over."""
@@ -277,7 +265,8 @@ class Rig:
             [
                 value(course, course.earlier(loops.sample[at], delay))
                 for course, (_, at) in zip(self.courses, loops.by_record, strict=True)
-            ]
+            ],
+            axis=-1,
         )
 
     def elapsed(self, loops: SamplePoints) -> FloatArray:
@@ -292,9 +281,16 @@ class Rig:
             begun += float(clock[-1])
         return elapsed / begun
 
-    def relaxing(self, loops: SamplePoints, time: float) -> FloatArray:
-        """Spring deflection r of a Maxwell element at the points, dr/dt = dx/dt - r/time, shape (P,) [m]."""
-        return self._at(loops, 0.0, lambda course, place: np.interp(place, course.index, course.relaxing(time)))
+    def branch(self, loops: SamplePoints, time: float) -> FloatArray:
+        """Spring deflection q of a Maxwell branch at the points, dq/dt = dx/dt - q/time, and dq/d(ln time), (2, P) [m].
+
+        It begins at 0 with each record, and the displacement moves at constant velocity between the samples.
+        """
+
+        def at(course: _Course, place: FloatArray) -> FloatArray:
+            return np.stack([np.interp(place, course.index, values) for values in course.branch(time)])
+
+        return self._at(loops, 0.0, at)
 
     def durations(self, loops: SamplePoints) -> FloatArray:
         """Duration of each stroke [s], shape (S,); of samples where there are no times."""

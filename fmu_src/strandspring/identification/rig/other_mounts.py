@@ -88,7 +88,7 @@ def _mounts(rig: Rig, state: Corrected) -> Iterator[tuple[str, FloatArray, int]]
         yield "a second friction mechanism", np.hstack([stop, place * stop]), 3
     yield "several friction mechanisms", np.hstack([stops, place * stops]), 2 * _THRESHOLDS.size
     if all(part.record.rising_time is not None and not part.periodic for part in rig.parts):
-        relaxing = np.hstack([rig.relaxing(loops, share * rig.period)[:, None] for share in _TIMES])
+        relaxing = np.stack([rig.branch(loops, share * rig.period)[0] for share in _TIMES], axis=1)
         for k in range(len(_TIMES)):
             yield "a material that relaxes", relaxing[:, k : k + 1], 2
         both = np.hstack([stops, place * stops, relaxing])

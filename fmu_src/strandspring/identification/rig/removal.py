@@ -53,6 +53,11 @@ class Kept:
     is_negligible: bool = False
 
     @property
+    def may_be_mount(self) -> bool:
+        """Whether a second mechanism or a branch of the mount gives the like of all of them."""
+        return self.sizes.keys() <= {*LOCKED, Effect.CURVED_DRIFT}
+
+    @property
     def sentence(self) -> str:
         """What it may be, in words."""
         if self.instead:

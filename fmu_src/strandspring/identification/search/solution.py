@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.branches import MaxwellBranch, Mechanism
 from ...core.parameters import SpringParameters
 from ...core.polynomials import least_value
 from ...kernel.arrays import FloatArray
@@ -93,13 +94,21 @@ def cautions_of(loops: SamplePoints, hysteresis: Hysteresis, omega: FloatArray) 
     return cautions
 
 
-def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis, where: str) -> SpringParameters:
+def spring_of(
+    basis: Basis,
+    backbone: Backbone,
+    hysteresis: Hysteresis,
+    where: str,
+    second: Mechanism | None = None,
+    branches: tuple[MaxwellBranch, ...] = (),
+) -> SpringParameters:
     """The spring of a fit whose FA is positive, normalised to FA(x0) = 1 (paper eq. 19).
 
     Parameters
     ----------
     basis, backbone, hysteresis : Basis, Backbone, Hysteresis   The fit.
     where : str          Names of the records, for messages.
+    second, branches     What a wider class has.
 
     Raises
     ------
@@ -117,8 +126,8 @@ def spring_of(basis: Basis, backbone: Backbone, hysteresis: Hysteresis, where: s
             displacement_offset=basis.offset,
             displacement_min=basis.low,
             displacement_max=basis.high,
-            second=None,
-            branches=(),
+            second=second,
+            branches=branches,
         )
     except ValueError as problem:
         raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None
