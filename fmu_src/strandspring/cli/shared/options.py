@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import click
 
 from ...api.common.methods import MethodName, methods
+from ...core.branches import BRANCHES, MECHANISMS
 from ...errors import RecordError
 from ...identification.rig.effects import KEEP, STATES, USUAL_STATE
 from ...loops.description_file import entries
@@ -133,6 +134,10 @@ identification_options = together(
                  help=f"Refined: effects that are left in the spring, not removed as the rig's: {', '.join(KEEP)}."),
     click.option("--state", type=click.Choice(list(STATES)), default=USUAL_STATE, show_default=True,
                  help="Refined: the cycle that the model describes where wear or drift changes them."),
+    click.option("--mechanisms", type=click.IntRange(1, MECHANISMS), metavar="N",
+                 help="Refined: friction mechanisms, 1 or 2.  [default: a second one where it predicts better]"),
+    click.option("--branches", type=click.IntRange(0, BRANCHES), metavar="N",
+                 help="Refined: Maxwell branches, 0 to 3; need times.  [default: one where it predicts better]"),
     click.option("--save-anyway", is_flag=True,
                  help="Save, with a caution, a spring that follows the records worse than a straight line does, instead"
                  " of refusing it."),

@@ -76,7 +76,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Wanted:
+class AllowedClasses:
     """Which classes are allowed.
 
     Attributes
@@ -127,12 +127,12 @@ class Classes:
         """That of a fit."""
         return self.problem(fit.basis, fit.degrees, fit.stiffness.size)
 
-    def choice(self, wanted: Wanted) -> Choice | None:
+    def choice(self, wanted: AllowedClasses) -> Choice | None:
         """The class that the records show; None where no wider one is promising.
 
         Parameters
         ----------
-        wanted : Wanted
+        wanted : AllowedClasses
         """
         if wanted.least == (1, 0) and not any(self._starts(self._plain, kind) for kind in wanted.next((1, 0))):
             return None

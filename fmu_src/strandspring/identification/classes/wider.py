@@ -21,7 +21,7 @@ from ..search.solution import spring_of
 from .problem import ClassFit
 from .rates import is_timed
 from .refined_class import branches_of, second_of
-from .selection import Choice, Classes, Tried, Wanted
+from .selection import AllowedClasses, Choice, Classes, Tried
 
 # What a branch gives as well, so that it is not removed beside one.
 _LIKE_BRANCHES = (Effect.VISCOSITY, Effect.CURVED_DRIFT)
@@ -110,7 +110,7 @@ class Wider:
 
 
 def wider_class(
-    rig: Rig, best: Corrected, noise: float, wanted: Wanted, causes: Mapping[Outcome, str], where: str
+    rig: Rig, best: Corrected, noise: float, wanted: AllowedClasses, causes: Mapping[Outcome, str], where: str
 ) -> Wider | None:
     """The wider class that the records show; None where none is promising, or other causes may be fitted by it.
 
@@ -119,7 +119,7 @@ def wider_class(
     rig : Rig
     best : Corrected     The spring of the paper's class.
     noise : float        The rms that noise alone gives the residuals at the rig's points [N].
-    wanted : Wanted
+    wanted : AllowedClasses
     causes : mapping     Other causes of misfit that were found.
     where : str          Names of the records, for messages.
 

@@ -23,7 +23,7 @@ from ..certainty.posterior import posterior
 from ..certainty.prediction_interval import ForceInterval, PredictionBand, prediction_interval
 from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
 from ..classes.refined_class import RefinedClass, refined_class
-from ..classes.selection import MECHANISMS, Wanted
+from ..classes.selection import MECHANISMS, AllowedClasses
 from ..classes.wider import wider_class
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Refinement
@@ -134,11 +134,11 @@ class RefinedOptions(Method):
         return KnownRig(self.moving_mass, self.fixture_stiffness, self.delay)
 
     @property
-    def wanted(self) -> Wanted:
+    def wanted(self) -> AllowedClasses:
         """Which classes are allowed: none but the paper's with a bootstrap or a posterior, unless they are given."""
         if (self.bootstrap or self.posterior) and not (self.branches or (self.mechanisms or 1) > 1):
-            return Wanted(1, 0)
-        return Wanted(self.mechanisms, self.branches)
+            return AllowedClasses(1, 0)
+        return AllowedClasses(self.mechanisms, self.branches)
 
     @property
     def known_delay(self) -> float:
