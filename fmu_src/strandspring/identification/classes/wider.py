@@ -41,7 +41,7 @@ class Wider:
     choice : Choice
     sizes : dict        Effects of the rig beside the chosen class.
     spread : float      Standard deviation of the force [N].
-    durations : (float, float)   Of the shortest and the longest strokes recorded [s]; of samples without times.
+    durations : (float, float)   Of the short and the long strokes recorded [s]; of samples without times.
     """
 
     choice: Choice
@@ -154,8 +154,9 @@ def wider_class(
     loops = begin.loops
     if begin is not best and not is_forced and _is_worse(choice.chosen, best):
         return None
-    durations = np.sort(rig.durations(loops)[np.unique(loops.stroke)])
-    return Wider(choice, sizes, loops.force_deviation, (float(durations[0]), float(durations[-1])))
+    # Strokes from one amplitude to the next are shorter than others.
+    low, high = np.quantile(rig.durations(loops)[np.unique(loops.stroke)], (0.1, 0.9), method="nearest").tolist()
+    return Wider(choice, sizes, loops.force_deviation, (low, high))
 
 
 def _is_worse(chosen: Tried, best: Corrected) -> bool:
