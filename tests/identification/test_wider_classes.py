@@ -114,10 +114,11 @@ def test_nothing_is_chosen_that_is_not_there(seed: int) -> None:
 
 
 def test_one_amplitude_and_rate_do_not_tell_a_branch_from_friction() -> None:
-    found = identify(record(*sines((0.02,), 0.5, cycles=8), branches=[BRANCH]))
-    assert not found.parameters.branches
+    found = identify(record(*sines((0.02,), 0.5, cycles=8), branches=[(3000.0, 0.25)]))
+    assert kind(found) == (1, 0)
     assert "with one Maxwell branch the error" in found.findings[Outcome.RATE_OPEN]
-    assert identify(found.records, RefinedOptions(branches=1)).parameters.branches
+    forced = identify(found.records, RefinedOptions(mechanisms=1, branches=1)).parameters.branches[0]
+    assert (forced.stiffness, forced.time_constant) == pytest.approx((3000.0, 0.25), rel=0.02)
 
 
 def test_a_branch_is_asked_for_without_times() -> None:

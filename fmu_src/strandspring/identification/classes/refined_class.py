@@ -85,10 +85,10 @@ def refined_class(rig: Rig, samples: Samples, fit: ClassFit, robust: bool) -> Re
     """
     loops = samples.loops
 
-    def problem(weight: FloatArray) -> ClassProblem:
-        return ClassProblem(rig, loops, fit.basis, fit.degrees, fit.stiffness.size, weight)
+    def problem(of: ClassFit, weight: FloatArray) -> ClassProblem:
+        return ClassProblem(rig, loops, of.basis, of.degrees, of.stiffness.size, weight)
 
-    rough = problem(loops.weight)
+    rough = problem(fit, loops.weight)
     fit = rough.solve(fit.shape, fit.omega_start, FAIR_TOLERANCE, _FIRST_EVALUATIONS)
     along, weight = rough.at(fit), loops.weight
     for _ in range(ROBUST_ROUNDS if robust else 1):
@@ -96,10 +96,11 @@ def refined_class(rig: Rig, samples: Samples, fit: ClassFit, robust: bool) -> Re
         if robust:
             pull = np.sqrt(full_weight) * np.abs(loops.force - along.force)
             weight = full_weight * np.minimum(1.0, HUBER / np.maximum(pull, 1e-300))
-        final = problem(weight)
+        final = problem(fit, weight)
         fit = final.solve(fit.shape, fit.omega_start, TOLERANCE, _EVALUATIONS)
         along = final.at(fit)
     fit = _largest_first(fit, along)
+    final = problem(fit, weight)
     along = final.at(fit)
     refinement = _refinement(final, fit, along, weight, full_weight)
     basis = replace(fit.basis, amplifier=fit.degrees[0])

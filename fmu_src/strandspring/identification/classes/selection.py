@@ -22,7 +22,7 @@ from ..search.search import MARGIN, NOISE_ONLY, WHITE, Candidate, Criterion, for
 from .held_out import folds, held_out_error
 from .problem import ClassFit, ClassProblem, Shape
 from .rates import changes_over_cycles, is_timed, shows_rate
-from .starts import Residuals, branch_starts, mechanism_starts
+from .starts import Residuals, anew, branch_starts, mechanism_starts
 
 _WORTH = 0.1  # share of the held-out error that a wider class must explain, unless nothing but noise is left
 _AS_WELL = 1.02  # held-out error in the least up to which a polynomial FE is taken
@@ -150,6 +150,9 @@ class Classes:
             wider = [found for kind in wanted.next(best.kind) if (found := self._wider(best.fit, kind))]
             tried += wider
             paying = [each for each in wider if self.pays(each, best)]
+            if any(each.kind == (2, 0) for each in paying) and (like := self._like_friction(best, paying)):
+                tried.append(like)
+                return Choice(best, tuple(tried), like)
             if not paying and wider:
                 # Neither may pay alone, where both do.
                 start = min(wider, key=lambda each: each.held_out)
@@ -222,6 +225,16 @@ class Classes:
             return True
         return changes_over_cycles(self._rig, self.loops, self._rig.branch(self.loops, time)[0], time)
 
+    def _like_friction(self, leaner: Tried, paying: Sequence[Tried]) -> Tried | None:
+        """A class with a branch that predicts about as well as one with a second mechanism, where neither amplitude nor
+        rate varies and so nothing tells one from the other; None otherwise.
+        """
+        if self.shows_rate or not self.loops.has_one_amplitude:
+            return None
+        branch = self._wider(leaner.fit, (1, 1), is_forced=True)
+        least = min(each.held_out for each in paying)
+        return branch if branch is not None and branch.held_out * (1.0 - _WORTH) <= least else None
+
     def _open_branch(self, leaner: Tried) -> Tried | None:
         """A class with a branch that would pay, which the records do not tell from friction."""
         wider = self._wider(leaner.fit, (leaner.kind[0], 1), is_forced=True)
@@ -232,9 +245,13 @@ class Classes:
         starts = self._starts(leaner, kind, is_forced)
         if not starts:
             return None
-        found = []
+        found: list[Tried] = []
         for basis in self._bases(leaner.basis):
             problem = self.problem(basis, [_HIGHEST_AMPLIFIER] * kind[0], kind[1])
+            if found:  # a table takes long, and has the minima of the polynomial
+                starts = [found[0].fit.shape, starts[0]]
+            else:
+                starts = [*starts, *anew(problem, leaner.shape, leaner.omega_start)]
             rough = [problem.solve(start, leaner.omega_start, _FIRST_TOLERANCE, _FIRST_EVALUATIONS) for start in starts]
             first = min(rough, key=lambda fit: fit.squares)
             found.append(self.tried(self._lean(problem.solve(first.shape, first.omega_start))))

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from typing import TypeVar
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import RHO_BOUNDS
 from ..least_squares.stages import Hysteresis
-from .problem import Along, ClassProblem, time_bounds
+from .problem import Along, ClassProblem, Shape, time_bounds
 
 Start = TypeVar("Start")
 
@@ -24,6 +24,8 @@ _TIMES = 14  # time constants tried
 _RATES = 10  # values of rho tried
 _RATE_BOUNDS = (3.0, 3e3)  # of rho times the longest stroke
 _SIGMAS, _EXPONENTS = (0.6, 2.0), (0.4, 1.0, 3.0)
+# Of a grid in all of a class, and how many of its points are refined.
+_COARSE_RATES, _COARSE_TIMES, _COARSE_EXPONENTS, _ANEW = 6, 8, (0.5, 2.0), 2
 _DEGREE = 2  # of the amplifier of a mechanism that is tried
 
 
@@ -93,3 +95,25 @@ def _peaks(taken: FloatArray, starts: Sequence[Start]) -> list[tuple[float, Star
     padded = np.concatenate([[-np.inf], taken, [-np.inf]])
     peaks = np.flatnonzero((padded[1:-1] >= padded[:-2]) & (padded[1:-1] > padded[2:]))
     return [(float(taken[k]), starts[k]) for k in peaks[np.argsort(-taken[peaks], kind="stable")].tolist()]
+
+
+def anew(problem: ClassProblem, leaner: Shape, omega_start: FloatArray) -> list[Shape]:
+    """Shapes of a class from a grid in all of it: a leaner one may have imitated what the class adds by its own.
+
+    Parameters
+    ----------
+    problem : ClassProblem       With one mechanism or branch more than the leaner class.
+    leaner : Shape
+    omega_start : ndarray, shape (R,)
+    """
+    rates = np.geomspace(*_RATE_BOUNDS, _COARSE_RATES) / float(problem.loops.length.max())
+    single = [Hysteresis(rate, 1.0, n) for rate in rates.tolist() for n in _COARSE_EXPONENTS]
+    if len(problem.degrees) > len(leaner.hysteresis):
+        shapes = [Shape(pair, leaner.times) for pair in combinations(single, 2) if pair[0].rho < pair[1].rho]
+    elif len(problem.degrees) == 1:
+        times = np.geomspace(*time_bounds(problem.rig), _COARSE_TIMES).tolist()
+        shapes = [Shape((h,), (*leaner.times, time)) for h, time in product(single, times)]
+    else:
+        return []
+    fits = sorted((problem.linear(shape, omega_start).squares, k) for k, shape in enumerate(shapes))
+    return [shapes[k] for _, k in fits[:_ANEW]]
