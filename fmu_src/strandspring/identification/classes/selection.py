@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 
 import numpy as np
 
 from ..points.polynomials import Basis
 from ..points.residuals import autocorrelation_time
-from ..points.sample_points import SamplePoints
+from ..points.sample_points import IndexArray, SamplePoints
 from ..points.table import TableBasis
 from ..rig.effect_columns import Rig
 from ..search.search import MARGIN, NOISE_ONLY, WHITE, Candidate, Criterion, force_floor
@@ -112,12 +113,19 @@ class Classes:
 
     def __init__(self, rig: Rig, loops: SamplePoints, fit: Candidate, noise: float) -> None:
         self._rig, self.loops, self._noise, self._basis = rig, loops, noise, fit.basis
-        self._fold = folds(rig, loops)
         self.is_timed = is_timed(rig)
-        self.shows_rate = self.is_timed and shows_rate(rig)
         h = fit.refinement.hysteresis
         problem = self.problem(fit.basis, (fit.basis.amplifier,), 0)
         self._plain = problem.linear(Shape((h,)), fit.refinement.omega_start)
+
+    @cached_property
+    def _fold(self) -> IndexArray:
+        return folds(self._rig, self.loops)
+
+    @cached_property
+    def shows_rate(self) -> bool:
+        """Whether the records tell a force that depends on the rate from friction."""
+        return self.is_timed and shows_rate(self._rig)
 
     def problem(self, basis: Basis, degrees: Sequence[int], branches: int) -> ClassProblem:
         """The least-squares problem of a class."""

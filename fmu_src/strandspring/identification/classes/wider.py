@@ -15,8 +15,8 @@ from ...model.outcomes import IdentificationError, Outcome
 from ..least_squares.stages import Backbone
 from ..rig.corrected import Corrected, rms_in
 from ..rig.effect_columns import Effect, Rig, Sizes
-from ..rig.paying_effects import fitted_with
-from ..search.search import Criterion
+from ..rig.paying_effects import fitted_with, is_white
+from ..search.search import Criterion, force_floor
 from ..search.solution import spring_of
 from .problem import ClassFit
 from .rates import is_timed
@@ -148,7 +148,10 @@ def wider_class(
     begin = best if len(sizes) == len(best.sizes) else fitted_with(rig, best.fit, sizes)
     if begin is None:
         return None
-    choice = Classes(rig, begin.loops, begin.fit, rms_in(begin.loops, noise, rig.loops)).choice(wanted)
+    left = rms_in(begin.loops, noise, rig.loops)
+    if not is_forced and (begin.fit.misfit <= force_floor(begin.loops) or is_white(begin.fit, left)):
+        return None
+    choice = Classes(rig, begin.loops, begin.fit, left).choice(wanted)
     if choice is None:
         return None
     loops = begin.loops
