@@ -18,7 +18,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ..least_squares.projection import RHO_BOUNDS
 from ..least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Hysteresis
-from ..least_squares.trust_region import minimise, triangle_of
+from ..least_squares.trust_region import Reduced, minimise, triangle_of
 from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
 from ..rig.effect_columns import Rig
@@ -121,6 +121,7 @@ class ClassProblem:
         self.loops, self.basis, self.degrees, self.branches = loops, basis, tuple(degrees), branches
         self.rig, self.records, self.weight = rig, loops.points.records, weight
         self.root = np.sqrt(weight)
+        self.record = loops.record[loops.stroke]
         self.elastic = basis.columns(loops.displacement).elastic
         self.amplifiers = [self.amplifier_columns(degree) for degree in degrees]
         self._frame, self._triangle = np.linalg.qr(self.elastic * self.root[:, None])
@@ -253,19 +254,19 @@ class _Trial:
         ):
             by = (derivatives * (terms @ series)).T
             changes[:, 3 * k : 3 * k + 3] = by[:, :3]
-            changes[:, first_start:] += by[:, 3:]
+            changes[np.arange(by.shape[0]), first_start + problem.record] += by[:, 3]
         for j, (_, by_time) in enumerate(self._branches):
             changes[:, 3 * len(problem.degrees) + j] = stiffness[j] * by_time
         return changes
 
-    def reduced(self) -> tuple[FloatArray, FloatArray]:
-        """The residuals and their derivatives by theta in Kaufman's form, of fewer rows."""
+    def reduced(self) -> Reduced:
+        """The residuals and their derivatives by theta in Kaufman's form; all of theta counts as shared."""
         problem = self._problem
         free = self._columns @ self._directions
         change = problem.beside(self.changes() * -problem.root[:, None])
         R = triangle_of(np.column_stack([free, change, problem.target]))
         n = free.shape[1]
-        return R[n:, n:-1], R[n:, -1]
+        return Reduced(R[n:, n:-1], R[n:, -1], np.zeros(0), np.zeros((0, R.shape[0])))
 
 
 def _directions(matrix: FloatArray) -> FloatArray:

@@ -121,7 +121,8 @@ def _refinement(
     """The fit of the first mechanism, with what the others add as part of FE at the points."""
     G = problem.amplifiers[0] @ fit.amplified[0]
     nonlinear = along.jacobian[:, -(problem.records + fit.shape.vector.size) :]
-    derivatives = np.hstack([nonlinear[:, :3], nonlinear[:, fit.shape.vector.size :]])
+    by_start = nonlinear[:, fit.shape.vector.size :].sum(axis=1)  # each depends on that of its record alone
+    derivatives = np.column_stack([nonlinear[:, :3], by_start])
     return Refinement(
         fit.shape.hysteresis[0],
         fit.omega_start,

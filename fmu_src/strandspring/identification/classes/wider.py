@@ -29,6 +29,7 @@ _LIKE_BRANCHES = (Effect.VISCOSITY, Effect.CURVED_DRIFT)
 _OTHER_CAUSES = (
     Outcome.BAND_LIMITED, Outcome.BACKLASH, Outcome.HUM, Outcome.INERTIA, Outcome.RECORDS_DIFFER,
 )  # fmt: skip
+_MOST_RECORDS = 24  # in which classes are sought unasked: each has an omega_start
 _NAMES = ("no", "one", "two", "three")
 
 
@@ -142,7 +143,7 @@ def wider_class(
         return None
     if not wanted.next(wanted.least) and not is_forced:
         return None
-    if not is_forced and any(cause in causes for cause in _OTHER_CAUSES):
+    if not is_forced and (len(rig.parts) > _MOST_RECORDS or any(cause in causes for cause in _OTHER_CAUSES)):
         return None
     sizes = {effect: size for effect, size in best.sizes.items() if effect not in _LIKE_BRANCHES}
     begin = best if len(sizes) == len(best.sizes) else fitted_with(rig, best.fit, sizes)
