@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from ...errors import ModelError
 from ...ground.files import write_csv
-from ...ground.plain_springs import require_plain
 from ...ground.result_columns import ResultColumn
 from ...identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
 from ...identification.certainty.prediction_interval import ForceInterval, prediction_error
@@ -221,8 +220,6 @@ def predict(
     source = source_of(model)
     interval = _interval(source, content)
     records = tuple(given_records(data, force, time, displacement, units, reverse))
-    if content.parameters.branches:
-        require_plain(content.parameters, "`predict`", "run `Spring.response` along the record with its times")
     solver = PathSolver(content.parameters)
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")
