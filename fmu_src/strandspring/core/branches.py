@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-# How many Maxwell branches a spring may have.
-BRANCHES = 3
+# How many friction mechanisms and Maxwell branches a spring may have.
+MECHANISMS, BRANCHES = 2, 3
 # Of a time constant [s].
 TIME_CONSTANT_RANGE = (1e-9, 1e9)
 

@@ -30,7 +30,9 @@ def notes_on(identification: IdentifiedModel) -> tuple[str, ...]:
 
 
 def _next_test(identification: IdentifiedModel) -> tuple[str, ...]:
-    """A note with the cautions that another test would settle; none without any."""
+    """A note with the cautions that another test would settle; none without any, or for a spring of a wider class."""
+    if not identification.parameters.is_plain:
+        return ()
     settled = [outcome.name.lower() for outcome in identification.outcomes if outcome in SETTLED_BY_A_TEST]
     return (f"`plan()` chooses the test that would settle {', '.join(settled)}.",) if settled else ()
 

@@ -33,7 +33,6 @@ _LEAST_ELASTIC, _HIGHEST_ELASTIC, _HIGHEST_AMPLIFIER = 5, 8, 2
 _FIRST_TOLERANCE, _FIRST_EVALUATIONS = 1e-3, 15
 _OF_BRANCH, _OF_MECHANISM = 2, 6  # parameters of each
 
-MECHANISMS = 2  # at most
 Kind = tuple[int, int]  # number of mechanisms and of branches
 
 

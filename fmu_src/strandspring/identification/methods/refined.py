@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any, ClassVar
 
-from ...core.branches import BRANCHES
+from ...core.branches import BRANCHES, MECHANISMS
 from ...core.parameters import SpringParameters
 from ...errors import RecordError
 from ...ground.arguments import flag, seed_of, whole
@@ -23,7 +23,7 @@ from ..certainty.posterior import posterior
 from ..certainty.prediction_interval import ForceInterval, PredictionBand, prediction_interval
 from ..certainty.uncertainty import is_sigma_uncertain, uncertainty
 from ..classes.refined_class import RefinedClass, refined_class
-from ..classes.selection import MECHANISMS, AllowedClasses
+from ..classes.selection import AllowedClasses
 from ..classes.wider import wider_class
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Refinement
