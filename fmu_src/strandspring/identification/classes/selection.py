@@ -159,7 +159,7 @@ class Classes:
             paying = [each for each in wider if self.pays(each, best)]
             if any(each.kind == (2, 0) for each in paying) and (like := self._like_friction(best, paying)):
                 tried.append(like)
-                return Choice(best, tuple(tried), like)
+                return Choice(best, tuple(tried), like if self.is_timed else None)
             if not paying and wider:
                 # Neither may pay alone, where both do.
                 start = min(wider, key=lambda each: each.held_out)
@@ -205,7 +205,7 @@ class Classes:
         if kind[0] > len(leaner.degrees):
             found = [(t, Shape((*shape.hysteresis, h), shape.times)) for t, h in mechanism_starts(problem, residuals)]
             price = _OF_MECHANISM
-        elif not self.is_timed:
+        elif not self.is_timed and not is_forced:
             return []
         else:
             found = [
@@ -234,7 +234,7 @@ class Classes:
 
     def _like_friction(self, leaner: Tried, paying: Sequence[Tried]) -> Tried | None:
         """A class with a branch that predicts about as well as one with a second mechanism, where neither amplitude nor
-        rate varies and so nothing tells one from the other; None otherwise.
+        rate varies and so nothing tells one from the other; None otherwise. Without times, samples count as even ones.
         """
         if self.shows_rate or not self.loops.has_one_amplitude:
             return None

@@ -76,7 +76,8 @@ class RefinedOptions(Method):
     keep : tuple of str            Effects that are left in the records: names of `KEEP`.
     state : str                    The spring that is described where the test changes it by wear or drift: that of its
                                    "first" cycle, of its "mean" or of its "last" cycle.
-    mechanisms : int or None       Friction mechanisms, 1 or 2; chosen by what was left out if None.
+    mechanisms : int or None       Friction mechanisms, 1 or 2; chosen by what was left out if None, with given degrees
+                                   1. A wider class has degrees of its own.
     branches : int or None         Maxwell branches, 0 to 3, which need times; chosen likewise if None, 0 or 1.
     """
 
@@ -135,9 +136,9 @@ class RefinedOptions(Method):
 
     @property
     def wanted(self) -> AllowedClasses:
-        """Which classes are allowed: none but the paper's with a bootstrap or a posterior, unless they are given."""
-        if (self.bootstrap or self.posterior) and not (self.branches or (self.mechanisms or 1) > 1):
-            return AllowedClasses(1, 0)
+        """Which classes are allowed: with given degrees, a bootstrap or a posterior only those that are given."""
+        if self.degrees is not None or self.bootstrap or self.posterior:
+            return AllowedClasses(self.mechanisms or 1, self.branches or 0)
         return AllowedClasses(self.mechanisms, self.branches)
 
     @property
