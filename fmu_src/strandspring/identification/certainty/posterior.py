@@ -2,10 +2,11 @@
 
 The likelihood is that of the misfit under the likeliest kind of correlated noise (`coloured_noise`); the coefficients
 of FE and FA, in which the force is linear, are integrated out. The prior is flat in the logarithms of rho, sigma and n
-within the bounds of the search, in omega_start, and in the coefficients. Draws come from Student's distribution with
-the joint covariance of the fit and are weighted by the posterior over its density (importance sampling). Where that is
-far from the posterior, few draws take all the weight: if the effective number sum(w)^2/sum(w^2) is too small, the
-affine-invariant ensemble sampler of emcee takes over (Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
+within the bounds of the search, in omega_start, and in the coefficients. Draws come from Student's distribution and are
+weighted by the posterior over its density (importance sampling). It begins at the fit, with the covariance that this
+likelihood has there, and follows the weighted mean and covariance of its draws. Where few draws still take all the
+weight, the effective number sum(w)^2/sum(w^2) being too small, the affine-invariant ensemble sampler of emcee takes over
+(Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Problem
 
 _DRAWS = 2000  # of importance sampling
+_MOVES, _TRIED = 6, 500  # times that the distribution of draws is moved at most, by so many draws each
+_FLAT = 0.1  # least effective share of the draws that move it: weights are flattened until then
 _EFFECTIVE = 1000.0  # draws of equal weight that are enough
 _FREEDOM = 6.0  # degrees of freedom of the draws: tails that reach beyond those of the posterior
 _WALKERS = 32  # at least, and four for each number that is drawn
@@ -70,15 +73,33 @@ def drawn_in_words(posterior: Mapping[str, Any]) -> str:
 
 def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Draws of theta, shape (N, v), what the target says there, shape (N, 3), and weights, shape (N,)."""
-    size = target.start.size
-    normal = generator.standard_normal((_DRAWS, size))
-    stretch = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, _DRAWS))
-    places = target.start + stretch[:, None] * normal @ target.root_of_covariance.T
-    squares = stretch**2 * np.sum(normal**2, axis=1)
-    density = -0.5 * (_FREEDOM + size) * np.log1p(squares / _FREEDOM)
+    centre, root = target.start, target.root_of_covariance
+    for _ in range(_MOVES):
+        places, _, logarithm = _sample(target, centre, root, _TRIED, generator)
+        power = 1.0
+        while (weight := np.exp(power * logarithm)).sum() ** 2 < _FLAT * _TRIED * (weight**2).sum():
+            power *= 0.7
+        centre = weight @ places / weight.sum()
+        off = np.sqrt(weight / weight.sum())[:, None] * (places - centre)
+        root = np.linalg.cholesky(off.T @ off + np.diag(np.full(centre.size, 1e-12)))
+        if power == 1.0 and weight.sum() ** 2 > 0.5 * _TRIED * (weight**2).sum():
+            break
+    places, values, logarithm = _sample(target, centre, root, _DRAWS, generator)
+    return places, values, np.exp(logarithm)
+
+
+def _sample(
+    target: _Target, centre: FloatArray, root: FloatArray, count: int, generator: np.random.Generator
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Places, what the target says there, and logarithms of their weights, the largest being 0."""
+    size = centre.size
+    normal = generator.standard_normal((count, size))
+    stretch = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, count))
+    places = centre + stretch[:, None] * normal @ root.T
+    density = -0.5 * (_FREEDOM + size) * np.log1p(stretch**2 * np.sum(normal**2, axis=1) / _FREEDOM)
     values = np.array([target(place) for place in places])
     logarithm = values[:, 0] - density
-    return places, np.nan_to_num(values), np.exp(logarithm - logarithm.max())
+    return places, np.nan_to_num(values), logarithm - logarithm.max()
 
 
 def _walked(
