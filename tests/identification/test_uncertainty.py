@@ -324,6 +324,7 @@ def test_the_posterior_agrees_with_the_intervals_where_the_records_tell_all() ->
         # More than 1000 independent draws: the ends of 95 % scatter by 4 % of their distance from the middle.
         assert sampled[name][2] == pytest.approx(0.5 * (low + high), abs=0.1 * (high - low))
         assert sampled[name][-1] - sampled[name][0] == pytest.approx(high - low, rel=0.25)
-    assert sampled["long_enough"] and sampled["effective_draws"] > 1000.0
+    assert sampled["long_enough"]
+    assert sampled["effective_draws"] > 1000.0
     again = identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]
     assert again == identify(record, RefinedOptions((3, 2), posterior=100, seed=1)).uncertainty["posterior"]

@@ -5,8 +5,8 @@ of FE and FA, in which the force is linear, are integrated out. The prior is fla
 within the bounds of the search, in omega_start, and in the coefficients. Draws come from Student's distribution and are
 weighted by the posterior over its density (importance sampling). It begins at the fit, with the covariance that this
 likelihood has there, and follows the weighted mean and covariance of its draws. Where few draws still take all the
-weight, the effective number sum(w)^2/sum(w^2) being too small, the affine-invariant ensemble sampler of emcee takes over
-(Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
+weight, the effective number sum(w)^2/sum(w^2) being too small, the affine-invariant ensemble sampler of emcee takes
+over (Foreman-Mackey et al., Publ. Astron. Soc. Pac. 125, 2013).
 """
 
 from __future__ import annotations
