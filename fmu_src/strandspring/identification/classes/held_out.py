@@ -19,7 +19,10 @@ def folds(rig: Rig, loops: SamplePoints) -> IndexArray:
     group = groups_of_strokes(rig, loops)
     names, number = np.unique(group, return_inverse=True)
     weight = np.bincount(number, weights=loops.weight)
-    if names.size >= _GROUPS and weight.max() < 0.7 * weight.sum():
+    # Loading and unloading of unlike durations are groups, too; neither is known from the other.
+    forth = np.bincount(number, weights=loops.side > 0.0)
+    has_both_ways = bool(np.all((forth > 0.0) & (forth < np.bincount(number))))
+    if names.size >= _GROUPS and weight.max() < 0.7 * weight.sum() and has_both_ways:
         # Of many groups, neighbours in amplitude go to different folds.
         return np.asarray(number % _FOLDS, np.intp)
     fold = np.zeros(loops.force.size, np.intp)
