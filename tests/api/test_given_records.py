@@ -67,10 +67,24 @@ def test_units_in_names_of_series() -> None:
     record = record_of_arrays(x, force)
     assert record.displacement.tolist() == pytest.approx(NI.displacement.tolist(), rel=1e-15)
     assert record.force.tolist() == pytest.approx(NI.force.tolist(), rel=1e-15)
-    assert record.notes[0] == "the unit of displacement is mm (found in the file)"
+    assert record.notes[0] == "the unit of displacement is mm (found in the Series)"
     assert record_of_arrays(x, force, units={"displacement": "um"}).displacement[5] == pytest.approx(1e-6 * x[5])
-    with pytest.raises(RecordError, match="must be a displacement, but the file gives it the unit 'kN' of a force"):
+    with pytest.raises(RecordError, match="must be a displacement, but the Series gives it the unit 'kN' of a force"):
         record_of_arrays(force, x)
+
+
+def test_messages_about_a_table_in_memory_name_no_file() -> None:
+    frame = pd.DataFrame({"x [mm]": 1e3 * NI.displacement, "F [N]": NI.force})
+    (record,) = given_records(frame, units={"displacement": "mm", "force": "kN"})
+    assert "the unit of force is kN (as given, though the DataFrame says 'N')" in record.notes
+    assert "the unit of displacement is mm (found in the DataFrame)" in given_records(frame)[0].notes
+    for force, told in (("load", "is not in the DataFrame, which has"), (7, "got 7; the DataFrame has")):
+        with pytest.raises(RecordError, match=told) as refused:
+            given_records(frame, force)
+        assert "file" not in str(refused.value)
+    frame.loc[len(frame) - 1, "F [N]"] = np.nan
+    (record,) = given_records(frame)
+    assert f"1 incomplete row at the end (from row {len(frame)}) left out" in record.notes
 
 
 @pytest.mark.parametrize("end", [-4.0, 0.51])

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar, Literal, TypeVar
 
 from ..errors import RecordError
-from ..records.reading import check_reverse, read_record
+from ..records.reading import check_reverse, check_skipping, read_record
 from ..records.record import Record
 from ..records.units import Quantity, unit_factor
 from .selection import Bounds, checked_ends, select
@@ -92,6 +92,7 @@ class Wanted:
     reverse : "displacement", "force" or None      The column to negate.
     displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
     displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
+    skip_bad_lines : bool or None                  Whether lines that cannot be read are left out, up to a tenth.
     cycles : str, int or None                      "2:5", "2:", ":5" or 3: see `select`.
     time_window : str or None                      "0.5:10" [s].
     displacement_range : str or None               "-5:5" [mm], of the displacement after offset and sign.
@@ -120,6 +121,7 @@ class Wanted:
     force_offset: float | None = None
     displacement_scale: float | None = None
     force_scale: float | None = None
+    skip_bad_lines: bool | None = None
     cycles: str | int | None = None
     time_window: str | None = None
     displacement_range: str | None = None
@@ -135,6 +137,8 @@ class Wanted:
             if unit is not None:
                 unit_factor(unit, quantity)
         check_reverse(self.reverse)
+        if self.skip_bad_lines is not None:
+            check_skipping(self.skip_bad_lines)
 
     @property
     def selection(self) -> dict[str, Bounds | None]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
+from .bad_rows import MAX_DROPPED_ROWS
 from .columns import Column, choose_unit, named_columns
 from .record import FloatArray
 from .source import MAX_ROWS
 from .tables import FileTables, Table
-from .text_table import MAX_DROPPED_ROWS
 
 _MAX_GROUPS = 1000
 # Difference between two time bases that is called none, share of the time step.
@@ -201,7 +201,7 @@ class ChannelTable(Table):
         first = int(np.argmax(partial)) if partial.any() else size
         if 0 < size - first <= MAX_DROPPED_ROWS and partial[first:].all():
             rows = f"{size - first} incomplete row{'s' if size - first > 1 else ''}"
-            notes.append(f"{rows} at the end of the file (from row {first + 1}) left out")
+            notes.append(f"{rows} at the end (from row {first + 1}) left out")
             read = {number: series[:first] for number, series in read.items()}
         for number in needed:
             series = read[number]

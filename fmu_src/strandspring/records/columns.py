@@ -45,6 +45,8 @@ _SUFFIX_UNITS = words(
 )
 # "F_m" may be a measured force and "force_min" the smallest: they do not show that columns are swapped.
 _UNSURE_SUFFIXES = words("m in s min N")
+# What columns belong to, by where it is said to be; else a file.
+_HOLDERS = {"<DataFrame>": "DataFrame", "<arrays>": "Series"}
 _FIRST_IDEOGRAPH = "\u4e00"
 _NO_RANK = 9
 _LISTED_COLUMNS = 12
@@ -122,14 +124,14 @@ def choose_unit(
     stated = column.unit if column.unit_is_sure or column.kind == quantity else None
     if stated is not None and {column.kind, quantity} == {"displacement", "force"}:
         raise RecordError(
-            f"{where}, {column}: must be a {quantity}, but the file gives it the unit {quoted(stated)} "
+            f"{where}, {column}: must be a {quantity}, but the {_holder(where)} gives it the unit {quoted(stated)} "
             f"of a {column.kind}; the columns look swapped, name them the other way round."
         )
-    unit, source = (asked, "as given") if asked is not None else (stated, "found in the file")
+    unit, source = (asked, "as given") if asked is not None else (stated, f"found in the {_holder(where)}")
     if unit is None:
         unit, source = default_units[quantity], ASSUMED
     elif asked is not None and stated is not None and stated != asked:
-        source = f"as given, though the file says {quoted(stated)}"
+        source = f"as given, though the {_holder(where)} says {quoted(stated)}"
     try:
         factor = unit_factor(unit, quantity)
     except RecordError as error:
@@ -274,18 +276,18 @@ def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, wh
                 )
         if not re.fullmatch(r"[0-9]{1,9}", text):
             raise RecordError(
-                f"{where}: {quantity} column {quoted(wanted)} is not in the file, "
+                f"{where}: {quantity} column {quoted(wanted)} is not in the {_holder(where)}, "
                 f"which has {listed_columns(columns)}; give one of these names or numbers."
             )
     elif not isinstance(wanted, int | np.integer):
         raise RecordError(
-            f"{where}: {quantity} column must be a name or a number from 1 on, got {type(wanted).__name__}; the file "
-            f"has {listed_columns(columns)}."
+            f"{where}: {quantity} column must be a name or a number from 1 on, got {type(wanted).__name__}; "
+            f"the {_holder(where)} has {listed_columns(columns)}."
         )
     number = int(wanted)
     if not 1 <= number <= len(columns):
         raise RecordError(
-            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the file has "
+            f"{where}: {quantity} column must be 1 to {len(columns)}, got {number}; the {_holder(where)} has "
             f"{listed_columns(columns)}."
         )
     return columns[number - 1]
@@ -301,6 +303,10 @@ def _ambiguity(
     else:
         reason = f"there is no header to find the {quantity} by among {listed_columns(columns)}"
     return f"{where}: {reason}; name the columns with `displacement=...` and `force=...`."
+
+
+def _holder(where: str) -> str:
+    return _HOLDERS.get(where, "file")
 
 
 def _squeezed(name: str) -> str:

@@ -70,6 +70,12 @@ class Dialect:
     has_quotes: bool = False
     rows: tuple[tuple[str, ...], ...] = ()
 
+    @property
+    def least_width(self) -> int:
+        """Least number of cells in a row: where blanks separate them, one that is missing moves the others."""
+        last = max(column for column, numeric in enumerate(self.numeric, 1) if numeric)
+        return last if self.separator is None else 0
+
     def is_full(self, cells: Sequence[str]) -> bool:
         """Whether each numeric column holds a number."""
         return self.fits(cells) and all(
@@ -109,7 +115,7 @@ class _Cells(Sequence[list[str]]):
         return self._known[k]
 
 
-def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
+def find_dialect(lines: Sequence[str], path: str, row: str, advice: str | None) -> Dialect:
     """Detect the dialect of a file.
 
     Parameters
@@ -117,6 +123,7 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     lines : sequence of str   First lines of the file, without line ends.
     path : str                Name of the file for messages.
     row : str                 What messages call a line.
+    advice : str or None      What to do about a damaged row at the top; None to keep it in the table.
 
     Raises
     ------
@@ -141,7 +148,8 @@ def find_dialect(lines: Sequence[str], path: str, row: str = "line") -> Dialect:
     first = next((i for i, cells in enumerate(table) if shape.is_full(cells)), None)
     first = table.index(regular[0]) if first is None else first
     damaged, header, units = _above(lines, table, first, shape)
-    _refuse_text(table, damaged, shape, path, row)
+    if advice is not None:
+        _refuse_text(table, damaged, shape, f"{path}, {row}", advice)
     first = min([first, *damaged])
     return replace(
         shape,
@@ -237,14 +245,16 @@ def _above(
     return damaged[::-1], header, units
 
 
-def _refuse_text(table: Sequence[Sequence[str]], damaged: Sequence[int], shape: Dialect, path: str, row: str) -> None:
+def _refuse_text(
+    table: Sequence[Sequence[str]], damaged: Sequence[int], shape: Dialect, where: str, advice: str
+) -> None:
     """Refuse lines of text and numbers just above the table: they may be settings or damaged samples."""
     for i in damaged:
         for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):
             if numeric and re.search(r"\w", cell) and not is_number(cell, shape.decimal):
                 raise RecordError(
-                    f"{path}, {row} {i + 1}, column {column}: must hold a number like the rows below, "
-                    f"found the text {quoted(cell)}; correct or delete the {row}."
+                    f"{where} {i + 1}, column {column}: must hold a number like the rows below, "
+                    f"found the text {quoted(cell)}; {advice}."
                 )
 
 

@@ -38,6 +38,7 @@ def read_record(
     force_offset: float = 0.0,
     displacement_scale: float = 1.0,
     force_scale: float = 1.0,
+    skip_bad_lines: bool = False,
 ) -> Record:
     """Read displacement and force, and time where there is one, from the file of a test rig.
 
@@ -61,6 +62,8 @@ def read_record(
     reverse : "displacement", "force" or None      The column to negate.
     displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
     displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
+    skip_bad_lines : bool                          Whether lines of a text, or rows of a sheet, that cannot be read are
+        left out, up to a tenth of all, which `Record.notes` says; else a file with such lines is refused.
 
     Returns
     -------
@@ -82,8 +85,9 @@ def read_record(
     >>> record.displacement.tolist(), record.force.tolist()
     ([0.0, 0.0015, 0.003], [0.0, 250.0, 500.0])
     """
+    check_skipping(skip_bad_lines)
     return record_of_tables(
-        tables_of(read_content(path)),
+        tables_of(read_content(path), skip_bad_lines),
         {"displacement": displacement, "force": force, "time": time},
         {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
         {"displacement": (displacement_offset, displacement_scale), "force": (force_offset, force_scale)},
@@ -95,6 +99,12 @@ def check_reverse(reverse: str | None) -> None:
     """Refuse a column to negate that is neither displacement nor force, with a RecordError."""
     if reverse not in (None, "displacement", "force"):
         raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
+
+
+def check_skipping(skip_bad_lines: bool) -> None:
+    """Refuse what is not a truth value, with a RecordError."""
+    if not isinstance(skip_bad_lines, bool):
+        raise RecordError(f"`skip_bad_lines` must be True or False, got {quoted(str(skip_bad_lines))}.")
 
 
 def record_of_tables(

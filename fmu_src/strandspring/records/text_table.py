@@ -9,14 +9,14 @@ import io
 import math
 import re
 from array import array
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
+from .bad_rows import MAX_DROPPED_ROWS, BadRow, ReadRows, most_bad
 from .clock import Moment, elapsed, is_clock, moment_of
 from .columns import Column
 from .dialect import Dialect, find_dialect, is_number, split_cells
@@ -24,22 +24,12 @@ from .record import FloatArray
 from .source import Source
 from .tables import Table
 
-# A rig stopped while writing leaves an incomplete row or, with buffering, a few.
-MAX_DROPPED_ROWS = 3
 _TRUNCATED_NUMBER = re.compile(r"[+-]?[0-9]*(?:[.,][0-9]*)?(?:[eE][+-]?)?\ufffd?")
 _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _WITH_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,'\s][0-9]{3})+(?:[.,][0-9]+)?")
+_THOUSANDS_IN_CELLS = re.compile(r"(?:^|,)[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]+)?(?:,|$)")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
-
-
-@dataclass(frozen=True)
-class _BadRow:
-    """A row that cannot be used."""
-
-    line: int  # 1-based in the file
-    column: int | None  # 1-based, None where the row as a whole is wrong
-    message: str
-    is_incomplete: bool  # may be dropped at the end of the file
+SKIPPING = "`read_record(..., skip_bad_lines=True)`"  # in advice
 
 
 class TextTable(Table):
@@ -49,18 +39,24 @@ class TextTable(Table):
     ----------
     source : Source
     name : str        Of the sheet; "" for a text file.
+    skip_bad_lines : bool or None   Whether rows that cannot be read are left out; None where nobody could ask for it.
 
     Raises
     ------
     RecordError       If no two columns of numbers are found.
     """
 
-    def __init__(self, source: Source, name: str = "") -> None:
+    def __init__(self, source: Source, name: str = "", skip_bad_lines: bool | None = None) -> None:
         self.source = source
         self.name = name
         self.row = source.row
-        self.dialect = dialect = find_dialect(source.head, source.path, source.row)
-        self.columns = [_column(dialect, k) for k in range(dialect.width)]
+        self._skips = bool(skip_bad_lines)
+        self._left_out: set[int] = set()  # lines
+        offer = "" if skip_bad_lines is None else f", or leave out such {source.row}s with {SKIPPING}"
+        self._advice = f"correct or delete the {source.row}{offer}"
+        advice = None if self._skips else self._advice
+        self.dialect = dialect = find_dialect(source.head, source.path, source.row, advice)
+        self.columns = [_column(dialect, k, self._skips) for k in range(dialect.width)]
         self.notes = source.notes
         if dialect.first_line > 1:
             line = dialect.header_line
@@ -75,41 +71,61 @@ class TextTable(Table):
         """See `Table.read`."""
         for column in wanted:
             self._refuse_thousands(column)
-        body = self.source.data[self._begin :]
-        if self.dialect.has_quotes:
-            _refuse_open_quotes(body, self.dialect, self.source.path)
-        clocks = [column for column in wanted if column.is_clock]
-        read = [column for column in wanted if not column.is_clock]
+        columns = list(wanted)
         notes: list[str] = []
-        values, bad, dropped = _read_rows(body, self.dialect, read)
-        if bad is not None and not dropped and optional is not None and bad.column == optional.number:
-            read.remove(optional)
-            notes.append(f"{optional} is left out: {self.row} {bad.line}, {bad.message}")
-            values, bad, dropped = _read_rows(body, self.dialect, read)
-        if bad is not None and not dropped:
-            place = "" if bad.column is None else f", {self.columns[bad.column - 1]}"
-            raise RecordError(
-                f"{self.source.path}, {self.row} {bad.line}{place}: {bad.message}; correct or delete the {self.row}."
-            )
-        if bad is not None:
-            rows = f"{dropped} incomplete row{'s' if dropped > 1 else ''}"
-            notes.append(f"{rows} at the end of the file (from {self.row} {bad.line}) left out")
-        numbers = {column.number: values[:, i] for i, column in enumerate(read)}
-        for column in clocks:
-            try:
-                numbers[column.number] = self._read_clock(column, values.shape[0])
-            except RecordError as problem:
-                if column is not optional:
-                    raise
-                notes.append(f"{column} is left out: {problem}")
+        rows = self._read_rows(columns)
+        if rows.refused is not None and optional is not None:
+            faulty = next((bad for bad in rows.bad if bad.column == optional.number), None)
+            if faulty is not None:
+                columns.remove(optional)
+                notes.append(f"{optional} is left out: {self.row} {faulty.line}, {faulty.message}")
+                rows = self._read_rows(columns)
+        if rows.refused is not None:
+            raise RecordError(self._refusal(rows.refused))
+        notes += rows.notes(self.row, self._place)
+        self._left_out = {bad.line for bad in rows.bad}
+        numbers = {column.number: rows.values[:, i] for i, column in enumerate(_numeric(columns))}
+        for column in _clocks(columns):
+            moments, wrong = self._moments(column, rows.values.shape[0])
+            if not wrong:
+                numbers[column.number] = elapsed(moments)
+            elif column is optional:
+                notes.append(f"{column} is left out: {self._refusal(wrong[0])}")
+            else:
+                raise RecordError(self._refusal(wrong[0]))
         return numbers, notes
 
     def places(self, rows: Collection[int]) -> list[int]:
         """1-based lines of rows."""
-        lines = islice(
-            _rows(self.source.data, self.dialect, self.dialect.first_line, self._begin), max(rows, default=-1) + 1
-        )
+        lines = islice(self._kept_rows(), max(rows, default=-1) + 1)
         return [line for row, (line, _) in enumerate(lines) if row in rows]
+
+    def _place(self, bad: BadRow) -> str:
+        column = "" if bad.column is None else f", {self.columns[bad.column - 1]}"
+        return f"{self.row} {bad.line}{column}"
+
+    def _refusal(self, bad: BadRow) -> str:
+        """Why a bad row is not left out, and what to do."""
+        advice = self._advice
+        if self._skips:
+            advice = f"more than a tenth of the {self.row}s cannot be read; correct the file"
+        if self._skips and bad.has_thousands:
+            advice = f"such {self.row}s hold the largest numbers and are not left out; write these without the mark"
+        return f"{self.source.path}, {self._place(bad)}: {bad.message}; {advice}."
+
+    def _read_rows(self, columns: Sequence[Column]) -> ReadRows:
+        """The rows of columns, clocks aside."""
+        body = self.source.data[self._begin :]
+        known = _open_quotes(body, self.dialect) if self.dialect.has_quotes else {}
+        if self._skips:
+            self._left_out = set()
+            for column in _clocks(columns):
+                known |= {bad.line: bad for bad in self._moments(column)[1]}
+        return _read_rows(body, self.dialect, _numeric(columns), known, skips=self._skips)
+
+    def _kept_rows(self) -> Iterator[tuple[int, bytes]]:
+        rows = _rows(self.source.data, self.dialect, self.dialect.first_line, self._begin)
+        return ((line, text) for line, text in rows if line not in self._left_out)
 
     @property
     def _begin(self) -> int:
@@ -121,7 +137,7 @@ class TextTable(Table):
 
     def _refuse_thousands(self, column: Column) -> None:
         """Refuse numbers such as 1.250 and 750 in one column: without zeros at the end, the mark is of thousands."""
-        cells = [cell.lstrip("+-") for cell in column.cells if cell]
+        cells = [cell.lstrip("+-") for cell in column.cells if is_number(cell, self.dialect.decimal)]
         marked = [cell for cell in cells if self.dialect.decimal in cell]
         whole = [cell for cell in cells if self.dialect.decimal not in cell]
         by_thousands = all(map(_THREE_AFTER_MARK.fullmatch, marked)) and all(map(_UP_TO_999.fullmatch, whole))
@@ -131,69 +147,94 @@ class TextTable(Table):
                 "mark between thousands; write them without it, or all with the same number of decimals."
             )
 
-    def _read_clock(self, column: Column, count: int) -> FloatArray:
-        """Times of the first rows as seconds, shape (K,); raises RecordError if a cell holds none."""
+    def _moments(self, column: Column, count: int | None = None) -> tuple[list[Moment], list[BadRow]]:
+        """Times of the first rows, and the rows whose cell holds none."""
         moments: list[Moment] = []
-        for line, text in islice(_rows(self.source.data, self.dialect, self.dialect.first_line, self._begin), count):
+        wrong: list[BadRow] = []
+        most = most_bad(self.source.data.count(b"\n")) if self._skips else 0
+        for line, text in islice(self._kept_rows(), count):
             cells = _cells(text, self.dialect)
             cell = cells[column.number - 1] if column.number <= len(cells) else ""
             moment = moment_of(cell)
             if moment is None or (moments and moment[2] is not moments[0][2]):
-                raise RecordError(
-                    f"{self.source.path}, {self.row} {line}, {column}: must hold a time like the rows above, found "
-                    f"{quoted(cell)}; correct or delete the {self.row}."
-                )
-            moments.append(moment)
-        return elapsed(moments)
+                message = f"must hold a time like the rows above, found {quoted(cell)}"
+                wrong.append(BadRow(line, column.number, message, is_incomplete=True))
+                if len(wrong) > most:
+                    break
+            else:
+                moments.append(moment)
+        return moments, wrong
 
 
-def _column(dialect: Dialect, k: int) -> Column:
+def _clocks(columns: Sequence[Column]) -> list[Column]:
+    return [column for column in columns if column.is_clock]
+
+
+def _numeric(columns: Sequence[Column]) -> list[Column]:
+    return [column for column in columns if not column.is_clock]
+
+
+def _column(dialect: Dialect, k: int, skips: bool) -> Column:
     """Column k from 0; a row of units takes precedence over the header."""
     cells = tuple(row[k] for row in dialect.rows if k < len(row))
     name = dialect.header[k] if dialect.header else ""
     unit = dialect.units[k] if dialect.units else None
-    clock = not dialect.numeric[k] and is_clock(cells)
+    times = [cell for cell in cells if not skips or moment_of(cell) is not None]
+    clock = not dialect.numeric[k] and is_clock(times) and len(cells) - len(times) <= most_bad(len(cells))
     return Column.from_header(k + 1, name, unit, cells=cells, numeric=dialect.numeric[k], is_clock=clock)
 
 
-def _read_rows(body: bytes, dialect: Dialect, wanted: Sequence[Column]) -> tuple[FloatArray, _BadRow | None, int]:
-    """Numbers of the wanted columns up to the first bad row.
+def _read_rows(
+    body: bytes, dialect: Dialect, wanted: Sequence[Column], known: Mapping[int, BadRow], *, skips: bool
+) -> ReadRows:
+    """Numbers of the wanted columns, up to the first bad row unless such rows are left out.
 
-    Returns
-    -------
-    ndarray, shape (K, columns)
-    _BadRow or None               The first bad row.
-    int                           Bad rows that may be dropped: those at the end, if they are few and incomplete.
+    Parameters
+    ----------
+    known : mapping   Bad rows, by line, that are known before they are read.
+    skips : bool      Whether bad rows are left out.
     """
+    most = most_bad(body.count(b"\n")) if skips else MAX_DROPPED_ROWS
     separator = None if dialect.separator is None else dialect.separator.encode()
     mark = dialect.decimal.encode()
     plain = b"0123456789+-eE \t\n" + mark  # what numbers consist of
     places = [column.number - 1 for column in wanted]
+    least, most_cells = dialect.least_width, dialect.raw_width
     is_plain = not (dialect.has_quotes or b"\v" in body or b"\f" in body)
     values, count = array("d"), 0
-    bad: list[_BadRow] = []
-    row: list[float] | _BadRow
+    bad: list[BadRow] = []
+    at_end, above_end = 0, -1  # the last bad rows in succession begin at this one, below so many good ones
+    row: list[float] | BadRow
     for line, text in _rows(body, dialect, dialect.first_line, 0):
         try:
             # What `_read_row` gives, in a quarter of its time, where nothing in the row is unusual.
             cells = text.split(separator)
             numbers = [cells[k] for k in places]
-            if not is_plain or len(cells) > dialect.raw_width or b"".join(numbers).translate(None, plain):
+            if not (is_plain and least <= len(cells) <= most_cells) or b"".join(numbers).translate(None, plain):
                 raise ValueError
             row = [float(number.replace(mark, b".")) for number in numbers]
             if math.inf in row or -math.inf in row:
                 raise ValueError
         except (IndexError, ValueError):
             row = _read_row(_cells(text, dialect), line, dialect, wanted, is_cut=not text.endswith(b"\n"))
-        if isinstance(row, _BadRow):
+        if line in known:
+            row = known[line]
+        if isinstance(row, BadRow):
+            if count != above_end:
+                at_end, above_end = len(bad), count
             bad.append(row)
-        elif not bad:
+        elif bad and not skips:
+            return ReadRows(np.empty((0, len(wanted))), bad)
+        else:
             values.extend(row)
             count += 1
-        if bad and (row is not bad[-1] or len(bad) > MAX_DROPPED_ROWS):
-            return np.empty((0, len(wanted))), bad[0], 0
-    dropped = len(bad) if all(row.is_incomplete for row in bad) else 0
-    return np.array(values).reshape(count, len(wanted)), bad[0] if bad else None, dropped
+        if len(bad) > most:
+            return ReadRows(np.empty((0, len(wanted))), bad, skips=skips)
+    dropped = bad[at_end:] if above_end == count else []
+    if len(dropped) > MAX_DROPPED_ROWS or not all(row.is_incomplete for row in dropped):
+        dropped = []
+    read = np.array(values).reshape(count, len(wanted))
+    return ReadRows(read, bad[: len(bad) - len(dropped)], dropped, skips)
 
 
 def _rows(data: bytes, dialect: Dialect, line: int, offset: int) -> Iterator[tuple[int, bytes]]:
@@ -211,25 +252,32 @@ def _cells(text: bytes, dialect: Dialect) -> list[str]:
 
 def _read_row(
     cells: Sequence[str], line: int, dialect: Dialect, wanted: Sequence[Column], *, is_cut: bool
-) -> list[float] | _BadRow:
+) -> list[float] | BadRow:
     """The wanted numbers of a row, or what is wrong with it."""
     if any(cells[dialect.raw_width :]):
-        return _BadRow(line, None, f"must have {dialect.raw_width} cells, found {len(cells)}", False)
+        has_thousands = dialect.separator == "," and _THOUSANDS_IN_CELLS.search(",".join(cells)) is not None
+        hint = " (is a comma between thousands?)" if has_thousands else ""
+        message = f"must have {dialect.raw_width} cells, found {len(cells)}{hint}"
+        return BadRow(line, None, message, is_incomplete=False, has_thousands=has_thousands)
+    if len(cells) < dialect.least_width:
+        return BadRow(line, None, f"must have {dialect.width} cells, found {len(cells)}", is_incomplete=True)
     wanted_cells = [cells[column.number - 1] if column.number <= len(cells) else "" for column in wanted]
     values = []
     for column, cell in zip(wanted, wanted_cells, strict=True):
         number = column.number
         if not cell:
             what = "an empty cell" if number <= len(cells) else f"only {len(cells)} of {dialect.width} cells"
-            return _BadRow(line, number, f"must hold a number, found {what}", True)
+            return BadRow(line, number, f"must hold a number, found {what}", True)
         if not is_number(cell, dialect.decimal):
             is_incomplete = not all(wanted_cells) or (is_cut and _TRUNCATED_NUMBER.fullmatch(cell) is not None)
-            marked = " without marks between thousands" if _WITH_THOUSANDS.fullmatch(cell) else ""
-            return _BadRow(line, number, f"must hold a number{marked}, found the text {quoted(cell)}", is_incomplete)
+            has_thousands = _WITH_THOUSANDS.fullmatch(cell) is not None
+            marked = " without marks between thousands" if has_thousands else ""
+            message = f"must hold a number{marked}, found the text {quoted(cell)}"
+            return BadRow(line, number, message, is_incomplete, has_thousands)
         value = _value(cell, dialect.decimal)
         if not math.isfinite(value):
             message = f"must hold a finite number, found {quoted(cell)}"
-            return _BadRow(line, number, message, "inf" not in cell.casefold())
+            return BadRow(line, number, message, "inf" not in cell.casefold())
         values.append(value)
     return values
 
@@ -241,11 +289,11 @@ def _value(cell: str, decimal: str) -> float:
         return math.nan
 
 
-def _refuse_open_quotes(body: bytes, dialect: Dialect, path: str) -> None:
-    """Refuse an open quote, which would silently swallow all rows up to the next one."""
+def _open_quotes(body: bytes, dialect: Dialect) -> dict[int, BadRow]:
+    """Rows with an open quote, which would silently swallow all rows up to the next one, by line."""
+    rows = {}
     for line, text in enumerate(io.BytesIO(body), dialect.first_line):
         if (count := text.count(b'"')) % 2:
-            raise RecordError(
-                f"{path}, line {line}: must close each quotation mark, found {count} of them "
-                f"in {quoted(text.decode('utf-8', 'replace').strip())}; correct or delete the line."
-            )
+            found = f"{count} of them in {quoted(text.decode('utf-8', 'replace').strip())}"
+            rows[line] = BadRow(line, None, f"must close each quotation mark, found {found}", is_incomplete=False)
+    return rows

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import StrandspringError
 from ...ground.plotfile import SUFFIXES, save_figure, some_axes
+from ...records.bad_rows import UNREADABLE
 from ...records.columns import ASSUMED
 from .text import counted
 
@@ -38,15 +39,15 @@ class Result(ABC):
         """The figures as a table."""
 
     def summary(self) -> str:
-        """The result in words, with cautions, notes, and units that were assumed."""
-        cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
-        notes = (f"Note: {sentence}" for sentence in (*getattr(self, "notes", ()), *self._assumptions()))
+        """The result in words, with cautions, notes, units that were assumed, and lines of files that were left out."""
+        cautions = (f"Caution: {s}" for s in (*self._notes_with(UNREADABLE), *getattr(self, "cautions", ())))
+        notes = (f"Note: {s}" for s in (*getattr(self, "notes", ()), *self._notes_with(ASSUMED)))
         return "\n".join([*self.text_lines(), *cautions, *notes])
 
-    def _assumptions(self) -> list[str]:
-        """Units of the records, if it has any, that were assumed."""
+    def _notes_with(self, words: str) -> list[str]:
+        """Notes on its records, if it has any, that hold these words."""
         records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
-        return [f"{record.path}: {note}" for record in records for note in record.notes if ASSUMED in note]
+        return [f"{record.path}: {note}" for record in records for note in record.notes if words in note]
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()

@@ -188,6 +188,7 @@ def identify_many(
     force_offset: float | None = None,
     displacement_scale: float | None = None,
     force_scale: float | None = None,
+    skip_bad_lines: bool | None = None,
     cycles: str | int | None = None,
     time_window: str | None = None,
     displacement_range: str | None = None,
@@ -216,6 +217,7 @@ def identify_many(
     folder : path               Of the results, created if it does not exist.
     displacement, force, time, units, reverse   How all files are read, as for `identify`.
     displacement_offset, force_offset, displacement_scale, force_scale : float or None   As for `read_record`.
+    skip_bad_lines : bool or None   Likewise.
     cycles, time_window, displacement_range : str or None
         What is used of each file: cycles "2:5" or 3, "0.5:10" s, "-5:5" mm; all if None.
     label : str or None         Name of the specimens or of the test.
@@ -274,6 +276,7 @@ def identify_many(
         force_offset=force_offset,
         displacement_scale=displacement_scale,
         force_scale=force_scale,
+        skip_bad_lines=skip_bad_lines,
         cycles=cycles,
         time_window=time_window,
         displacement_range=displacement_range,

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from ...api.common.text import in_few_words
+from ...records.bad_rows import UNREADABLE
 from ...records.record import Record
 from .output import is_verbose, note, with_flags
 
@@ -18,8 +19,12 @@ _ASSUMED = re.compile(r"the unit of (\w+) is (.+) \(assumed, as none is given\)"
 
 
 def note_assumptions(records: Iterable[Record]) -> None:
-    """Report what was assumed when records were read, of each in one line; with --verbose all that was found."""
+    """Report what was assumed when records were read, of each in one line; with --verbose all that was found.
+
+    Lines that were left out are cautions.
+    """
     for record in records:
+        note_cautions(f"{record.path}: {sentence}" for sentence in record.notes if UNREADABLE in sentence)
         for sentence in record.notes if is_verbose() else _assumptions(record.notes):
             note(f"{record.path}: {sentence}")
 
@@ -27,12 +32,15 @@ def note_assumptions(records: Iterable[Record]) -> None:
 def note_assumptions_of_many(sentences: Iterable[str]) -> None:
     """The same of sentences that begin with the number of files."""
     for sentence in sentences:
-        if is_verbose() or not _AS_STATED.match(sentence.partition(": ")[2]):
+        if UNREADABLE in sentence:
+            note_cautions([sentence])
+        elif is_verbose() or not _AS_STATED.match(sentence.partition(": ")[2]):
             note(sentence)
 
 
 def _assumptions(notes: Sequence[str]) -> list[str]:
     """What was neither stated in the file nor given, in one sentence; none if all was."""
+    notes = [sentence for sentence in notes if UNREADABLE not in sentence]
     units = [" ".join(match.groups()) for match in map(_ASSUMED.fullmatch, notes) if match]
     others = [sentence for sentence in notes if not (_AS_STATED.fullmatch(sentence) or _ASSUMED.fullmatch(sentence))]
     sentences = [*([f"units assumed: {', '.join(units)}"] if units else []), *others]

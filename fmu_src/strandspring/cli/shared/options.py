@@ -89,6 +89,8 @@ record_options = together(
                  help="s, ms, min, ...  [default: the file's, or s]"),
     click.option("--reverse", type=click.Choice(["displacement", "force"]), multiple=True, callback=_one_column,
                  help="Negate this column."),
+    click.option("--skip-bad-lines", is_flag=True, callback=lambda _context, _option, skips: skips or None,
+                 help="Leave out lines of a text that cannot be read, up to a tenth of them, with a caution."),
     click.option("--cycles", metavar="FIRST:LAST", callback=_form,
                  help="Cut the record to these cycles, counted from 1: 2:5, 2:, :5 or 3."),
     click.option("--displacement-range", metavar="LOW:HIGH", callback=_form,

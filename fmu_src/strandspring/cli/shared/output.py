@@ -36,6 +36,7 @@ _OTHERWISE = {
     "`options=RefinedOptions()`": "--method refined",
     "`options=TwoStageOptions()`": "--method two-stage",
     "`with_rivals()`": "--rivals",
+    "`read_record(..., skip_bad_lines=True)`": "--skip-bad-lines",
     "`plan()`": "`strandspring plan MODEL.json`",
 }
 

@@ -79,8 +79,14 @@ _PICKLE = re.compile(rb"\x80[\x02-\x05]")
 _HEAD = 4096
 
 
-def tables_of(content: FileContent) -> FileTables:
+def tables_of(content: FileContent, skip_bad_lines: bool | None = None) -> FileTables:
     """The tables of a file: one of a delimited text, one per sheet of a workbook, one per group of channels.
+
+    Parameters
+    ----------
+    content : FileContent
+    skip_bad_lines : bool or None   Whether rows of texts and sheets that cannot be read are left out; None where
+                                    nobody could ask for it.
 
     Raises
     ------
@@ -90,23 +96,25 @@ def tables_of(content: FileContent) -> FileTables:
     where = content.path
     if kind is None:
         source = text_source(content)
-        return FileTables(where, [TextTable(source)], None, content.sha256, content.notes)
+        return FileTables(
+            where, [TextTable(source, skip_bad_lines=skip_bad_lines)], None, content.sha256, content.notes
+        )
     if not kind.module:
         raise RecordError(f"{where}: is {kind.name}; {kind.advice}.")
     sheets, channels = read_in_process(kind.module, kind.name, content)
     if not sheets and not channels:
         raise RecordError(f"{where}: is {kind.name} without columns of numbers; give one with displacement and force.")
-    tables = _sheet_tables(sheets, where) if sheets else channel_tables(channels, where)
+    tables = _sheet_tables(sheets, where, skip_bad_lines) if sheets else channel_tables(channels, where)
     return replace(tables, sha256=content.sha256, notes=content.notes)
 
 
-def _sheet_tables(sheets: Mapping[str, bytes], where: str) -> FileTables:
+def _sheet_tables(sheets: Mapping[str, bytes], where: str, skip_bad_lines: bool | None) -> FileTables:
     """The sheets that hold numbers; raises RecordError if none does: what is wrong with the first."""
     tables: list[TextTable] = []
     problems = []
     for name, text in sheets.items():
         try:
-            tables.append(TextTable(Source(where, text, "utf-8", (), "row"), name))
+            tables.append(TextTable(Source(where, text, "utf-8", (), "row"), name, skip_bad_lines))
         except RecordError as problem:
             problems.append(problem)
     if not tables:
