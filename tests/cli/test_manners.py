@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import re
 import shlex
 import signal
 import subprocess
@@ -19,7 +20,7 @@ import numpy as np
 import pytest
 
 from springs import MOUNT
-from strandspring import Spring
+from strandspring import Spring, bundled_record
 from strandspring.api.common.text_table import table_lines
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.shared.output import advancing, progress, reporting_kept
@@ -344,6 +345,12 @@ def test_bars_move_on_a_terminal_only() -> None:
     assert "\x1b[3" not in on_terminal([sys.executable, "-c", BARS], 80, NO_COLOR="1")
     piped = subprocess.run([sys.executable, "-c", BARS], capture_output=True, check=True)
     assert piped.stdout + piped.stderr == b""
+
+
+def test_a_terminal_shows_the_stage_of_an_identification(tmp_path: Path) -> None:
+    record = ["identify", str(bundled_record()), "--reverse", "displacement"]
+    shown = on_terminal([*PROGRAM, *record, "-o", str(tmp_path / "spring.json")], 80)
+    assert re.search(r"Identifying: [a-z ]+ \([1-6] of 6\)", shown), shown
 
 
 def test_items_pass_through_without_a_terminal() -> None:

@@ -36,6 +36,7 @@ from .points.sample_points import SamplePoints, join
 from .points.steady_part import SteadyRecord, find_steady_part
 from .points.turns import turns_between_samples
 from .points.unit_check import refuse_differing_units
+from .progress import Stage, begin
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9
@@ -141,10 +142,12 @@ def _spikes(record: Record) -> str:
 
 def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
     """The identification, isolated outliers left aside."""
+    begin(Stage.PREPARING)
     parts = [_steady_part(record, method) for record in group]
     refuse_differing_units(parts)
     where = ", ".join(record.path for record in group)
     result = method.fit(parts, where)
+    begin(Stage.CHECKING)
     solver = PathSolver(result.parameters)
     starts = result.omega_start or (0.0,) * len(group)
     measured = [_as_recorded(part, record) for part, record in zip(parts, group, strict=True)]

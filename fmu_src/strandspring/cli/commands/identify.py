@@ -11,6 +11,7 @@ from ...api.common.text import verdict_json
 from ...api.identification import Identification
 from ...api.identification import identify as identify_records
 from ...identification.methods.method import Method
+from ...identification.progress import heard_by
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
 from ...peers.rivals.ranking import Ranking
@@ -123,6 +124,6 @@ def identified(
     """Read the records and identify the spring."""
     group = read_records(records, columns)
     note_assumptions(group)
-    with working("Identifying"):
+    with working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
         identification = identify_records(group, options, save_anyway=save_anyway)
     return identification.model_file(name, description), identification

@@ -72,18 +72,18 @@ def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
 
 
 @contextmanager
-def working(description: str) -> Iterator[None]:
-    """A spinner on a terminal for one long step, with the time that it has taken."""
+def working(description: str) -> Iterator[Callable[[str], None]]:
+    """A spinner on a terminal for one long step, with the time taken so far, and a function that takes its stages."""
     if not _is_watched():
-        yield
+        yield lambda _: None
         return
     from rich import progress as rich
     from rich.console import Console
 
     columns = (rich.SpinnerColumn(), rich.TextColumn("{task.description}"), rich.TimeElapsedColumn())
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        bar.add_task(description, total=None)
-        yield
+        task = bar.add_task(description, total=None)
+        yield lambda stage: bar.update(task, description=f"{description}: {stage}")
 
 
 @contextmanager

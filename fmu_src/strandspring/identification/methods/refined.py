@@ -31,6 +31,7 @@ from ..least_squares.refinement import Samples, refine
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
 from ..points.steady_part import SteadyRecord
+from ..progress import Stage, begin
 from ..rig.corrected import Corrected, rms_in, spring_alone
 from ..rig.effect_columns import Rig, Sizes
 from ..rig.effect_search import other_effects
@@ -170,6 +171,7 @@ class RefinedOptions(Method):
         """
         if self.delay and any(part.periodic for part in parts):
             raise RecordError(f"{where}: a delay cannot be removed from a single cycle; record at least two.")
+        begin(Stage.SEARCHING)
         strokes = sum(part.strokes.count for part in parts)
         rig = Rig.from_parts(parts, max(_LEAST_POINTS, _SEARCHED // strokes), self.delay)
         rig = rig.keeping(effect for name in self.keep for effect in KEEP[name])
@@ -179,9 +181,11 @@ class RefinedOptions(Method):
         noise_rms = Samples(rig.loops, noise).noise_rms
         found = searched(rig, self.degrees, noise_rms, refusal, where)
         rig, best = found.rig, found.states[0]
+        begin(Stage.COMPARING)
         wider = wider_class(rig, best, noise_rms, self.wanted, found.causes, where)
         chosen = None if wider is None else wider.fit
         sizes = best.sizes if wider is None or chosen is None else wider.sizes
+        begin(Stage.REFINING)
         final_rig = rig.describing(self.state)
         samples = Samples(final_points(final_rig, sizes, best.fit), noise)
         loops = samples.loops
@@ -191,6 +195,7 @@ class RefinedOptions(Method):
         else:
             basis, refinement = added.basis, added.refinement
         linear = Linearised.from_refinement(loops, basis, refinement, None if added is None else added.further)
+        begin(Stage.UNCERTAINTY)
         interval = prediction_interval(samples, linear)
         content = self._uncertainty(linear, interval, where)
         more = () if added is None else (added.second, added.branches)
