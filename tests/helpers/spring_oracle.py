@@ -62,10 +62,19 @@ class OracleSpring:
         """FA along a path [-]."""
         return np.asarray(polyval(self._inside(displacement) - self.values["displacement_offset"], self.values["kA"]))
 
-    def force(self, displacement: FloatArray, omega_start: float) -> FloatArray:
-        """Force along a path that starts with this omega [N]."""
+    def force(self, displacement: FloatArray, omega_start: float, time: FloatArray | None = None) -> FloatArray:
+        """Force along a path that starts with this omega in each mechanism, and without force in branches [N]."""
         hysteretic = self.values["kappa_omega"] * self.omega(displacement, omega_start)
-        return self.elastic(displacement) + hysteretic * self.amplifier(displacement)
+        force = self.elastic(displacement) + hysteretic * self.amplifier(displacement)
+        if second := self.values.get("second"):
+            place = {name: value for name, value in self.values.items() if name.startswith("displacement_")}
+            force = force + OracleSpring({"kE": [0.0], **place, **second}, **self.tolerances).force(
+                displacement, omega_start
+            )
+        for branch in self.values.get("branches", ()):
+            assert time is not None
+            force = force + _maxwell(branch["stiffness"], branch["time_constant"], displacement, time)
+        return force
 
     def omega(self, displacement: FloatArray, omega_start: float) -> FloatArray:
         """omega at every sample [-], stroke by stroke between all changes of direction."""
@@ -122,3 +131,12 @@ class OracleSpring:
 
     def _inside(self, displacement: FloatArray) -> FloatArray:
         return np.clip(displacement, self.values["displacement_min"], self.values["displacement_max"])
+
+
+def _maxwell(stiffness: float, tau: float, displacement: FloatArray, time: FloatArray) -> FloatArray:
+    """dr/dt = stiffness*dx/dt - r/tau, at constant velocity between samples [N]."""
+    forces = [0.0]
+    for h, d in zip(np.diff(time).tolist(), np.diff(displacement).tolist(), strict=True):
+        held = np.exp(-h / tau)
+        forces.append(forces[-1] * held + stiffness * d * (1.0 if h == 0.0 else -np.expm1(-h / tau) * tau / h))
+    return np.array(forces)

@@ -83,6 +83,8 @@ METHODS = {
             "delay",
             "keep",
             "state",
+            "mechanisms",
+            "branches",
         ),
         True,
     ),

@@ -144,7 +144,6 @@ def test_a_table_does_not_take_over_the_loop_of_a_single_amplitude(seed: int, sh
 @pytest.mark.parametrize(
     ("fault", "seed", "repetition", "reason"),
     [
-        ("closing coils", 15, 1, "the form of the loop is little known, since the strokes do not saturate and"),
         (
             "play",
             12,

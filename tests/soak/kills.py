@@ -124,6 +124,7 @@ COMMANDS = {
         ("out/figures.csv", "out/page.html", "out/histories"),
     ),
     "build-system": Command("build in/system.toml -o out --platform linux64", ("out",)),
+    "plan": Command("plan in/model.json -o out/program.csv", ("out/program.csv",)),
     "docs": Command("docs -o out/docs.html", ("out/docs.html",)),
 }
 

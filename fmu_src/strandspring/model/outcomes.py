@@ -116,12 +116,12 @@ class Outcome(Enum):
         "the model as a mean."
     )
     RATES = (
-        "Part of the force depends on the rate, by Maxwell branches that are known at the recorded rates only: record "
-        "the rates that the spring is used at."
+        "Part of the force depends on the rate and is known at recorded rates only: record the rates that the spring "
+        "is used at."
     )
     RATE_OPEN = (
         "Part of the force may depend on the rate, which these records do not tell from friction: record another rate, "
-        "or add a branch with `branches=1`."
+        "or give `branches=1`."
     )
     HUM = (
         "One sinusoid runs through the whole force, as of mains or a machine; shield the load cell, or filter it out "
