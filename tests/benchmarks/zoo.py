@@ -187,7 +187,7 @@ def judged(case: ZooCase) -> Result:
     seconds = time.perf_counter() - begin
     spring = found.spring()
     own = [
-        spring.response(record.displacement, fit.omega_start)
+        spring.response(record.displacement, fit.omega_start, record.time)
         for record, fit in zip(case.records, found.fits, strict=True)
     ]
     energies, recorded = [], []
@@ -205,7 +205,7 @@ def judged(case: ZooCase) -> Result:
     )
     free = case.fault in FORCE_SHIFTS
     path, times, added = case.after(NESTED)
-    minor = (spring.response(path) - case.mount.force(path, times))[added]
+    minor = (spring.response(path, time=times) - case.mount.force(path, times))[added]
     return Result(
         case,
         cautions_of(found),
@@ -321,7 +321,7 @@ def held_out_error(records: Sequence[Record], **options: Any) -> float:
         found = identify([*others, first], RefinedOptions(**options))
     except StrandspringError:
         return float("nan")
-    force = found.spring().response(last.displacement, found.fits[-1].omega_start)
+    force = found.spring().response(last.displacement, found.fits[-1].omega_start, last.time)
     return float(np.sqrt(np.mean((force - last.force)[end:] ** 2)) / np.std(last.force))
 
 
@@ -408,7 +408,7 @@ def measured(arguments: argparse.Namespace) -> None:
         (fit,) = found.fits
         # The table of the report is of what the file holds.
         oracle = OracleSpring(found.model_file().parameters.as_dict())
-        force = oracle.force(record.displacement, fit.omega_start)
+        force = oracle.force(record.displacement, fit.omega_start, record.time)
         used = slice(fit.first_sample, None)
         x, r, p = record.displacement[used], record.force[used], force[used]
         rnl = 1.0 - float(np.sqrt(np.sum((p - r) ** 2) / np.sum(r**2)))

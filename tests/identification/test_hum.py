@@ -28,11 +28,18 @@ def test_hum_is_found_with_its_frequency_and_amplitude(harmonic: float, share: f
     pairs = [(case, found) for case in cases if (found := found_in(case)) is not None]
     # Of low harmonics the spring may take over too much.
     assert len(pairs) >= (13 if harmonic < 9.0 else 15)
+    shares = []
     for case, found in pairs:
         assert found.harmonic == pytest.approx(harmonic, rel=0.01)
         assert found.frequency == pytest.approx(harmonic * case.experiment.frequency, rel=0.01)
         largest = max(float(np.std(record.force)) for record in case.records)
-        assert found.amplitude < 1.3 * share * np.sqrt(2.0) * largest
+        true = share * np.sqrt(2.0) * largest
+        # Of a fifth harmonic the spring may take over one of the two components of the wave but for 0.016 of it: the
+        # standard error of that component, by white noise, is as much larger, and two of them are allowed.
+        error = case.experiment.noise * largest * np.sqrt(2.0 / case.experiment.samples) / 0.016
+        assert found.amplitude < (true + 2.0 * error if harmonic == 5.0 else 1.3 * true)
+        shares.append(found.amplitude / true)
+    assert 0.6 < np.median(shares) < 1.1
 
 
 @pytest.mark.slow

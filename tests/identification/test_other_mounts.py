@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from strandspring import RefinedOptions, identify
+from strandspring import Outcome, RefinedOptions, identify
 from strandspring.identification.methods.refined import KEEP
 from strandspring.identification.points.sample_points import gather
 from strandspring.identification.points.steady_part import find_steady_part
@@ -51,6 +51,13 @@ def test_a_loop_of_one_amplitude_keeps_its_energy(name: str) -> None:
     (fit,) = found.fits
     assert fit.predicted_energy == pytest.approx(fit.energy, rel=0.05)
     assert found.small_loops.high > 2.0 * found.small_loops.low
+
+
+def test_a_wider_class_that_does_not_explain_the_records_is_not_the_mounts() -> None:
+    """Static and kinetic friction, for which a second mechanism is chosen."""
+    found = identify(draw_case("chatter", 0, 4).records)
+    assert found.parameters.second is not None
+    assert "nested loops" in found.findings[Outcome.OTHER_MOUNT]
 
 
 def test_stops_follow_the_path_within_their_thresholds() -> None:

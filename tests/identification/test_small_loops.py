@@ -10,9 +10,11 @@ import numpy as np
 import pytest
 
 from judgement import judge_case
+from mounts_with_branches import FIRST, SECOND, maxwell, sines
 from rig import Experiment, draw_experiment, draw_spring, simulate
 from rig_faults import FAULTS
 from strandspring import Outcome, Spring, identify
+from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.identification.certainty.saved_spring import LoopEnergy
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.corrected import Corrected
@@ -38,6 +40,19 @@ def test_the_energy_is_the_work_absorbed_in_a_steady_loop(n: float, sigma: float
     work = Spring(known).absorbed_energy(known.displacement_offset + AMPLITUDE * half * np.sin(phase))
     # The elastic part returns what it takes. A small loop that hardly saturates is not quite steady in its third cycle.
     assert loop_energy(known) == pytest.approx(work[-1] - work[30_000], rel=5e-3)
+
+
+def test_a_second_mechanism_and_branches_take_energy_too() -> None:
+    half, period, samples = 0.5 * (FIRST.displacement_max - FIRST.displacement_min), 0.7, 4000
+    time, path = sines((AMPLITUDE * half,), 1.0 / period, cycles=8, samples=samples)
+    last = slice(-samples - 1, None)
+    branch = MaxwellBranch(1500.0, 0.08)
+    force = Spring(FIRST).response(path) + Spring(SECOND).response(path) + maxwell(time, path, 1500.0, 0.08)
+    spring = replace(FIRST, second=Mechanism((1.0,), 12.0, 3000.0, 0.7, 1.5), branches=(branch,))
+    # A small loop that hardly saturates is not quite steady in its eighth cycle.
+    assert loop_energy(spring, period) == pytest.approx(np.trapezoid(force[last], path[last]), rel=5e-3)
+    alone = np.pi * (AMPLITUDE * half) ** 2 * 1500.0 * 0.718 / (1.0 + 0.718**2)  # 2 pi 0.08/0.7 = 0.718
+    assert loop_energy(spring, period) - loop_energy(spring) == pytest.approx(alone, rel=1e-3)
 
 
 def test_a_well_determined_spring_has_no_caution() -> None:

@@ -95,6 +95,7 @@ def test_both_are_found(with_both: Identification) -> None:
     assert p.branches[0].stiffness == pytest.approx(BRANCH[0], rel=0.05)
     assert with_both.wider is not None
     assert "(chosen)" in with_both.wider.sentence
+    assert Outcome.OTHER_MOUNT not in with_both.outcomes
 
 
 def test_a_second_mechanism_needs_no_times() -> None:

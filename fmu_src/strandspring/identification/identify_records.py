@@ -175,7 +175,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     recorded = recorded_energies(solver, measured, fits)
     findings |= differences(measured, recorded, fits, smoothed, fitted)
     loops = join([part.loops for part in parts])
-    small = small_loops(result.parameters, result.uncertainty, recorded, result.other_energies)
+    small = small_loops(result.parameters, result.uncertainty, recorded, result.other_energies, parts[0].cycle_time)
     if loops.has_one_amplitude and Outcome.SMALL_LOOPS not in findings:
         findings[Outcome.ONE_AMPLITUDE] = small.sentence
     if gaps := _gaps(loops):

@@ -18,7 +18,9 @@ from ..least_squares.refinement import FAIR_TOLERANCE, HUBER, ROBUST_ROUNDS, TOL
 from ..least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone
 from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
-from ..rig.effect_columns import Rig
+from ..rig.corrected import Corrected
+from ..rig.effect_columns import Rig, Sizes
+from ..search.search import candidate_of
 from .problem import Along, ClassFit, ClassProblem
 
 _AT_BOUND = 1e-3
@@ -105,6 +107,25 @@ def refined_class(rig: Rig, samples: Samples, fit: ClassFit, robust: bool) -> Re
     refinement = _refinement(final, fit, along, weight, full_weight)
     basis = replace(fit.basis, amplifier=fit.degrees[0])
     return RefinedClass(fit, basis, refinement, _further(fit, along))
+
+
+def as_spring(rig: Rig, loops: SamplePoints, fit: ClassFit, sizes: Sizes) -> Corrected:
+    """A class as the spring of its largest mechanism, with what the others add as part of FE at the points.
+
+    Parameters
+    ----------
+    rig : Rig
+    loops : SamplePoints   To which the class was fitted.
+    fit : ClassFit
+    sizes : dict           Effects of the rig that were removed from the points.
+    """
+
+    def problem(of: ClassFit) -> ClassProblem:
+        return ClassProblem(rig, loops, of.basis, of.degrees, of.stiffness.size, loops.weight)
+
+    fit = _largest_first(fit, problem(fit).at(fit))
+    refinement = _refinement(problem(fit), fit, problem(fit).at(fit), loops.weight, loops.weight)
+    return Corrected(candidate_of(loops, replace(fit.basis, amplifier=fit.degrees[0]), refinement), loops, sizes)
 
 
 def _largest_first(fit: ClassFit, along: Along) -> ClassFit:

@@ -16,11 +16,11 @@ from ..least_squares.stages import Backbone
 from ..rig.corrected import Corrected, rms_in
 from ..rig.effect_columns import Effect, Rig, Sizes
 from ..rig.paying_effects import fitted_with, is_white
-from ..search.search import Criterion, force_floor
+from ..search.search import Criterion, force_floor, is_explained
 from ..search.solution import spring_of
 from .problem import ClassFit
 from .rates import is_timed
-from .refined_class import branches_of, second_of
+from .refined_class import as_spring, branches_of, second_of
 from .selection import AllowedClasses, Choice, Classes, Tried
 
 # What a branch gives as well, so that it is not removed beside one.
@@ -43,12 +43,15 @@ class Wider:
     sizes : dict        Effects of the rig beside the chosen class.
     spread : float      Standard deviation of the force [N].
     durations : (float, float)   Of the short and the long strokes recorded [s]; of samples without times.
+    unexplained : Corrected or None   The chosen class if it is wider and leaves more than noise, as a spring of its
+                                      largest mechanism.
     """
 
     choice: Choice
     sizes: Sizes
     spread: float
     durations: tuple[float, float]
+    unexplained: Corrected | None = None
 
     @property
     def fit(self) -> ClassFit | None:
@@ -160,7 +163,9 @@ def wider_class(
         return None
     # Strokes from one amplitude to the next are shorter than others.
     low, high = np.quantile(rig.durations(loops)[np.unique(loops.stroke)], (0.1, 0.9), method="nearest").tolist()
-    return Wider(choice, sizes, loops.force_deviation, (low, high))
+    chosen = None if choice.chosen.kind == (1, 0) else as_spring(rig, loops, choice.chosen.fit, sizes)
+    unexplained = None if chosen is None or is_explained(chosen.fit, left) else chosen
+    return Wider(choice, sizes, loops.force_deviation, (low, high), unexplained)
 
 
 def _is_worse(chosen: Tried, best: Corrected) -> bool:

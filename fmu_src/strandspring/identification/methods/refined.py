@@ -222,18 +222,22 @@ class RefinedOptions(Method):
         rivals = [] if added else rival_springs(self._alternatives(found.states))
         misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
         doubts = one_amplitude_doubts(rig, best, cautions, content["interval_95"]) if loops.has_one_amplitude else []
+        period = parts[0].cycle_time
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
-        if undecided := undecided_energy(spring, content, rivals, 0.5 * loops.shortest, misfit, doubts):
+        if undecided := undecided_energy(spring, content, rivals, 0.5 * loops.shortest, misfit, doubts, period):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
         other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in found.kept]))]
+        unexplained = None if is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)) else best
         if wider is not None and added is not None:
-            other_energies += [loop_energy(other) for other in wider.other_springs()]
-        elif not is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)):
-            unseen = unrecorded(best)
-            other_energies += [loop_energy(spring) * share for share in unseen.energies]
-            if unseen.is_far and (mount := nearest_mount(rig, best)) is not None:
+            other_energies += [loop_energy(other, period) for other in wider.other_springs()]
+            unexplained = wider.unexplained
+        if unexplained is not None:
+            unseen = unrecorded(unexplained)
+            other_energies += [loop_energy(spring, period) * share for share in unseen.energies]
+            beyond = None if unexplained is best else "the chosen class leaves more than noise"
+            if unseen.is_far and (mount := nearest_mount(rig, unexplained) or beyond):
                 findings[Outcome.OTHER_MOUNT] = unseen.sentence(mount)
         is_turning = any(part.strokes.beyond is not None for part in rig.parts)
         predicted: tuple[FloatArray, ...] = ()

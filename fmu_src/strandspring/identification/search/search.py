@@ -175,6 +175,11 @@ def refined(
         if basis.amplifier == 0:
             return None
         basis = replace(basis, amplifier=basis.amplifier - 1)
+    return candidate_of(loops, basis, fit)
+
+
+def candidate_of(loops: SamplePoints, basis: Basis, fit: Refinement) -> Candidate:
+    """A fit with what it leaves of the points, not yet compared."""
     residuals = fit.backbone.misfit(loops.force, fit.omega)
     time = autocorrelation_time(np.sqrt(loops.weight) * residuals)
     steady = not cautions_of(loops, fit.hysteresis, fit.omega)

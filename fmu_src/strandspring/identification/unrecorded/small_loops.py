@@ -75,14 +75,22 @@ class SmallLoops:
         )
 
 
-def loop_energy(spring: SpringParameters) -> float:
-    """Energy of the steady loop of a sine about mid-range with the share AMPLITUDE of the range [J]."""
-    return _energy_with_derivatives(spring)[0]
+def loop_energy(spring: SpringParameters, period: float | None = None) -> float:
+    """Energy of the steady loop of a sine about mid-range with the share AMPLITUDE of the range [J].
+
+    Branches take some by the period of the sine [s], and count as taking none without one.
+    """
+    energy = sum(_energy_with_derivatives(mechanism)[0] for mechanism in spring.mechanisms)
+    amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
+    for branch in spring.branches if period else ():
+        angle = 2.0 * math.pi * branch.time_constant / period
+        energy += math.pi * amplitude**2 * branch.stiffness * angle / (1.0 + angle**2)  # by its loss modulus
+    return energy
 
 
 @lru_cache(maxsize=16)  # the spring found and its rivals are judged more than once
 def _energy_with_derivatives(spring: SpringParameters) -> tuple[float, FloatArray]:
-    """That energy, and its derivatives by kA without kA[0] and by the logarithms that `JointCovariance` takes."""
+    """That of the first mechanism, and its derivatives by kA[1:] and by the logarithms that `JointCovariance` takes."""
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
     direction = np.array([1, -1] * _CYCLES + [1])
     length = np.append(amplitude, np.full(2 * _CYCLES, 2.0 * amplitude))
@@ -114,6 +122,7 @@ def undecided_energy(
     smallest: float,
     misfit: float = 0.0,
     doubts: Sequence[str] = (),
+    period: float | None = None,
 ) -> str:
     """What the records leave undecided of that energy, and what would decide it, in words; empty if it is little.
 
@@ -125,8 +134,9 @@ def undecided_energy(
     smallest : float                  Amplitude of the smallest loops recorded [m].
     misfit : float                    rms misfit that is not noise [N].
     doubts : sequence of str          Further reasons why the energy of loops that were not recorded is undecided.
+    period : float or None            Of a cycle recorded [s].
     """
-    energy, derivatives = _energy_with_derivatives(spring)
+    energy, (_, derivatives) = loop_energy(spring, period), _energy_with_derivatives(spring)
     reach = AMPLITUDE * (spring.displacement_max - spring.displacement_min)
     void = _VOID * 2.0 * spring.kappa_omega * reach
     parts = []
@@ -161,6 +171,7 @@ def small_loops(
     uncertainty: Mapping[str, Any],
     recorded: Sequence[LoopEnergy],
     others: Sequence[float] = (),
+    period: float | None = None,
 ) -> SmallLoops:
     """Energy of small loops, and the range it may have if the mount is of another class than the model.
 
@@ -170,8 +181,9 @@ def small_loops(
     uncertainty : mapping                Content of the model file's field; may be empty.
     recorded : sequence of LoopEnergy    The largest amplitude first.
     others : sequence of float           Energies of small loops that the records do not rule out [J].
+    period : float or None               Of a cycle recorded [s].
     """
-    energy, derivatives = _energy_with_derivatives(spring)
+    energy, (_, derivatives) = loop_energy(spring, period), _energy_with_derivatives(spring)
     joint = JointCovariance.from_uncertainty(spring, uncertainty)
     error = 0.0 if joint is None else min(_relative_error(energy, derivatives, joint), 1.0) * energy
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
