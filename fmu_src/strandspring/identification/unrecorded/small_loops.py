@@ -82,7 +82,9 @@ def loop_energy(spring: SpringParameters, period: float | None = None) -> float:
     """
     energy = sum(_energy_with_derivatives(mechanism)[0] for mechanism in spring.mechanisms)
     amplitude = AMPLITUDE * 0.5 * (spring.displacement_max - spring.displacement_min)
-    for branch in spring.branches if period else ():
+    if period is None:
+        return energy
+    for branch in spring.branches:
         angle = 2.0 * math.pi * branch.time_constant / period
         energy += math.pi * amplitude**2 * branch.stiffness * angle / (1.0 + angle**2)  # by its loss modulus
     return energy
