@@ -27,14 +27,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from rig import FloatArray, Generator, amplitude_of, draw_spring, log_uniform, strokes_of
 from strandspring import Record, Spring, SpringParameters, identify
+from strandspring.campaigns.planning.choice import Setting
+from strandspring.campaigns.planning.forces import Force, force_along
+from strandspring.campaigns.planning.knowledge import Knowledge
+from strandspring.campaigns.planning.limits import Limits
+from strandspring.campaigns.planning.motion import Motion
+from strandspring.campaigns.planning.planned import planned, prepared
+from strandspring.campaigns.planning.prior import prior_of_model
 from strandspring.errors import StrandspringError
-from strandspring.planning.choice import Setting
-from strandspring.planning.forces import Force, force_along
-from strandspring.planning.knowledge import Knowledge
-from strandspring.planning.limits import Limits
-from strandspring.planning.motion import Motion
-from strandspring.planning.planned import planned, prepared
-from strandspring.planning.prior import prior_of_model
 from zoo_mounts import draw_mount
 
 FOREIGN = ("preisach", "iwan", "two mechanisms", "generalised bouc-wen", "vaiana-rosati")

@@ -10,12 +10,12 @@ from scipy.integrate import solve_ivp
 
 from springs import EXAMPLES
 from strandspring import Spring
+from strandspring.campaigns.planning.blocks import Range
+from strandspring.campaigns.planning.forces import _RELAXATION, _THRESHOLDS, force_along
+from strandspring.campaigns.planning.knowledge import Knowledge, Noise
+from strandspring.campaigns.planning.limits import Limits
+from strandspring.campaigns.planning.motion import Leg, Motion, Pace
 from strandspring.model.joint import JointCovariance
-from strandspring.planning.blocks import Range
-from strandspring.planning.forces import _RELAXATION, _THRESHOLDS, force_along
-from strandspring.planning.knowledge import Knowledge, Noise
-from strandspring.planning.limits import Limits
-from strandspring.planning.motion import Leg, Motion, Pace
 
 SPAN = Range(0.05, 0.02)  # of the springs of EXAMPLES
 PERIOD = 4.0

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from springs import springs
 from strandspring import Spring, SpringParameters, StrandspringError, plan
-from strandspring.planning.limits import Limits
-from strandspring.planning.motion import Leg, Motion, Pace, sampled
+from strandspring.campaigns.planning.limits import Limits
+from strandspring.campaigns.planning.motion import Leg, Motion, Pace, sampled
 
 
 @st.composite

@@ -10,6 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from threadpoolctl import threadpool_limits
 
+from ..campaigns.planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
+from ..campaigns.planning.limits import Limits, checked_stroke
+from ..campaigns.planning.planned import Planned, PlannedBlock, planned
+from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..identification.identified_model import IdentifiedModel
@@ -17,10 +21,6 @@ from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
 from ..loops.cycles import find_cycles
 from ..model.modelfile import ModelFile, is_model_path
-from ..planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
-from ..planning.limits import Limits, checked_stroke
-from ..planning.planned import Planned, PlannedBlock, planned
-from ..planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..records.given import Source, given_records
 from ..records.record import Record
 from .common.model_source import ModelSource, model_of

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ...kernel.arrays import FloatArray
 from .blocks import RATE, Block, Range, candidates
 from .figures import Loops
 from .forces import force_along

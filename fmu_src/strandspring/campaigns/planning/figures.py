@@ -9,9 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
-from ..model.joint import HYSTERETIC_UNITS
+from ...core.parameters import SpringParameters
+from ...kernel.arrays import FloatArray
+from ...model.joint import HYSTERETIC_UNITS
 from .blocks import Range
 from .forces import force_along
 from .knowledge import Knowledge

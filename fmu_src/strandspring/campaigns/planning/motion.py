@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ...kernel.arrays import FloatArray
 from .limits import LEAST_SAMPLES, Limits
 
 _RAMP = 0.1  # time of a ramp, share of the time in which the largest stroke is crossed at full velocity

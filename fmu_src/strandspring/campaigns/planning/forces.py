@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
-from ..kernel.many_paths import along_paths, gradient_fields, spring_rows
+from ...core.parameters import SpringParameters
+from ...kernel.arrays import FloatArray
+from ...kernel.many_paths import along_paths, gradient_fields, spring_rows
 from .blocks import Range
 from .motion import Motion
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
+from ...core.parameters import SpringParameters
+from ...kernel.arrays import FloatArray
 from .forces import Force
 from .motion import Motion
 

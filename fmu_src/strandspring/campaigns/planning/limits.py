@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ..core.parameters import LARGEST_DISPLACEMENT, LARGEST_VELOCITY, WIDTH_RANGE
-from ..ground.arguments import limits, number, optional_number
+from ...core.parameters import LARGEST_DISPLACEMENT, LARGEST_VELOCITY, WIDTH_RANGE
+from ...ground.arguments import limits, number, optional_number
 
 LEAST_SAMPLES = 100  # of a loop, so that its reversals are seen
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.parameters import SpringParameters
-from ..errors import ModelError
-from ..ground.plain_springs import require_plain
-from ..kernel.arrays import FloatArray
-from ..model.joint import JointCovariance
-from ..model.modelfile import ModelFile
-from ..model.stated_cautions import stated_amplitudes
-from ..model.stated_figures import stated_fit
+from ...core.parameters import SpringParameters
+from ...errors import ModelError
+from ...ground.plain_springs import require_plain
+from ...kernel.arrays import FloatArray
+from ...model.joint import JointCovariance
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import stated_amplitudes
+from ...model.stated_figures import stated_fit
 from .knowledge import Noise
 
 _FORCES = (1e-9, 1e12)  # at the ends of a rough stroke [N]

@@ -8,8 +8,8 @@ from itertools import accumulate, pairwise
 
 import numpy as np
 
-from ..errors import StrandspringError
-from ..kernel.arrays import FloatArray
+from ...errors import StrandspringError
+from ...kernel.arrays import FloatArray
 from .blocks import RATE, Block, Range
 from .choice import Setting, chosen_blocks
 from .figures import Figure
