@@ -11,8 +11,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from strandspring import Record, Spring, SpringParameters, identify
+from strandspring.ground.one_thread import one_thread
 
 THREADS = 8
 SPRING = Spring(
@@ -118,3 +120,16 @@ def test_a_change_is_noticed() -> None:
     program = STATE + IMPORT.format(load="warnings.simplefilter('error'); os.environ['A_VARIABLE'] = '1'")
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
     assert done.stdout.split() == ["warnings", "environment"]
+
+
+def test_one_thread_is_given_back_by_the_last() -> None:
+    def threads() -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    with threadpool_limits(limits=2, user_api="blas"):
+        before, first = threads(), one_thread()
+        first.__enter__()
+        with one_thread():
+            first.__exit__(None, None, None)
+            assert threads() == {1}
+        assert threads() == before

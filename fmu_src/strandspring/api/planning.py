@@ -8,14 +8,13 @@ from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from threadpoolctl import threadpool_limits
-
 from ..campaigns.planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
 from ..campaigns.planning.limits import Limits, checked_stroke
 from ..campaigns.planning.planned import Planned, PlannedBlock, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..ground.arguments import number
 from ..ground.files import write_csv
+from ..ground.one_thread import one_thread
 from ..identification.identified_model import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
@@ -219,7 +218,7 @@ def plan(
             f"The rig is assumed to reach {1e3 * velocity:.3g} mm/s ({origin}); give its largest `velocity=...`."
         )
     limits = Limits(velocity, stroke, force_limit, duration, sample_rate)
-    with threadpool_limits(limits=1):  # for matrices as small as these more threads only cost
+    with one_thread():  # for matrices as small as these more threads only cost
         return TestPlan(planned(prior, limits), tuple(assumed))
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import fields, replace
-from functools import cache
 from itertools import combinations
 from typing import Any
 
 import numpy as np
-from threadpoolctl import ThreadpoolController
 
 from ..errors import RecordError
+from ..ground.one_thread import one_thread
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
 from ..model.outcomes import IdentificationError, Outcome, by_harm
@@ -78,7 +77,7 @@ def identify_records(
     spikes = [sentence for record in group if (sentence := _spikes(record))]
     try:
         # For matrices as small as these more threads only cost, most of all on a busy computer.
-        with _linear_algebra().limit(limits=1, user_api="blas"):
+        with one_thread():
             identification = _identified(group, method, save_anyway)
     except IdentificationError:
         if spikes:
@@ -88,11 +87,6 @@ def identify_records(
     if spikes and not method.withstands_outliers:
         findings[Outcome.SPIKES] = "; ".join(spikes)
     return replace(identification, findings=by_harm(findings))
-
-
-@cache
-def _linear_algebra() -> ThreadpoolController:
-    return ThreadpoolController()
 
 
 def _refuse_twins(group: Sequence[Record]) -> None:

@@ -15,10 +15,10 @@ from threading import Lock
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from ...campaigns.jobs.threads import in_threads
 from ...ground.files import write_csv
+from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
 from ..common.progress import Progress
@@ -170,7 +170,7 @@ def with_responses(
 
     pairs = enumerate((part, *motion) for part in parts for motion in motions)
     # Its systems of equations are too small to be shared among threads.
-    with threadpool_limits(limits=1):
+    with one_thread():
         responses = list(in_threads(partial(respond, number, *pair) for number, pair in pairs))
     count = len(motions)
     finished = [replace(part, responses=tuple(responses[k * count : (k + 1) * count])) for k, part in enumerate(parts)]
