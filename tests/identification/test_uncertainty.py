@@ -26,6 +26,7 @@ from strandspring import (
 )
 from strandspring.identification.certainty.figures import predict_record
 from strandspring.identification.certainty.intervals import quantile_95
+from strandspring.identification.certainty.posterior import _drawn
 from strandspring.identification.certainty.prediction_interval import ForceInterval, prediction_error
 from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.points.residuals import repeated_share
@@ -312,6 +313,24 @@ def test_a_posterior_needs_emcee(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "emcee", None)
     with pytest.raises(ValueError, match=r'install it with pip install "strandspring\[posterior\]"'):
         RefinedOptions((3, 2), posterior=200)
+
+
+@pytest.mark.parametrize("inside", [0.0, 0.02, 1.0])
+def test_draws_beyond_the_bounds_weigh_nothing(inside: float) -> None:
+    # Of many records with unknown omega_start hardly a draw is within all bounds: then the sampler takes over.
+    generator = np.random.default_rng(1)
+
+    class Target:
+        start, root_of_covariance = np.zeros(3), np.eye(3)
+
+        def __call__(self, theta: np.ndarray) -> tuple[float, float, float]:
+            return (-0.5 * float(theta @ theta) if generator.random() < inside else -np.inf), 1.0, 0.1
+
+    _, values, weight = _drawn(Target(), np.random.default_rng(0))  # type: ignore[arg-type]
+    assert np.isfinite(values).all()
+    assert np.isfinite(weight).all()
+    effective = weight.sum() ** 2 / max(float((weight**2).sum()), 1e-300)
+    assert (effective > 1000.0) == (inside == 1.0)
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ def posterior(linear: Linearised, steps: int, seed: int) -> dict[str, Any]:
     """
     target, generator = _Target(linear), np.random.default_rng(seed)
     places, densities, weight = _drawn(target, generator)
-    effective = float(np.sum(weight) ** 2 / np.sum(weight**2))
+    effective = float(np.sum(weight) ** 2 / max(np.sum(weight**2), 1e-300))
     how: dict[str, Any] = {"long_enough": True}
     if effective < _EFFECTIVE:
         places, densities, how = _walked(target, steps, generator, seed)
@@ -76,6 +76,8 @@ def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray,
     centre, root = target.start, target.root_of_covariance
     for _ in range(_MOVES):
         places, _, logarithm = _sample(target, centre, root, _TRIED, generator)
+        if np.count_nonzero(np.isfinite(logarithm)) < _FLAT * _TRIED:  # most draws lie beyond the bounds
+            break
         power = 1.0
         while (weight := np.exp(power * logarithm)).sum() ** 2 < _FLAT * _TRIED * (weight**2).sum():
             power *= 0.7
@@ -91,7 +93,7 @@ def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray,
 def _sample(
     target: _Target, centre: FloatArray, root: FloatArray, count: int, generator: np.random.Generator
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Places, what the target says there, and logarithms of their weights, the largest being 0."""
+    """Places, what the target says there, and logarithms of their weights, the largest being 0; -inf beyond bounds."""
     size = centre.size
     normal = generator.standard_normal((count, size))
     stretch = np.sqrt(_FREEDOM / generator.chisquare(_FREEDOM, count))
@@ -99,7 +101,7 @@ def _sample(
     density = -0.5 * (_FREEDOM + size) * np.log1p(stretch**2 * np.sum(normal**2, axis=1) / _FREEDOM)
     values = np.array([target(place) for place in places])
     logarithm = values[:, 0] - density
-    return places, np.nan_to_num(values), logarithm - logarithm.max()
+    return places, np.nan_to_num(values), logarithm - max(float(logarithm.max()), -1e300)
 
 
 def _walked(
