@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from branched_springs import BASE, BRANCHED
-from strandspring import ModelError, Record, Spring, StrandspringError
+from strandspring import ModelError, Record, Spring, StrandspringError, info
 from strandspring.core.law import SpringLaw
 from strandspring.kernel.path import packed
+from strandspring.loops.modelled import relaxed_branches
 from strandspring.model.modelfile import model_of_text, model_schema
 from strandspring.vibration.bodies.parts import MountAxis
 
@@ -127,3 +128,12 @@ def test_mounts_and_the_structure_of_the_kernel_refuse_it(name: str) -> None:
         packed(BRANCHED[name])
     with pytest.raises(ValueError, match="must be without a second mechanism and branches"):
         SpringLaw(BRANCHED[name])
+
+
+def test_figures_of_loops_say_that_branches_have_relaxed() -> None:
+    said = {name: info(Spring(p)).cautions for name, p in BRANCHED.items()}
+    slow = "Loops of the model are slow: its Maxwell branches have relaxed."
+    assert {name: any(slow in caution for caution in cautions) for name, cautions in said.items()} == {
+        name: bool(p.branches) for name, p in BRANCHED.items()
+    }
+    assert len(relaxed_branches(BRANCHED["both"])[0].split()) <= 25

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..kernel.path import PathSolver
 from ..kernel.steady import steady_start
 from .loop import Loop, LoopBranch, LoopFigures
 
+# Of the figures of loops, where there are branches.
+_RELAXED = (
+    "Loops of the model are slow: its Maxwell branches have relaxed. At the recorded rates stiffness and energy are "
+    "larger."
+)
 _POINTS = 513  # on each branch, for the peak forces and for comparing branches
 
 
@@ -34,6 +40,11 @@ def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
         energy_per_cycle=cycle_energy,
     )
     return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
+
+
+def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:
+    """What has to be said of the figures of a spring's loops: a caution if it has Maxwell branches, else nothing."""
+    return (_RELAXED,) if spring.branches else ()
 
 
 def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigures:

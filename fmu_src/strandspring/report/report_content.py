@@ -12,6 +12,7 @@ from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
 from ..loops.campaign import campaign_verdicts
+from ..loops.modelled import relaxed_branches
 from ..model.joint import HYSTERETIC_UNITS
 from ..model.modelfile import ModelFile
 from ..model.outcomes import Outcome
@@ -146,6 +147,8 @@ def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: st
     for outcome, detail in evaluation.identification.findings.items():
         grade = Level.INFORMATION if outcome in _HARMLESS else Level.CARE
         yield Notice(grade, *_caution(outcome, evaluation.prose(detail)))
+    for sentence in relaxed_branches(evaluation.identification.parameters):
+        yield Notice(Level.CARE, sentence)
     for sentence in evaluation.identification.uncertainty.get("indistinct", ()):
         yield Notice(Level.CARE, prose(f"{sentence}."))
 

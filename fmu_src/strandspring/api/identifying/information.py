@@ -20,7 +20,7 @@ from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ...loops.cycles import MeasuredLoop, measured_loops
 from ...loops.loop import LOOP_FIGURE, LOOP_FIGURES, PANELS, Loop, LoopFigures
-from ...loops.modelled import steady_loop, steady_loop_figures
+from ...loops.modelled import relaxed_branches, steady_loop, steady_loop_figures
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
@@ -234,6 +234,7 @@ def info(
     parameters = counted_from(origin, content.parameters)
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
     cautions = [f"Of the identification: {printable(sentence)}" for sentence in stated_cautions(content).values()]
+    cautions += relaxed_branches(content.parameters)
     cautions += backwards_cautions(records)
     cautions += chain.from_iterable(map(clipped_cautions, records))
     if records:
