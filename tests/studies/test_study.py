@@ -14,12 +14,13 @@ import pytest
 
 from springs import TABLE
 from strandspring import ModelError, Spring
-from strandspring.campaigns.studies.definition import RunRow, Study, scaled
+from strandspring.campaigns.studies.definition import RunRow, Study
 from strandspring.campaigns.studies.runs import DONE
 from strandspring.campaigns.studies.summaries import QUANTILES, summaries
 from strandspring.ground.files import write_csv
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from strandspring.model.modelfile import ModelFile, save_model
+from strandspring.vibration.bodies.parts import scaled
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY, uncertainty_of_hysteresis
@@ -145,7 +146,9 @@ def test_the_forces_of_a_table_are_drawn() -> None:
 
 def test_a_factor_scales_every_force_of_a_table() -> None:
     path = np.linspace(TABLE.displacement_min, TABLE.displacement_max, 9)
-    assert Spring(scaled(TABLE, 1.7)).response(path) == pytest.approx(1.7 * Spring(TABLE).response(path), rel=1e-12)
+    assert Spring(scaled(TABLE, 1.7, 1.7)).response(path) == pytest.approx(
+        1.7 * Spring(TABLE).response(path), rel=1e-12
+    )
 
 
 def test_a_run_tells_what_the_frequency_response_does() -> None:

@@ -15,8 +15,8 @@ from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
 from ..ground.arguments import flag, workers_of
-from ..ground.plain_springs import require_plain
 from ..kernel.arrays import FloatArray
+from ..kernel.branches import require_plain
 from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields, spring_rows
 from ..kernel.path import as_path
 from .common.model_source import ModelSource, model_of

@@ -16,7 +16,7 @@ from textwrap import fill, wrap
 
 from ..core.parameters import SpringParameters
 from ..ground.files import write_text
-from ..ground.plain_springs import require_plain
+from ..kernel.branches import require_plain
 from ..kernel.library import library
 from ..kernel.path import packed
 from ..kernel.structures import constants, structures

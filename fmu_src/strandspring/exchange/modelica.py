@@ -19,7 +19,7 @@ from ..core.parameters import SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
 from ..ground.files import read_text, reason_of, write_text
-from ..ground.plain_springs import require_plain
+from ..kernel.branches import require_plain
 from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
 

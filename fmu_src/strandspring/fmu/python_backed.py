@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
-from ..ground.plain_springs import require_plain
+from ..kernel.branches import require_plain
 from ..model.coordinates import placed
 from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive

@@ -1,6 +1,7 @@
 """Maxwell branches along whole paths, in the compiled kernel: exact where x moves at constant velocity between samples.
 
-`core/c/spring/branches.h` gives the equations; each branch begins without force at the first sample.
+`core/c/spring/branches.h` gives the equations; each branch begins without force at the first sample. What does not
+compute branches or a second mechanism refuses them by `require_plain`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core.branches import MaxwellBranch
+from ..core.parameters import SpringParameters
+from ..errors import StrandspringError
 from .arrays import FloatArray, address, floats
 from .library import library
 
@@ -74,3 +77,22 @@ def maxwell_columns(
         constants.size, address(constants), path.size, address(path), address(time), *map(address, columns)
     )
     return columns[0], columns[1]
+
+
+def require_plain(parameters: SpringParameters, where: str, instead: str = "") -> None:
+    """Raise StrandspringError unless this is the paper's spring.
+
+    Parameters
+    ----------
+    parameters : SpringParameters
+    where : str      What cannot take others, as the subject of the sentence.
+    instead : str    What to do instead, the end of the sentence.
+    """
+    if parameters.is_plain:
+        return
+    has = ["`second`, a second mechanism"] if parameters.second else []
+    has += ["`branches`, Maxwell branches"] if parameters.branches else []
+    raise StrandspringError(
+        f"{where} cannot take a spring with {' and '.join(has)}; "
+        f"{instead or 'compute its force by `Spring.response`, or identify a spring without them'}."
+    )

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 
 from ..core.parameters import LARGEST_DISPLACEMENT, SCALARS, SpringParameters
 from ..errors import StrandspringError
-from ..ground.plain_springs import require_plain
 from .arrays import FloatArray, address, floats
-from .branches import maxwell_sums
+from .branches import maxwell_sums, require_plain
 from .library import library
 from .saturation_table import table
 from .structures import structures
@@ -177,8 +176,8 @@ class PathSolver:
             return values
         if time is None:
             raise StrandspringError(
-                f"The force of a spring with {len(branches)} Maxwell branches (`branches`) depends on the times of the "
-                "displacements, and none are given; give them (`time`)."
+                f"The force of a spring with {len(branches)} Maxwell branch{'es' if len(branches) > 1 else ''} "
+                "(`branches`) depends on the times of the displacements, and none are given; give them (`time`)."
             )
         total: FloatArray = values + maxwell_sums(branches, path, time)[which]
         return total

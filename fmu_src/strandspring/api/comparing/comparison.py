@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
-from ...ground.plain_springs import require_plain
 from ...identification.certainty.figures import RecordFit, predict_record
+from ...kernel.branches import require_plain
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
 from ...loops.modelled import steady_loop

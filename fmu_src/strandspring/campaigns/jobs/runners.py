@@ -26,6 +26,7 @@ from threadpoolctl import threadpool_limits
 from ...errors import StrandspringError
 from ...ground.endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ...ground.isolated import isolated_processes
+from ...ground.one_thread import one_thread
 from .threads import usable_cores
 
 _MOST_WORKERS = 61  # Windows waits for no more processes
@@ -289,7 +290,7 @@ class Local:
         """See `Runner`."""
         workers = min(self.workers or usable_cores(), batches, _MOST_WORKERS)
         if workers <= 1 and not apart:
-            with threadpool_limits(limits=1):
+            with one_thread():
                 yield Pool(_InlineExecutor(), 1)
             return
         # A fork would inherit locks of other threads, such as that of the progress bar.

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...core.parameters import SpringParameters
+from ...identification.certainty.intervals import NORMAL_95
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS
 from .blocks import Range
@@ -17,7 +18,6 @@ from .forces import force_along
 from .knowledge import Knowledge
 from .motion import POINTS, Leg, Motion, Pace
 
-NORMAL_95 = 1.959964
 _SETTLING = 12  # cycles before a loop is steady
 _LEAST = 0.05  # stiffness that counts as none, share of that of the largest loop
 _VISCOUS = 2.5  # power of the amplitude with which energies fall at most

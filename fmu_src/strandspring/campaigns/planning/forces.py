@@ -13,6 +13,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
+from ...kernel.branches import maxwell_columns
 from ...kernel.many_paths import along_paths, gradient_fields, spring_rows
 from .blocks import Range
 from .motion import Motion
@@ -76,8 +77,8 @@ def force_along(spring: SpringParameters, motion: Motion, span: Range, period: f
     stops = _stops(motion, thresholds) / thresholds
     knots = np.linspace(-1.0, 1.0, _KNOTS)
     hats = np.maximum(1.0 - np.abs(place[:, None] - knots) / (knots[1] - knots[0]), 0.0)
-    branches = _branches(motion, period * np.array(_RELAXATION)) / span.half
-    wider = np.hstack([stops, place[:, None] * stops, hysteretic[:, None] * hats, branches])
+    branches, _ = maxwell_columns(period * np.array(_RELAXATION), path, motion.time)
+    wider = np.hstack([stops, place[:, None] * stops, hysteretic[:, None] * hats, branches.T / span.half])
     return Force(value[0], own, wider, hysteretic)
 
 
@@ -92,16 +93,4 @@ def _stops(motion: Motion, thresholds: FloatArray) -> FloatArray:
         moved = path[begin : end + 1, None] - path[begin]
         outputs[begin : end + 1] = np.clip(outputs[begin] + moved, -thresholds, thresholds)
         begin = end
-    return outputs
-
-
-def _branches(motion: Motion, relaxation: FloatArray) -> FloatArray:
-    """Forces of Maxwell branches of stiffness 1, shape (K, B) [m], exact for straight lines between the points."""
-    outputs = np.zeros((motion.time.size, relaxation.size))
-    steps = np.diff(motion.time)[:, None] / relaxation
-    kept = np.exp(-steps)
-    gained = -np.expm1(-steps) / steps * np.diff(motion.displacement)[:, None]
-    state = outputs[0]
-    for k, (keep, gain) in enumerate(zip(kept, gained, strict=True), start=1):
-        state = outputs[k] = keep * state + gain
     return outputs

@@ -3,7 +3,7 @@
 All is linear about a spring: theta, the change of its own coefficients, and w, the forces of a wider class. A model
 file gives the covariance of theta for a spring that is of its own class (w = 0), and the loops that were recorded. Of
 a mount with w these would have been fitted by theta = -G*w, where G is the least-squares solution of own*G = wider
-along the recorded loops; what it leaves over, R = wider - own*G, would have shown as misfit, which tells of w.
+along the recorded loops. The rest, R = wider - own*G, would have been seen as misfit: that bounds w.
 """
 
 from __future__ import annotations

@@ -211,11 +211,10 @@ def _setting(prior: Prior, limits: Limits, span: Range) -> Setting:
 
 def _known(prior: Prior, setting: Setting) -> list[Knowledge]:
     """What is known of each spring, in which loops about the middle stand for those recorded."""
-    half = 0.5 * (prior.springs[0].displacement_max - prior.springs[0].displacement_min)
-    middle = 0.5 * (prior.springs[0].displacement_max + prior.springs[0].displacement_min)
-    turns = [middle]
-    for amplitude in prior.amplitudes or (half,):
-        turns += [middle + amplitude, middle - amplitude] * 3
+    whole = _range(prior.springs[0].displacement_min, prior.springs[0].displacement_max)
+    turns = [whole.middle]
+    for amplitude in prior.amplitudes or (whole.half,):
+        turns += [whole.middle + amplitude, whole.middle - amplitude] * 3
     legs = [setting.pace.leg(*pair) for pair in pairwise(turns)]
     motion = Motion.along(legs, setting.limits.step)
     return [

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
-from ...ground.plain_springs import require_plain
 from ...kernel.arrays import FloatArray
+from ...kernel.branches import require_plain
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes

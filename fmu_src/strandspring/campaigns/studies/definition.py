@@ -14,6 +14,7 @@ from ...core.parameters import SpringParameters
 from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import finite
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
+from ...vibration.bodies.parts import scaled
 from ...vibration.one_mass.band import band_frequencies, checked_limits
 from ...vibration.one_mass.response import frequency_response
 from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
@@ -246,7 +247,7 @@ class Study(Runs[RunRow]):
             spring.kappa_omega, spring.rho, spring.sigma, spring.n,
         )  # fmt: skip
         try:
-            system = self._system(scaled(spring, point.stiffness_factor), point.mass)
+            system = self._system(scaled(spring, point.stiffness_factor, point.stiffness_factor), point.mass)
             equilibrium = static_equilibrium(system)
             row = replace(row, static_equilibrium=equilibrium.displacement, sag=finite(equilibrium.sag))
             frequencies = band_frequencies(self.band, self.points, equilibrium)
@@ -263,15 +264,3 @@ class Study(Runs[RunRow]):
 
     def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
         return IsolatedMass(spring, mass, self.load, self.parallel, self.series, self.damping)
-
-
-def scaled(spring: SpringParameters, factor: float) -> SpringParameters:
-    """The spring with all its forces multiplied by a factor."""
-    return replace(
-        spring,
-        kE=tuple(factor * coefficient for coefficient in spring.kE),
-        FE_forces=tuple(factor * force for force in spring.FE_forces),
-        kappa_omega=factor * spring.kappa_omega,
-        second=spring.second and replace(spring.second, kappa_omega=factor * spring.second.kappa_omega),
-        branches=tuple(replace(branch, stiffness=factor * branch.stiffness) for branch in spring.branches),
-    )

@@ -133,7 +133,7 @@ def native_contents(
     left_out = {"absorbed_energy"} if no_energy else set()
     interfaces = {"co_simulation": None if with_states else _CO_SIMULATION[fmi], "model_exchange": _MODEL_EXCHANGE[fmi]}
     if model.parameters.branches and not with_states:
-        # Branches go straight through a step, whose end alone tells how long it was.
+        # With branches the displacement moves at constant velocity over a step, whose size is known only at its end.
         co_simulation = _CO_SIMULATION[fmi] | ({"canInterpolateInputs": "false"} if fmi == 2 else {})
         interfaces, left_out = {"co_simulation": co_simulation}, left_out | {REVERSAL_INDICATOR}
     backend = Backend(

@@ -80,7 +80,7 @@ class Wider:
         """Errors of the classes on what was left out, in words."""
         plain, *others = self.choice.tried
         best = {each.kind: each for each in sorted(others, key=lambda each: -each.held_out)}
-        texts = [f"{self._share(plain)} without more"] + [
+        texts = [f"{self._share(plain)} with one mechanism"] + [
             f"{self._share(each)} with {_in_words(each)}{' (chosen)' if each is self.choice.chosen else ''}"
             for each in best.values()
         ]
@@ -162,7 +162,7 @@ def wider_class(
     if begin is not best and not is_forced and _is_worse(choice.chosen, best):
         return None
     # Strokes from one amplitude to the next are shorter than others.
-    low, high = np.quantile(rig.durations(loops)[np.unique(loops.stroke)], (0.1, 0.9), method="nearest").tolist()
+    low, high = np.quantile(rig.durations(loops)[loops.used], (0.1, 0.9), method="nearest").tolist()
     chosen = None if choice.chosen.kind == (1, 0) else as_spring(rig, loops, choice.chosen.fit, sizes)
     unexplained = None if chosen is None or is_explained(chosen.fit, left) else chosen
     return Wider(choice, sizes, loops.force_deviation, (low, high), unexplained)

@@ -16,8 +16,8 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
-from ...ground.plain_springs import require_plain
 from ...kernel.arrays import FloatArray
+from ...kernel.branches import require_plain
 from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
 
 BASE = -1  # in place of the number of a body
