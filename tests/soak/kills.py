@@ -191,6 +191,10 @@ class Place:
         """The end of what the last run printed on standard error."""
         return (self.folder / "stderr.txt").read_text(errors="replace")[-2000:]
 
+    def said(self, words: str) -> bool:
+        """Whether the last run printed them, on one line or several."""
+        return words in " ".join(self.printed().split())
+
     def outputs(self, command: Command) -> dict[str, str]:
         """Hashes of the outputs that are there, by path; hidden files are not outputs."""
         files: list[Path] = []
@@ -310,7 +314,7 @@ def trial(
     if has_answered:
         remains.wrong += [f"printed {word!r}: {place.printed()}" for word in UNWANTED if word in place.printed()]
     is_kept = any((place.folder / name).exists() for name in command.kept)
-    if number != signal.SIGKILL and process.returncode != 0 and is_kept and RESUMED not in place.printed():
+    if number != signal.SIGKILL and process.returncode != 0 and is_kept and not place.said(RESUMED):
         remains.wrong.append(f"ended with {process.returncode} and did not say that it resumes: {place.printed()}")
     moment += ", finished before" if process.returncode == 0 else ", ended"
     deadline = time.monotonic() + PATIENCE

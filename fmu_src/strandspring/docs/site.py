@@ -188,5 +188,6 @@ def _build(source: Path, built: Path, state: Path) -> None:
 
     try:
         Sphinx(source, None, built, state, "html", _SETTINGS, status=None, warningiserror=True).build()
+        (built / ".buildinfo").unlink()  # by which Sphinx would build part of it again
     except SphinxError as problem:
         raise StrandspringError(f"The site cannot be built: {problem}") from None

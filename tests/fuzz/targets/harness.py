@@ -188,6 +188,7 @@ def _results(
 def _do_trials(trial: Trial, seeds: range, folder: Path, keep: Path | None) -> None:
     """Do trials in this process; results go to standard output, one JSON object per line."""
     warnings.simplefilter("error")
+    warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
     gc.collect()
     gc.freeze()  # what has been imported is not searched for garbage after every trial
     results = os.fdopen(os.dup(1), "w")

@@ -124,7 +124,7 @@ def _one(dice: Dice, items: Any) -> Any:
 
 
 def _method(dice: Dice) -> Any:
-    degrees = _one(dice, (None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 20)))
+    degrees = _one(dice, (None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 8)))
     kind = int(dice.integers(10))
     if kind < 5:
         return RefinedOptions()

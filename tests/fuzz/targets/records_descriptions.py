@@ -55,7 +55,7 @@ _ENDS = (
 )  # fmt: skip
 _FILES = (
     "a.csv", "b.csv", "*.csv", "[ab].csv", "none.csv", "*", "**", "**/*", "../x/a.csv", "../*.csv", "/etc/*",
-    "/dev/null", "/dev/zero", "~", "~/a.csv", "~nobody/a", "", " ",
+    "/dev/null", "/dev/zero", "~", "~/a.csv", "~no-such-user/a", "", " ",
     "a\0b", "a" * 300, "folder", "d.toml", "[", "[]", "?", "a.csv/b", "***", "**a", "\ud800", ".", "..", "a.csv ",
     "//", "pipe",
 )  # fmt: skip
