@@ -73,8 +73,8 @@ def catalogue_cautions(system: MountedSystem) -> Iterator[str]:
         of_source.setdefault(source, []).append(f"{direction} {_stated(axis)}")
     for source, stated in of_source.items():
         yield (
-            f"No loops stand behind {source}: {'; '.join(stated)}. Stiffness and damping at other amplitudes are those "
-            "of an assumed loop, and effects of speed and temperature are left out; keep a margin, or record loops."
+            f"No loops stand behind {source}: away from their amplitudes, speed and temperature, stiffness and damping "
+            f"are assumed; keep a margin, or record loops. ({'; '.join(stated)})"
         )
 
 
@@ -82,7 +82,7 @@ def _stated(axis: MountAxis) -> str:
     amplitude, spring = axis.stated_amplitude or 0.0, axis.spring
     small = Elastic(spring).slope(axis.nominal - spring.displacement_offset) + spring.kappa_omega * spring.rho
     return (
-        f"holds at +-{1e3 * amplitude:.4g} mm, and has {1e-3 * small:.4g} N/mm in small motion and friction of "
+        f"is stated at +-{1e3 * amplitude:.4g} mm, and has {1e-3 * small:.4g} N/mm in small motion and friction of "
         f"+-{spring.kappa_omega:.4g} N"
     )
 
