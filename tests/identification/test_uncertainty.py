@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +25,10 @@ from strandspring import (
     select,
     synthesize,
 )
+from strandspring.api.common.text import brief_parameter_lines
 from strandspring.identification.certainty.figures import predict_record
 from strandspring.identification.certainty.intervals import quantile_95
-from strandspring.identification.certainty.posterior import _drawn
+from strandspring.identification.certainty.posterior import _drawn, disagreement
 from strandspring.identification.certainty.prediction_interval import ForceInterval, prediction_error
 from strandspring.identification.least_squares.coloured_noise import _cosine_transform, coefficient_covariance
 from strandspring.identification.points.residuals import repeated_share
@@ -336,8 +338,13 @@ def test_draws_beyond_the_bounds_weigh_nothing(inside: float) -> None:
 @pytest.mark.slow
 def test_the_posterior_agrees_with_the_intervals_where_the_records_tell_all() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(3, 1000), noise=0.003)
-    content = identify(record, RefinedOptions((3, 2), posterior=400, seed=1)).uncertainty
+    found = identify(record, RefinedOptions((3, 2), posterior=400, seed=1))
+    content = found.uncertainty
     sampled = content["posterior"]
+    assert disagreement(sampled, found.parameters) == ""
+    shifted = replace(found.parameters, rho=1.001 * sampled["rho"][-1])
+    assert disagreement(sampled, shifted).startswith("The posterior excludes the rho of the fit")
+    assert "excludes the rho of the fit" in "\n".join(brief_parameter_lines(shifted, content))
     for name in NAMES:
         low, high = content["interval_95"][name]
         # More than 1000 independent draws: the ends of 95 % scatter by 4 % of their distance from the middle.

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..identification.certainty.posterior import drawn_in_words
+from ..core.parameters import SpringParameters
+from ..identification.certainty.posterior import disagreement, drawn_in_words
 from ..identification.certainty.prediction_interval import ForceInterval
 from ..identification.identified_model import IdentifiedModel
 from ..identification.notes import notes_on
@@ -275,12 +276,12 @@ def _model(evaluation: Evaluation) -> Iterator[Block]:
         (f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip())
         for name, value in evaluation.identification.effects.items()
     )
-    further = (*_sampled(evaluation.identification.uncertainty), *effects)
+    further = (*_sampled(evaluation.identification.uncertainty, evaluation.identification.parameters), *effects)
     if further:
         yield Facts(further)
 
 
-def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
+def _sampled(known: dict[str, Any], fitted: SpringParameters) -> Iterator[tuple[str, str]]:
     """Bootstrap and posterior, where they were asked for."""
     names = tuple(HYSTERETIC_UNITS)
     if "bootstrap" in known:
@@ -291,7 +292,8 @@ def _sampled(known: dict[str, Any]) -> Iterator[tuple[str, str]]:
         posterior = known["posterior"]
         medians = {name: [number(posterior[name][k], 6) for k in (2, 0, -1)] for name in names}
         ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
-        yield f"Posterior {drawn_in_words(posterior)}", f"median and 95 %: {ends}"
+        said = (f"median and 95 %: {ends}", disagreement(posterior, fitted))
+        yield f"Posterior {drawn_in_words(posterior)}", "; ".join(filter(None, said))
 
 
 def _assumptions(evaluation: Evaluation) -> Iterator[Block]:

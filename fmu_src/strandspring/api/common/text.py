@@ -94,7 +94,7 @@ def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> l
     elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
     low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
     shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
-    return [*hysteretic_lines(p, uncertainty), shape, *added_lines(p)]
+    return [*hysteretic_lines(p, uncertainty), shape, *added_lines(p), *_sampled_lines(p, uncertainty)]
 
 
 def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
@@ -136,11 +136,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
-    if bootstrap := uncertainty.get("bootstrap"):
-        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
-        lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
-    if posterior := uncertainty.get("posterior"):
-        lines += _posterior_lines(posterior)
+    lines += _sampled_lines(p, uncertainty)
     from ...identification.certainty.prediction_interval import ForceInterval  # slow to import
 
     interval = ForceInterval.from_uncertainty(uncertainty)
@@ -150,15 +146,23 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     return [line.rstrip() for line in lines]
 
 
-def _posterior_lines(posterior: dict[str, Any]) -> list[str]:
-    """Median and 95 % interval of each parameter, and whether the draws are enough to say so."""
-    from ...identification.certainty.posterior import drawn_in_words  # slow to import
+def _sampled_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """Bootstrap and posterior, where they were asked for, and what speaks against the posterior."""
+    lines = []
+    if bootstrap := uncertainty.get("bootstrap"):
+        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
+        lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
+    if posterior := uncertainty.get("posterior"):
+        from ...identification.certainty.posterior import disagreement, drawn_in_words  # slow to import
 
-    of_each = ", ".join(
-        f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
-        for name in HYSTERETIC_UNITS
-    )
-    return [f"  posterior {drawn_in_words(posterior)}, median and 95 %: {of_each}"]
+        of_each = ", ".join(
+            f"{name} {posterior[name][2]:.4g} ({posterior[name][0]:.4g} to {posterior[name][-1]:.4g})"
+            for name in HYSTERETIC_UNITS
+        )
+        lines.append(f"  posterior {drawn_in_words(posterior)}, median and 95 %: {of_each}")
+        if doubt := disagreement(posterior, p):
+            lines.append(f"  {doubt}")
+    return lines
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:

@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
+from ...model.joint import HYSTERETIC_UNITS
 from ..least_squares.coloured_noise import whitened
 from ..least_squares.linearised import Linearised
 from ..least_squares.projection import Problem
@@ -69,6 +71,19 @@ def drawn_in_words(posterior: Mapping[str, Any]) -> str:
     size = f"{posterior['steps']} steps" if effective is None else f"{effective:.0f} effective draws"
     doubt = "" if posterior["long_enough"] else "; too few steps to be trusted, ask for more with `posterior=...`"
     return f"of {size} (seed {posterior['seed']}{doubt})"
+
+
+def disagreement(posterior: Mapping[str, Any], fitted: SpringParameters) -> str:
+    """A sentence on the parameters of the fit that its posterior excludes; "" where there are none."""
+    excluded = [
+        name for name in HYSTERETIC_UNITS if not posterior[name][0] <= getattr(fitted, name) <= posterior[name][-1]
+    ]
+    if not excluded:
+        return ""
+    return (
+        f"The posterior excludes the {' and '.join(excluded)} of the fit: it weighs a misfit that lasts over many "
+        "samples otherwise; trust neither interval alone."
+    )
 
 
 def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray, FloatArray, FloatArray]:
