@@ -8,6 +8,8 @@ from pathlib import Path
 
 # Before NumPy is imported: tests run on all cores, each with one thread.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# The many processes that tests start compile no module twice.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
 
@@ -21,12 +23,12 @@ LONG = frozenset(
     """
     test_beside_records test_cautions test_cli test_comparison test_content test_displacement_noise test_effects
     test_endings test_export_modelica test_figures_of_saved test_fmi3_binaries test_fmu_tuning test_formats
-    test_golden test_isolation test_journals test_limits test_manners test_many test_measured_mounts test_modelfile
-    test_models_fuzz test_motion_figures test_motion_laws test_motion_reference test_native_kernel
+    test_golden test_isolation test_limits test_manners test_many test_measured_mounts test_modelfile
+    test_motion_figures test_motion_laws test_motion_reference test_native_kernel
     test_native_kernel_build test_native_states_form test_other_mounts test_page test_pages test_paper test_path
     test_planning
     test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets test_record_page
-    test_records_fuzz test_refined test_rig_limits test_rivals test_saturation test_search test_signals_random
+    test_refined test_rig_limits test_rivals test_saturation test_search test_signals_random
     test_simulation_page
     test_small_loops test_spring_alone test_study_runners test_system_fmi3 test_system_study
     """.split()  # noqa: SIM905 - as a list it is fifty lines

@@ -414,7 +414,7 @@ def test_folders_are_searched_for_records_only(few: Path, terminal: Terminal) ->
     (few / "deeper").mkdir()
     (few / "deeper" / "x.csv").write_text("")
     for _ in range(2):  # its own results are no records
-        terminal("identify-many", "few", "-o", "few")
+        terminal("identify-many", "few", "-o", "few", "--workers", "1")
         assert "1 file not named like a record left out, first: few/README.md" in terminal.err
         assert "3 of 3 springs identified" in terminal.out
 

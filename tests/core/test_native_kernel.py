@@ -38,7 +38,12 @@ def rounding_of_stiffness(parameters: SpringParameters) -> float:
 
 
 @pytest.mark.parametrize(
-    ("draw", "seed"), [*((random_spring, seed) for seed in range(60)), *((random_table, seed) for seed in range(20))]
+    ("draw", "seed"),
+    [
+        pytest.param(draw, seed, marks=[pytest.mark.slow] if seed >= quick else [])
+        for draw, quick, count in ((random_spring, 15, 60), (random_table, 5, 20))
+        for seed in range(count)
+    ],
 )
 def test_steps_equal_those_of_the_stepper(draw: Callable[[np.random.Generator], SpringParameters], seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -284,16 +284,16 @@ def times_that(record: Record, how: str) -> Record:
         "fall": time[::-1],
         "stand still": np.zeros(time.size),
         "repeat": np.repeat(time[::2], 2)[: time.size],
-        "jump back": np.where(np.arange(time.size) > 500, time - 1.0, time),
+        "jump back": np.where(np.arange(time.size) > time.size // 2, time - 1.0, time),
     }
     return replace(record, time=changed[how])
 
 
-@pytest.mark.parametrize("how", ["fall", "stand still", "repeat", "jump back"])
-def test_times_that_do_not_rise_count_as_none(how: str) -> None:
-    (record,) = case_of("force lags", 0.003, STEPPED).records
+def test_times_that_do_not_rise_count_as_none() -> None:
+    (record,) = case_of("force lags", 0.003, replace(STEPPED, samples=400)).records
     untimed = identify(replace(record, time=None))
-    assert same_spring(identify(times_that(record, how)), untimed)
+    for how in ("fall", "stand still", "repeat", "jump back"):
+        assert same_spring(identify(times_that(record, how)), untimed), how
 
 
 def same_spring(one: Identification, other: Identification) -> bool:

@@ -38,7 +38,7 @@ COMMANDS = (
     "--help",
     f"show {' '.join(FORMATS)} -o page.html",
     "identify xlsx --method two-stage -o spring.json --report spring.html",
-    f"identify-many record.csv {' '.join(FORMATS)} --method two-stage --workers 2 -o models",
+    "identify-many record.csv xlsx --method two-stage --workers 2 -o models",
     "predict mount.json xlsx -o predicted.csv",
     "info mount.json ods",
     "info mount.fmu",

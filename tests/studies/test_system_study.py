@@ -261,6 +261,7 @@ def test_files_without_uncertainty_are_named(tmp_path: Path) -> None:
         model = load_model(path)
         save_model(tmp_path / path.name, replace(model, uncertainty={}) if "shear" in path.name else model)
     planned = planned_study(CONTENT, FilesOfFolder(tmp_path), MASSES, "drop", "standard")
+    assert planned.draws == 64
     assert [text.split(":")[0] for text in undrawn(planned)] == ["corner_shear.json is taken as known in all draws"]
 
 
@@ -429,9 +430,9 @@ def test_a_study_of_which_every_run_is_refused_has_no_figures(tmp_path: Path) ->
 
 def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:
     command = ("study", "electronics_box.toml", "--vary", "body.box.mass=0%,100%,200%", "--case", "drop", "--step",
-               "0.0005", "--workers", "1", "-o", "out.csv")  # fmt: skip
+               "0.0005", "--draws", "16", "--workers", "1", "-o", "out.csv")  # fmt: skip
     told = json.loads(terminal(*command, "--plot", "out.svg", "--json"))
-    assert (told["runs"], told["draws"], told["cases"]) == (6, 64, ["drop"])
+    assert (told["runs"], told["draws"], told["cases"]) == (6, 16, ["drop"])
     assert told["vary"] == [{"path": "body.box.mass", "unit": "%", "values": [0.0, 100.0, 200.0]}]
     table = pd.read_csv("out.csv")
     assert table["body.box.mass [%]"].tolist() == [0.0, 0.0, 100.0, 100.0, 200.0, 200.0]
@@ -445,13 +446,13 @@ def test_json_text_csv_and_python_say_the_same(terminal: Terminal) -> None:
     assert good["least_margin"] == f"{row['least margin']} in drop"
     text = terminal(*command, "--verbose")
     for said in (
-        "Electronics box: 6 runs of 64 draws (seed 0): 2 candidates in 1 load case at each of 3 grid points: ",
+        "Electronics box: 6 runs of 16 draws (seed 0): 2 candidates in 1 load case at each of 3 grid points: ",
         f"{1e3 * row['sway [m]']:.4g}",
         "body.box.mass 0 %, standard: 1 of 1 refused, most often: body[1].mass: must be a mass > 0",
         "Results: out.csv",
     ):
         assert said in text, said
-    found = strandspring.study_system("electronics_box.toml", {"body.box.mass": "0%,100%,200%"}, **DROP)  # type: ignore[arg-type]
+    found = strandspring.study_system("electronics_box.toml", {"body.box.mass": "0%,100%,200%"}, **DROP, draws=16)  # type: ignore[arg-type]
     pd.testing.assert_frame_equal(found.to_frame(), table)
     assert found.quantiles()["sway_median"].tolist()[2] == row["sway [m]"]
     assert "3 grid points" in repr(found)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -65,20 +65,21 @@ def without(table: Mapping[str, Any], *keys: str) -> dict[str, Any]:
     return {key: value for key, value in table.items() if key not in keys}
 
 
-def elastic_force(spring: SpringParameters, places: Any) -> Any:
+def elastic_force(spring: SpringParameters) -> Callable[[Any], Any]:
     """FE of the parameters by SciPy."""
     if spring.FE_knots:
-        return CubicSpline(spring.FE_knots, spring.FE_forces, bc_type="not-a-knot")(places)
-    return np.polynomial.Polynomial(spring.kE)(places)
+        return CubicSpline(spring.FE_knots, spring.FE_forces, bc_type="not-a-knot")
+    return np.polynomial.Polynomial(spring.kE)
 
 
 def integrated_loop(spring: SpringParameters, about: float, amplitude: float) -> tuple[float, float, float]:
     """Secant stiffness, loss factor and width in the middle of the fifth loop, by the ODE of paper eq. (11)."""
+    elastic, amplifier = elastic_force(spring), np.polynomial.Polynomial(spring.kA)
 
     def slopes(way: float, state: Any, start: float, sense: float) -> list[float]:
         omega, x = state[0], start + sense * way
         bracket = spring.sigma * np.sign(sense) * np.sign(omega) - spring.sigma + 1.0
-        force = elastic_force(spring, x) + spring.kappa_omega * omega * np.polynomial.Polynomial(spring.kA)(x)
+        force = elastic(x) + spring.kappa_omega * omega * amplifier(x)
         return [sense * spring.rho * (1.0 - bracket * abs(omega) ** spring.n), sense * force]
 
     low, high, omega = about - amplitude, about + amplitude, 0.0
@@ -89,10 +90,10 @@ def integrated_loop(spring: SpringParameters, about: float, amplitude: float) ->
                 slopes, (0.0, 2.0 * amplitude), [omega, 0.0], "DOP853", t_eval=[amplitude, 2.0 * amplitude],
                 args=(start, sense), rtol=1e-11, atol=1e-13, max_step=0.02 * amplitude,
             )  # fmt: skip
-            middles.append(elastic_force(spring, about) + spring.kappa_omega * stroke.y[0, 0])
+            middles.append(elastic(about) + spring.kappa_omega * stroke.y[0, 0])
             omega, stroke_work = stroke.y[:, 1]
             work += stroke_work
-            ends.append(elastic_force(spring, start + 2.0 * sense * amplitude) + spring.kappa_omega * omega)
+            ends.append(elastic(start + 2.0 * sense * amplitude) + spring.kappa_omega * omega)
     secant = (ends[0] - ends[1]) / (2.0 * amplitude)
     return secant, work / (math.pi * secant * amplitude**2), middles[0] - middles[1]
 
@@ -133,7 +134,7 @@ def test_a_static_curve_runs_through_its_points_and_rises(catalogue: dict[str, A
     middle, _, _ = PathSolver(spring).force_with_partials(deflections, np.zeros_like(deflections))
     np.testing.assert_allclose(middle, forces, rtol=1e-12, atol=1e-10)
     places = np.linspace(deflections[0], deflections[-1], 4001)
-    assert (np.diff(elastic_force(spring, places)) > 0.0).all()
+    assert (np.diff(elastic_force(spring)(places)) > 0.0).all()
     assert (spring.displacement_min, spring.displacement_max) == (deflections[0], 0.02)
 
 
