@@ -25,7 +25,14 @@ def cradle() -> Simulation:
     return simulate(CRADLE, "one round", draws=16, seed=4)
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        # Its random vibration takes half a minute.
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem == "avionics_tray" else [])
+        for path in sorted(EXAMPLES.glob("*.toml"))
+    ],
+)
 def test_every_example_is_answered_in_full(path: Path) -> None:
     file = load_system_file(path)
     found = simulate(file, courses=False, draws=16)

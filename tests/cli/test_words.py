@@ -42,7 +42,8 @@ def test_a_run_prints_a_line_a_record_the_parameters_and_what_was_written(termin
 @pytest.mark.parametrize(
     "command",
     [
-        "identify whole.csv clipped.csv -o k.json --rivals",
+        "identify whole.csv clipped.csv -o k.json",
+        "identify clipped.csv -o k.json --rivals",
         "predict mount.json whole.csv clipped.csv",
         "info mount.json whole.csv",
         "isolate mount.json --mass 5 --points 8",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -36,12 +37,18 @@ def measured(name: str) -> Record:
     return replace(record, time=1e-3 * record.time)  # milliseconds
 
 
+@cache
+def identified(name: str) -> Identification:
+    """By default."""
+    return identify(measured(name))
+
+
 NAMES = ("hinge", "actuator", "damper", "column")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_nothing_is_removed(name: str) -> None:
-    found = identify(measured(name))
+    found = identified(name)
     assert not found.effects
     (loop,) = {round(fit.predicted_energy / fit.energy, 2) for fit in found.fitted}
     assert loop == pytest.approx(1.0, abs=0.03)
@@ -54,13 +61,13 @@ def test_a_jittering_sensor_is_named_with_its_size() -> None:
     assert "energy -7 %" in plain.findings[Outcome.LOOP_ENERGY]
     (alone,), (fitted,) = plain.fits, plain.fitted
     assert alone.rnl < 0.991 < 0.997 < fitted.rnl
-    wider = identify(measured("actuator"))
+    wider = identified("actuator")
     assert wider.rmse < 0.5 * plain.rmse
 
 
 def test_the_actuator_has_two_mechanisms_and_a_branch() -> None:
     """Which predict cycles that were left out a fifth better; its two directions were driven at different speeds."""
-    found = identify(measured("actuator"))
+    found = identified("actuator")
     assert found.parameters.second is not None
     assert len(found.parameters.branches) == 1
     assert found.wider is not None
@@ -70,13 +77,13 @@ def test_the_actuator_has_two_mechanisms_and_a_branch() -> None:
 
 
 def test_the_damper_at_one_rate_is_told_what_a_branch_would_do() -> None:
-    found = identify(measured("damper"))
+    found = identified("damper")
     assert not found.parameters.branches
     assert "would be 4 %, not 5.5 %" in found.findings[Outcome.RATE_OPEN]
 
 
 def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:
-    found = identify(measured("column"))
+    found = identified("column")
     assert found.rnl > 0.8
     assert {Outcome.LOOP_ENERGY, Outcome.OTHER_MOUNT, Outcome.LACK_OF_FIT} <= set(found.outcomes)
     assert len(found.recorded) > 5

@@ -37,9 +37,15 @@ def host(sources: Path) -> str:
     return on_host(sources, sources.parent)
 
 
-@pytest.fixture(params=MACHINES)
+@pytest.fixture(scope="module", params=MACHINES)
 def machine(request: pytest.FixtureRequest) -> Machine:
     return MACHINES[request.param]
+
+
+@pytest.fixture(scope="module")
+def said(machine: Machine, sources: Path, tmp_path_factory: pytest.TempPathFactory) -> str:
+    """By the machine."""
+    return machine.run(sources, tmp_path_factory.mktemp(machine.name))
 
 
 def linked(machine: Machine, files: list[Path], folder: Path) -> Sizes:
@@ -86,16 +92,15 @@ def test_planted_libraries_are_found(fault: str, tmp_path: Path) -> None:
     assert not {name for name in found.lacks if not name.startswith("spring_")} <= MEMORY
 
 
-def test_the_same_bits_as_on_the_host(machine: Machine, sources: Path, host: str, tmp_path: Path) -> None:
-    said = machine.run(sources, tmp_path)
+def test_the_same_bits_as_on_the_host(said: str, host: str) -> None:
     expected = bits(host)
     assert len(expected) == 12
     assert len({word for line in expected for word in line}) == 48
     assert bits(said) == expected, said[:2000]
 
 
-def test_stack_of_a_step(machine: Machine, sources: Path, tmp_path: Path) -> None:
-    stack, memory = figures(machine.run(sources, tmp_path))
+def test_stack_of_a_step(machine: Machine, said: str) -> None:
+    stack, memory = figures(said)
     print(f"{machine.name}: {stack} B of stack, {memory} B of memory")
     assert 0 < stack < MOST_STACK
 
