@@ -18,7 +18,7 @@ from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums
 TIME, PATH = uneven_motion()
 
 
-@pytest.mark.parametrize("name", ["second", "branches", "both"])
+@pytest.mark.parametrize("name", ["branches", "both"])
 def test_the_force_is_that_of_an_independent_ode(name: str) -> None:
     p = BRANCHED[name]
     starts = (0.3, -0.2)

@@ -42,9 +42,9 @@ def records_of(name: str) -> tuple[Record, ...]:
         "iwan 0",
         "two mechanisms 2",
         "vaiana-rosati 1",
-        "maxwell rubber 0",
+        pytest.param("maxwell rubber 0", marks=pytest.mark.slow),
         "maxwell rubber 2",
-        "degrading 2",
+        pytest.param("degrading 2", marks=pytest.mark.slow),
         "preisach 5",  # with play, three records
         "hump 5",  # with noise of the displacement, three records
     ],

@@ -89,7 +89,7 @@ def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:
     assert len(found.recorded) > 5
 
 
-@pytest.mark.parametrize("name", ["hinge", "actuator", "damper"])
+@pytest.mark.parametrize("name", ["hinge", "actuator", pytest.param("damper", marks=pytest.mark.slow)])
 def test_times_and_removals_do_no_harm_to_strokes_held_out(name: str) -> None:
     """The saved spring, run along the whole record, judged on the last quarter of its strokes."""
     record = measured(name)

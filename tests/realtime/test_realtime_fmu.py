@@ -63,7 +63,10 @@ def planted(sources: Path, folder: Path, fault: str, fmi: int) -> Path:
 
 @pytest.mark.parametrize(
     ("spring", "fmi", "no_energy"),
-    [*((spring, 2, False) for spring in SPRINGS), ("wild", 3, False), ("wild", 2, True), ("wild", 3, True)],
+    [
+        *(pytest.param(spring, 2, False, marks=pytest.mark.slow) for spring in SPRINGS if spring != "wild"),
+        *(("wild", fmi, no_energy) for fmi in UNITS for no_energy in (False, True)),
+    ],
 )
 def test_steps_allocate_nothing_and_take_little_stack(spring: str, fmi: int, no_energy: bool, tmp_path: Path) -> None:
     sources = write_sources(tmp_path / "sources", SPRINGS[spring], fmi, no_energy)

@@ -86,11 +86,9 @@ CASES = {
     "drop": Comparison(inclined_box(), velocity=(1.0, 0.5, -2.0), weightless=True),
     "recoil": Comparison(box(), (RECOIL,)),
     "two stages": Comparison(two_stages(), (SHOCK,)),
-    "base turns": Comparison(box(), (TURNING, SHOCK)),
-    "base turns at once": Comparison(box(), (AT_ONCE,), has_corners=True),
-    "base turns at once, dampers": Comparison(inclined_box(), (AT_ONCE,), has_corners=True),
+    "base turns at once": Comparison(inclined_box(), (AT_ONCE,), has_corners=True),
     "friction acts together": Comparison(replace(inclined_box(), coupled=True), (SHOCK,), 0.5),
-    "base turns, dampers": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
+    "base turns": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
 }  # fmt: skip
 
 

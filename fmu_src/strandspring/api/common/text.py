@@ -156,7 +156,7 @@ def _sampled_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str
         from ...identification.certainty.posterior import disagreement, drawn_in_words  # slow to import
 
         of_each = ", ".join(
-            f"{name} {posterior[name][2]:.4g} ({posterior[name][0]:.4g} to {posterior[name][-1]:.4g})"
+            f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
             for name in HYSTERETIC_UNITS
         )
         lines.append(f"  posterior {drawn_in_words(posterior)}, median and 95 %: {of_each}")
