@@ -119,6 +119,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         from .shared.completion import offer_files
 
         offer_files()
+    # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         with handled_endings(interrupt):
             # Of sys.argv, click expands patterns of files on Windows.

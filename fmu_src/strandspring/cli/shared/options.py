@@ -14,15 +14,16 @@ from ...api.common.methods import MethodName, methods
 from ...core.branches import BRANCHES, MECHANISMS
 from ...errors import RecordError
 from ...identification.rig.effects import KEEP, STATES, USUAL_STATE
-from ...loops.description_file import entries
-from ...loops.wanted import Wanted, is_window
 from ...model.names import identifier as identifier
-from ...records.record import Record
 from .option_types import FiniteRange, positive, together
 from .output import progress
 
 if TYPE_CHECKING:
     from ...identification.methods.method import Method
+    from ...loops.wanted import Wanted
+    from ...records.record import Record
+
+# What reads records is slow to import, and commands about a model take these options, too: each function imports it.
 
 
 def _one_column(_context: click.Context, _option: click.Parameter, columns: tuple[str, ...]) -> str | None:
@@ -33,6 +34,10 @@ def _one_column(_context: click.Context, _option: click.Parameter, columns: tupl
 
 def _time(_context: click.Context, _option: click.Parameter, values: tuple[str, ...]) -> tuple[str | None, str | None]:
     """The column and the window."""
+    if not values:
+        return None, None
+    from ...loops.wanted import is_window
+
     windows = {value for value in values if is_window(value)}
     columns = set(values) - windows
     for given, what in ((columns, "column"), (windows, "window FROM:TO")):
@@ -49,6 +54,10 @@ def _form(_context: click.Context, option: click.Parameter, text: str | None) ->
 
 def _refuse_wrong(name: str, text: str | None) -> None:
     """Refuse what is not of the form of a selection, or not a unit."""
+    if text is None:
+        return
+    from ...loops.wanted import Wanted
+
     given: dict[str, Any] = {name: text}
     try:
         Wanted(**given)
@@ -165,12 +174,17 @@ def method_options(chosen: dict[str, Any]) -> Method:
 
 def wanted_of(options: Mapping[str, Any]) -> Wanted:
     """What `record_options` say."""
+    from ...loops.wanted import Wanted
+
     time, window = options["time"]
     return Wanted(time=time, time_window=window, **{name: value for name, value in options.items() if name != "time"})
 
 
 def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
     """Read records and description files with a progress bar, with what `record_options` say."""
+    from ...loops.description_file import entries
+    from ...loops.wanted import Wanted
+
     selection = wanted_of(options)
     if not paths and selection != Wanted():
         raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
@@ -179,4 +193,6 @@ def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Recor
 
 def record_files(paths: Sequence[str]) -> list[str]:
     """The files that are read: those given, and those that description files among them name."""
+    from ...loops.description_file import entries
+
     return [*paths, *(entry.path for entry in entries(paths))]

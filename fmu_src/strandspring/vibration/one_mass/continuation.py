@@ -221,7 +221,7 @@ def _across(balance: BalancedSystem, here: SteadyMotion, after: FloatArray, reac
     order = np.tile(balance.basis.order, balance.degrees)
     first = order == 1.0
     plain = np.where(order <= 1.0, here.z, 0.0)
-    logs = np.union1d(np.linspace(here.log, after[0], _PARTS + 1), after[:_SPIKE])
+    logs = np.concatenate([np.linspace(here.log, after[0], _PARTS, endpoint=False), after[:_SPIKE]])
     for log in logs[logs > max(here.log, reached)].tolist():
         motion = balance.solve(plain, float(np.exp(log)))
         if motion is not None and np.linalg.norm((motion.z - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
