@@ -32,8 +32,8 @@ def test_a_value_is_rounded_by_its_error(value: float, error: float | None, text
         (0.2, [0.7, None], "1 > 0.7 (95 %)"),
         (0.2, [0.5, 1.5], "1 < 1.5 (95 %)"),
         (None, [0.5, 0.62], "1 < 0.62 (95 %)"),
-        (None, [0.5, None], "1 not bounded by these records"),
-        (None, [None, None], "1 not bounded by these records"),
+        (None, [0.5, None], "1, not bounded by these records"),
+        (None, [None, None], "1, not bounded by these records"),
     ],
 )
 def test_the_bound_of_sigma_is_no_finding(error: float | None, ends: list[float | None], text: str) -> None:

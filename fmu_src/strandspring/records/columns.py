@@ -30,7 +30,7 @@ _WORDS: Mapping[Quantity, frozenset[str]] = {
         """force load f kraft prüfkraft standardkraft federkraft last forza carico fuerza carga
         力 载荷 荷载 荷重"""
     ),
-    "time": words("time t zeit temps tempo tiempo 时间 時間"),
+    "time": words("time t tout zeit temps tempo tiempo 时间 時間"),
 }
 # Sensors and parts of rigs that stand for displacement, as a unit does.
 _MOVED = frozenset(("lvdt", "crosshead", "ram"))
@@ -247,6 +247,11 @@ def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple
         elif quantity == "time":
             if candidates:
                 notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
+            elif free:
+                notes.append(
+                    "no column is named like a time, without which nothing that depends on the rate is seen; name one "
+                    "with `time=...` if there is one"
+                )
         elif not has_names and len(columns) == 2 and free and not candidates:
             chosen[quantity] = free[0]
             notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")

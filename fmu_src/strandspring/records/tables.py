@@ -116,19 +116,23 @@ def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, 
         names = _names([table for table, _, _ in choices])
         raise RecordError(f"{where}: {names} each hold a displacement and a force; choose one, as with {ways}.")
     if not choices:
-        contents = "; ".join(f"{quoted(table.name)}: {listed_columns(table.columns)}" for table in tables[:_LISTED])
+        contents = "; ".join(f"{_called(table)}: {listed_columns(table.columns)}" for table in tables[:_LISTED])
         more = f"; and {len(tables) - _LISTED} more" if len(tables) > _LISTED else ""
+        last = tables[-1].name
         raise RecordError(
             f"{where}: a displacement and a force were found in none of {len(tables)} tables ({contents}{more}); name "
-            f"the columns, as with `displacement={quoted(f'{tables[0].name}/1')}` "
-            f"`force={quoted(f'{tables[0].name}/2')}`."
+            f"the columns, as with `displacement={quoted(f'{last}/1')}` `force={quoted(f'{last}/2')}`."
         )
     table, columns, notes = choices[0]
     if named and table is not united:
         notes.insert(0, f"{quoted(table.name)} is read, as given")
     elif len(tables) > 1 and table is not united:
-        notes.insert(0, f"{quoted(table.name)} is read, which alone holds a displacement and a force")
+        notes.insert(0, f"{_called(table)} is read, which alone holds a displacement and a force")
     return table, columns, notes
+
+
+def _called(table: Table) -> str:
+    return quoted(table.name) if table.name else "what is in no group"
 
 
 def _owner(tables: Sequence[Table], wanted: int | str | None) -> tuple[Table | None, int | str | None]:

@@ -100,7 +100,7 @@ def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> l
 def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
     """The hysteretic parameters, rounded by their standard errors where these are known."""
     return [
-        f"  {column.key:<12} {_with_error(column.key, getattr(p, column.key), uncertainty)} {column.shown}".rstrip()
+        f"  {column.key:<12} {_with_error(column.key, getattr(p, column.key), uncertainty, column.shown)}".rstrip()
         for column in HYSTERETIC_PARAMETERS
     ]
 
@@ -192,11 +192,11 @@ def with_error(value: float, error: float | None) -> str:
     return f"{shown} +- {round(error, decimals):.{max(decimals, 0)}f}"
 
 
-def _with_error(name: str, value: float, uncertainty: dict[str, Any]) -> str:
+def _with_error(name: str, value: float, uncertainty: dict[str, Any], unit: str) -> str:
     """A parameter with its error, or with the end of its interval where the records bound one side or none."""
     low, high = bounds_95(name, uncertainty) or (0.0, 0.0)
     if low is not None and high is not None:
-        return with_error(value, uncertainty.get(name))
-    if low is not None:
-        return f"{value:.4g} > {low:.2g} (95 %)"
-    return f"{value:.4g} " + ("not bounded by these records" if high is None else f"< {high:.2g} (95 %)")
+        return f"{with_error(value, uncertainty.get(name))} {unit}"
+    if low is None and high is None:
+        return f"{value:.4g} {unit}".rstrip() + ", not bounded by these records"
+    return f"{value:.4g} {f'> {low:.2g}' if high is None else f'< {high:.2g}'} {unit}".rstrip() + " (95 %)"
