@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from shaken import shaken
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
+from strandspring.kernel.balance import BalancedSystem
 from strandspring.model.conversions import NormalizedBoucWen
 from strandspring.peers.ni import PAPER_NI
 from strandspring.vibration.one_mass.response import FrequencyResponse, frequency_response
@@ -292,3 +294,24 @@ def test_a_closed_curve_beside_the_followed_one_is_passed_over() -> None:
     response = frequency_response(IsolatedMass(drawn, 0.02), Excitation.BASE_DISPLACEMENT, 8.538063896930848e-05, band)
     assert [point.frequency for point in response.points if point.requested] == pytest.approx(band, rel=1e-12)
     assert response.resonance.frequency == pytest.approx(13.56, rel=5e-3)  # 64th parts of the way between two points
+
+
+def test_a_curve_crossed_piece_by_piece_comes_to_its_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Almost pure dry friction, of which every motion looks like a spike: each crossing was a part of what remained."""
+    spring = SpringParameters(
+        (2121.4871911254922, 1.2246346645083803), (1.0, -0.19150558578713112), 999900000000000.0, 669822208639.3677,
+        0.5, 0.010001, -4.734543938765586, -5.410907358589241, -3.9179738799705883,
+    )  # fmt: skip
+    sweeps = []
+    sweep = BalancedSystem.sweep
+
+    def counted(*arguments: Any) -> Any:
+        sweeps.append(arguments)
+        assert len(sweeps) < 100, "no end"
+        return sweep(*arguments)
+
+    monkeypatch.setattr(BalancedSystem, "sweep", counted)
+    system = IsolatedMass(spring, 216.34024280265245, 2121.5730420806317)
+    band = np.geomspace(0.23, 0.24, 20) * static_equilibrium(system).frequency
+    found = frequency_response(system, Excitation.BASE_DISPLACEMENT, 0.0074646673930932606, band, True)
+    assert found.column("requested").sum() == 20

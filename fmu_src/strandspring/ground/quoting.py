@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 _MAX_SHOWN = 60
@@ -16,10 +17,8 @@ def shown(value: object) -> str:
     """A value of a TOML or JSON file for a message, shortened."""
     if isinstance(value, str):
         return quoted(value)
-    if value is None or isinstance(value, bool):
-        return {True: "true", False: "false", None: "null"}[value]
     try:
-        text = repr(value)
+        text = json.dumps(value, default=repr)
     except (ValueError, RecursionError):  # from a program: an integer of thousands of digits, or endless nesting
         text = type(value).__name__
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 3] + "..."

@@ -150,8 +150,9 @@ def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
     return results, _interrupted(other, 8, folder / "other", journal)
 
 
-def _with_absurd_number(line: bytes, generator: np.random.Generator) -> bytes:
-    numbers = list(_NUMBER.finditer(line))
+def _with_absurd_number(line: object, generator: np.random.Generator) -> object:
+    """A row with another number; what is no row, since it was damaged before, stays as it is."""
+    numbers = list(_NUMBER.finditer(line)) if isinstance(line, bytes) else []
     if not numbers:
         return line
     one = numbers[generator.integers(len(numbers))]

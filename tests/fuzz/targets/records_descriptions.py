@@ -150,8 +150,8 @@ def _description(random: np.random.Generator, folder: Path) -> str:
         assert len(entries([path])) >= 1
         return record
 
-    # A refusal names the description, or the record of it that is not one.
-    return judged(read, folder if chance(random, 0.5) else "")[0]
+    # A refusal names the description, or the record of it that is not one; "~" is a folder elsewhere.
+    return judged(read, folder if b"~" not in data else "")[0]
 
 
 def _some(random: np.random.Generator, most: int) -> list[str]:

@@ -96,6 +96,7 @@ def follow(
     """
     logs = np.log(frequencies)
     here = _start(balance, linear, float(logs[0]))
+    crossed = -np.inf  # the wanted frequency before which a spike was crossed last
     yield here
     while (after := logs[logs > here.log]).size:
         advance(logs.size - after.size)
@@ -112,9 +113,11 @@ def follow(
             # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
             motions = list(_along(balance, here, logs, float(after[0]), advance))
         except _LostError as lost:
-            motions = _across(balance, here, after, lost.reached)
+            # Once to between two wanted frequencies: by parts of what remains, it would never get to the second.
+            motions = _across(balance, here, after, lost.reached, 0 if after[0] == crossed else _PARTS)
             if not motions:
                 raise
+            crossed = float(after[0])
         yield from motions
         here = motions[-1]
         if any(balance.is_beyond(motion.motion) for motion in motions):
@@ -216,12 +219,17 @@ class _LostError(IsolationError):
         self.reached = reached
 
 
-def _across(balance: BalancedSystem, here: SteadyMotion, after: FloatArray, reached: float) -> list[SteadyMotion]:
-    """The motion beyond a spike, at the first frequency above it where the first harmonic is alike."""
+def _across(
+    balance: BalancedSystem, here: SteadyMotion, after: FloatArray, reached: float, parts: int
+) -> list[SteadyMotion]:
+    """The motion beyond a spike, at the first frequency above it where the first harmonic is alike.
+
+    It is looked for at so many parts of the way to the next wanted frequency, and then at the wanted ones.
+    """
     order = np.tile(balance.basis.order, balance.degrees)
     first = order == 1.0
     plain = np.where(order <= 1.0, here.z, 0.0)
-    logs = np.concatenate([np.linspace(here.log, after[0], _PARTS, endpoint=False), after[:_SPIKE]])
+    logs = np.concatenate([np.linspace(here.log, after[0], parts, endpoint=False), after[:_SPIKE]])
     for log in logs[logs > max(here.log, reached)].tolist():
         motion = balance.solve(plain, float(np.exp(log)))
         if motion is not None and np.linalg.norm((motion.z - plain)[first]) <= _CHANGE * np.linalg.norm(plain[first]):
