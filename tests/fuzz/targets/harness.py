@@ -247,7 +247,8 @@ def _memory(name: str) -> int:
 def _open_files() -> set[str]:
     """What is open besides pipes, fonts, which Matplotlib keeps, and folders of processes kept for the next trial."""
     links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
-    return {link for link in links if not (link.startswith("pipe:") or link.endswith(".ttf"))} - set(map(str, _folders_of_readers()))
+    kept = set(map(str, _folders_of_readers()))
+    return {link for link in links - kept if not (link.startswith("pipe:") or link.endswith(".ttf"))}
 
 
 def _folders_of_readers() -> set[Path]:
