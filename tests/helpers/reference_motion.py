@@ -10,7 +10,8 @@ and for an axis e of a mount at P_B of the body, on the support A (P_A, angular 
     d = (R_A e).(P_B - P_A),   x = nominal + d/S,   f = P*r(x, omega) + c*d' + stops,
     omega' = rho*x'*{1 - [sigma*sgn(x')*sgn(omega) - sigma + 1]*|omega|^n}                       (paper eq. 11),
 
-where -f R_A e acts on the body and f R_A e on the support, both at P_B.
+where -f R_A e acts on the body and f R_A e on the support, both at P_B. A second mechanism of a spring adds its
+kappa_omega*FA*omega with an omega of its own, and each Maxwell branch c*s with s' = x' - s/tau.
 
 The rate of omega is integrated as it stands: nothing of its closed form, of coordinates relative to the base or of
 fictitious forces enters. The solver stops and starts anew wherever the right-hand side has a kink: where a spring
@@ -23,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +137,7 @@ class _Equations:
         axes, mounts = system.axes, system.axis_mounts
         self.bodies, self.count = len(system.bodies), len(axes)
         self.springs = _Springs([axis.spring for axis in axes])
+        self.second, self.stiffness, self.decay = _added([axis.spring for axis in axes])
         self.centers = np.array([*(body.center for body in system.bodies), (0.0, 0.0, 0.0)])
         self.on = np.array([mount.body for mount in mounts])
         self.under = np.array([self.bodies if mount.support == BASE else mount.support for mount in mounts])
@@ -163,7 +165,8 @@ class _Equations:
         y[:n], v[:n], W[:n] = moving[:, :3], moving[:, 3:6], moving[:, 10:13]
         a, W[n] = self.of_base(t)
         rest = z[self.size + 4 :]
-        return _Pose(y, v, R, W, _turned(R, W), a, rest[: self.count], rest[self.count :])
+        omega, absorbed, second, *elongations = rest.reshape(-1, self.count)
+        return _Pose(y, v, R, W, _turned(R, W), a, omega, absorbed, second, np.array(elongations))
 
     def of_base(self, t: float) -> tuple[FloatArray, FloatArray]:
         """Acceleration and angular velocity in the frame of the base."""
@@ -184,15 +187,17 @@ class _Equations:
         moving = v[on] + _cross(w[on], lever) - v[under] - _cross(w[under], from_support)
         return (along * apart).sum(axis=1), (along * moving).sum(axis=1), along, place
 
-    def forces(self, d: FloatArray, rate: FloatArray, omega: FloatArray) -> FloatArray:
+    def forces(self, d: FloatArray, rate: FloatArray, pose: _Pose) -> FloatArray:
         x = self.nominal + d / self.series
+        force = self.springs.force(x, pose.omega) + self.second.force(x, pose.second)
+        force += (self.stiffness * pose.elongation).sum(axis=0)
         past = np.maximum(x - self.high, 0.0) + np.minimum(x - self.low, 0.0)
-        return self.parallel * self.springs.force(x, omega) + self.damping * rate + self.stop * self.series * past
+        return self.parallel * force + self.damping * rate + self.stop * self.series * past
 
     def loads(self, t: float, pose: _Pose) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Forces and moments on the bodies without weight, in axes that do not turn; f and d' of the axes."""
         d, rate, along, place = self.strokes(pose)
-        f = self.forces(d, rate, pose.omega)
+        f = self.forces(d, rate, pose)
         force, moment = np.zeros((2, self.bodies + 1, 3))
         for sign, number in ((-1.0, self.on), (1.0, self.under)):
             pull = sign * f[:, None] * along
@@ -235,16 +240,18 @@ class _Equations:
         for b in range(self.bodies):
             change[b, 6:10] = _quaternion_rate(moving[b, 6:10], pose.W[b])
         result[self.size : self.size + 4] = _quaternion_rate(z[self.size : self.size + 4], pose.W[-1])
-        rest = result[self.size + 4 :]
+        rest = result[self.size + 4 :].reshape(-1, self.count)
         slip_rate = d_rate / self.series
-        if self.system.coupled:
-            rest[: self.count] = self.coupled_rate(self.springs.rho * slip_rate, pose.omega)
-        else:
-            rest[: self.count] = self.springs.omega_rate(slip_rate, directions, pose.omega)
-        rest[self.count :] = (f - self.damping * d_rate) * d_rate
+        for row, springs, omega in ((0, self.springs, pose.omega), (2, self.second, pose.second)):
+            if self.system.coupled:
+                rest[row] = self.coupled_rate(springs, springs.rho * slip_rate, omega)
+            else:
+                rest[row] = springs.omega_rate(slip_rate, directions, omega)
+        rest[1] = (f - self.damping * d_rate) * d_rate
+        rest[3:] = slip_rate - pose.elongation * self.decay
         return result
 
-    def coupled_rate(self, slip: FloatArray, omega: FloatArray) -> FloatArray:
+    def coupled_rate(self, springs: _Springs, slip: FloatArray, omega: FloatArray) -> FloatArray:
         """omega' = s - |omega|^(n - 2)*omega*[sigma*sum(|s*omega|) + (1 - sigma)*sum(s*omega)] with s = rho*x' and the
         sums over the axes of a mount: Park, Wen and Ang (1986) for n = 2 and sigma = 1/2, paper eq. 11 for one axis.
         """
@@ -254,7 +261,7 @@ class _Equations:
             s, o, first = slip[own], omega[own], own.stop
             length = np.linalg.norm(o)
             if length > 0.0:
-                sigma, n = self.springs.sigma[own], self.springs.n[own]
+                sigma, n = springs.sigma[own], springs.n[own]
                 result[own] -= (
                     min(length, 1.0) ** n * o / length**2 * (sigma * abs(s * o).sum() + (1.0 - sigma) * (s * o).sum())
                 )
@@ -267,13 +274,14 @@ class _Equations:
         x, s = self.nominal + d / self.series, self.springs
         ends = [x - s.displacement_offset - s.x_min, x - s.displacement_offset - s.x_max]
         stops = [np.where(np.isfinite(end), x - end, 1.0) for end in (self.low, self.high)]
-        return np.concatenate([rate, pose.omega, *ends, *stops])
+        return np.concatenate([rate, pose.omega, pose.second, *ends, *stops])
 
 
 @dataclass(frozen=True, eq=False)
 class _Pose:
     """Bodies, then the base: places, velocities, orientations, angular velocities in their frames (W) and in axes that
-    do not turn (w); the base's acceleration in its frame; omega and absorbed energy of the axes.
+    do not turn (w); the base's acceleration in its frame; of the axes omega, absorbed energy, omega of the second
+    mechanism and elongations of the branches, shape (3, A).
     """
 
     y: FloatArray
@@ -284,6 +292,17 @@ class _Pose:
     a: FloatArray
     omega: FloatArray
     absorbed: FloatArray
+    second: FloatArray
+    elongation: FloatArray
+
+
+def _added(springs: Sequence[SpringParameters]) -> tuple[_Springs, FloatArray, FloatArray]:
+    """Second mechanisms, without force where there is none; stiffness and 1/tau of three branches each, shape (3, A)."""
+    seconds = _Springs([replace(spring.mechanisms[-1], kE=(0.0,)) for spring in springs])
+    seconds.kappa_omega *= [spring.second is not None for spring in springs]
+    branches = [[*((b.stiffness, 1.0 / b.time_constant) for b in s.branches), *[(0.0, 0.0)] * 3][:3] for s in springs]
+    stiffness, decay = np.moveaxis(np.array(branches), 0, 2).swapaxes(0, 1)
+    return seconds, stiffness, decay
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -327,7 +346,7 @@ def start_of(system: MountedSystem, case: LoadCase, omega: FloatArray) -> FloatA
                 turn = direction @ turn if body.motion is MotionKind.PLANE else 0.0 * turn
             moving[b, :3] = equations.centers[b] + shift
             moving[b, 6:10] = Rotation.from_rotvec(turn).as_quat()
-        return np.concatenate([moving.ravel(), (0.0, 0.0, 0.0, 1.0), omega, np.zeros(equations.count)])
+        return np.concatenate([moving.ravel(), (0.0, 0.0, 0.0, 1.0), omega, 0.0 * omega, omega, *np.zeros((3, omega.size))])
 
     def unbalanced(pose: FloatArray) -> FloatArray:
         linear, angular, *_ = equations.accelerations(0.0, equations.pose(0.0, state(pose)))
@@ -402,8 +421,8 @@ def _until_kink(
     if wrong.size:
         return solver.t, solver.y, wrong
     signs = np.concatenate([directions, np.sign(before[axes:])])
-    signs[axes : 2 * axes] *= np.abs(before[axes : 2 * axes]) > 1e-14
-    signs[2 * axes :] *= np.abs(before[2 * axes :]) > 1e-15
+    signs[axes : 3 * axes] *= np.abs(before[axes : 3 * axes]) > 1e-14
+    signs[3 * axes :] *= np.abs(before[3 * axes :]) > 1e-15
     while solver.status == "running":
         message = solver.step()
         assert solver.status != "failed", message
@@ -438,8 +457,8 @@ def _at_kink(
     # Symmetric mounts turn together.
     at_once = crossed[found <= t + 1e-13]
     axes = equations.count
-    omegas = at_once[(at_once >= axes) & (at_once < 2 * axes)] - axes
-    state[equations.size + 4 + omegas] = 0.0
+    omegas = at_once[(at_once >= axes) & (at_once < 3 * axes)] - axes
+    state[equations.size + 4 + omegas + np.where(omegas >= axes, axes, 0)] = 0.0
     return t, state, at_once
 
 

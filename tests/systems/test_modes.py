@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from springs import MOUNT
 from strandspring import SpringParameters
+from strandspring.core.branches import MaxwellBranch
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.modelled import steady_loop_figures
@@ -151,6 +152,21 @@ def test_damping_of_one_axis() -> None:
     k = 1.5 * loop.secant_stiffness
     assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
     assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
+
+
+@pytest.mark.parametrize("time_constant", [1e-5, 0.01, 10.0])
+def test_a_branch_counts_with_its_stiffness_at_the_mode(time_constant: float) -> None:
+    """Against the poles of m s^2 + k + c*s*tau/(1 + s*tau), whose loss is small."""
+    k, c, mass = 900.0, 30.0, 2.0
+    spring = replace(linear(k), branches=(MaxwellBranch(c, time_constant),))
+    axis = MountAxis(spring, (0.0, 0.0, 1.0), 0.0, parallel=3, series=2)
+    body = RigidBody("mass", mass, motion=MotionKind.AXIS)
+    system = MountedSystem((body,), (Mount("foot", 0, (0.0, 0.0, 0.0), (axis,)),))
+    (mode,) = modes(SmallMotion.about_nominal(system))
+    poles = np.roots([mass * time_constant, mass, 1.5 * (k + c) * time_constant, 1.5 * k])
+    pole = poles[np.argmax(poles.imag)]
+    assert mode.frequency == pytest.approx(abs(pole) / (2.0 * math.pi), rel=3e-4)  # of second order in the loss
+    assert mode.damping == pytest.approx(-pole.real / abs(pole), rel=0.03)
 
 
 def test_a_stop_counts_where_it_is_touched() -> None:

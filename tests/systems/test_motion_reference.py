@@ -30,6 +30,7 @@ from mounted_examples import (
     unit,
 )
 from reference_motion import Course, ReferenceMotion, half_sine, reference_motion, sine, start_of
+from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody, Stops, Vector
@@ -73,6 +74,18 @@ def alone(axis: MountAxis) -> MountedSystem:
     return one_mass(axis, 1.5, WEIGHT)
 
 
+def branched() -> MountedSystem:
+    """Springs with a second mechanism, branches from dashpots of less than a step to springs, both, or nothing."""
+    second = Mechanism((1.0, 5.0), 40.0, 900.0, 0.9, 1.4)
+    branches = (MaxwellBranch(4e3, 0.004), MaxwellBranch(1e6, 2e-6), MaxwellBranch(2e3, 5.0))
+    kinds = ({"second": second}, {"branches": branches}, {"second": second, "branches": branches[:1]}, {})
+    system, mounts = inclined_box(), []
+    for kind, mount in zip(kinds, system.mounts, strict=True):
+        axes = tuple(replace(axis, spring=replace(axis.spring, **kind)) for axis in mount.axes)
+        mounts.append(replace(mount, axes=axes))
+    return replace(system, mounts=tuple(mounts))
+
+
 CASES = {
     "one mass": Comparison(alone(MountAxis(COMPRESSION, UP, 0.002, 2, 3, 5.0)), (ALONG,), 0.7),
     "stops": Comparison(
@@ -88,6 +101,8 @@ CASES = {
     "two stages": Comparison(two_stages(), (SHOCK,)),
     "base turns at once": Comparison(inclined_box(), (AT_ONCE,), has_corners=True),
     "friction acts together": Comparison(replace(inclined_box(), coupled=True), (SHOCK,), 0.5),
+    "branches": Comparison(branched(), (SHOCK,), 0.4),
+    "second mechanisms act together": Comparison(replace(branched(), coupled=True), (SHOCK,), 0.5),
     "base turns": Comparison(two_stages(), (TURNING, SHOCK, RECOIL), 0.3),
 }  # fmt: skip
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from springs import MOUNT
 from strandspring import SpringParameters
+from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.errors import MountedSystemError
 from strandspring.vibration.bodies.loads import ChannelKind, LoadChannel, channel_rows
 from strandspring.vibration.bodies.mounted import MountedSystem
@@ -54,6 +55,13 @@ def two_stages() -> MountedSystem:
         Mount("right", 1, (0.1, 0.0, 0.05), (replace(up, parallel=2), across), 0),
     )
     return MountedSystem((stage, engine), mounts, (Point("top", 1, (0.0, 0.0, 0.3)),))
+
+
+def branched() -> MountedSystem:
+    """The inclined box with a second mechanism and branches in all of its springs."""
+    branches = (MaxwellBranch(2e3, 0.01), MaxwellBranch(1e6, 2e-6))
+    spring = replace(STRAIGHT, second=Mechanism((1.0, 5.0), 8.0, 1500.0, 0.9, 1.4), branches=branches)
+    return inclined().with_springs(lambda _: spring)
 
 
 def against_a_stop() -> MountedSystem:
@@ -201,11 +209,11 @@ class _Unused:
 
 
 @pytest.mark.parametrize("frequency", [8.0, 13.0])
-@pytest.mark.parametrize("case", ["acceleration", "rotation", "force", "stages", "stops"])
+@pytest.mark.parametrize("case", ["acceleration", "rotation", "force", "stages", "stops", "branches"])
 def test_motion_in_time(case: str, frequency: float) -> None:
     """Bodies with finite rotations, from rest until steady, in the compiled integrator."""
     direction = (0.0, 0.0, 1.0) if case == "stops" else (0.6, 0.0, 0.8)
-    system = {"stages": two_stages, "stops": against_a_stop}.get(case, inclined)()
+    system = {"stages": two_stages, "stops": against_a_stop, "branches": branched}.get(case, inclined)()
     pose, quaternions = rest(system)
     circular = 2.0 * np.pi * frequency
     level = {"rotation": 1e-3, "force": 25.0}.get(case, 1.5)
@@ -222,7 +230,7 @@ def test_motion_in_time(case: str, frequency: float) -> None:
     found = system_response(SmallMotion(system, pose), shaking, level, [0.99 * frequency, frequency, 1.01 * frequency])
     at = int(np.flatnonzero(np.isclose(found.frequency, frequency))[0])
     # Acceleration over displacement is -Omega^2, and the base's acceleration is what excites.
-    expected = level * found.gain[at, -1] * (1.0 if case in ("acceleration", "stages", "stops") else -(circular**2))
+    expected = level * found.gain[at, -1] * (1.0 if case in ("acceleration", "stages", "stops", "branches") else -(circular**2))
     acceleration = in_time(system, quaternions, channel, amplitude, frequency, 120)[-1]
     if case == "stops":
         assert found.low[at].min() < -0.002

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from springs import EXAMPLES
 from strandspring import SpringParameters
+from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.path import PathSolver
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops
@@ -68,6 +69,21 @@ def test_the_compiled_integrator_has_the_same_limit(damping: float) -> None:
 
     assert largest(0.995 * limit) < 1e-9  # [m]
     assert largest(1.005 * limit) > 1e-4
+
+
+@pytest.mark.parametrize("time_constant", [1e-7, *np.geomspace(1e-4, 0.03, 10), 1.0])
+@pytest.mark.parametrize("damping", [0.0, 300.0])
+def test_below_the_limit_branches_do_not_blow_up(damping: float, time_constant: float) -> None:
+    """From springs to dampers, stiffer than the springs that they are beside."""
+    spring = SpringParameters((0.0, 9000.0), (1.0,), 1e-12, 1.0, 0.5, 1.0, 0.0, -0.1, 0.1)
+    system = box(damping).with_springs(lambda _: replace(spring, branches=(MaxwellBranch(1e5, time_constant),)))
+    kernel, count = system.solver, 20_000
+    step = 0.999 * SmallMotion.about_nominal(system).stable_step()
+    found, _ = kernel.run(
+        np.empty((0, 8)), np.empty((0, count)), step, np.zeros(3), kernel.nominal_pose, np.zeros(kernel.axes),
+        np.array([1e-9, 2e-9, 1e-9]),
+    )  # fmt: skip
+    assert found.of_axes[:, 1].max() < 1e-9  # [m]
 
 
 def test_one_axis_by_hand() -> None:

@@ -7,10 +7,13 @@ compute branches or a second mechanism refuses them by `require_plain`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..core.branch_variables import OF_BRANCH
 from ..core.branches import MaxwellBranch
 from ..core.parameters import SpringParameters
 from ..errors import StrandspringError
@@ -77,6 +80,17 @@ def maxwell_columns(
         constants.size, address(constants), path.size, address(path), address(time), *map(address, columns)
     )
     return columns[0], columns[1]
+
+
+def added_fields(parameters: SpringParameters) -> dict[str, Any]:
+    """The fields of SpringAdded of branches.h."""
+    second, branches = parameters.second, parameters.branches
+    of_second = {} if second is None else {**asdict(second), "mechanisms": 1, "amplifier": len(second.kA)}
+    return {
+        **of_second,
+        "branches": len(branches),
+        **{name: tuple(getattr(branch, name) for branch in branches) for name in OF_BRANCH},
+    }
 
 
 def require_plain(parameters: SpringParameters, where: str, instead: str = "") -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
 from .arrays import FloatArray, address, floats
+from .branches import added_fields
 from .library import library
 from .path import Law
 from .structures import constants, rows, structures
@@ -81,10 +82,11 @@ class MotionSolver:
         axes: NDArray[np.void],
         points: NDArray[np.void],
     ) -> None:
-        laws = {spring: Law(spring, energies=True) for spring in dict.fromkeys(springs)}
-        self._laws = tuple(laws.values())  # kept alive
+        every = {spring: _Spring(spring) for spring in dict.fromkeys(springs)}
+        self._springs = tuple(every.values())  # kept alive
         self._axes = axes.copy()
-        self._axes["law"] = [laws[spring].address for spring in springs]
+        for name in ("law", "second", "added"):
+            self._axes[name] = [getattr(every[spring], name) for spring in springs]
         self._parts = {"body": bodies, "mount": mounts, "axis": self._axes, "point": points}
         self._coupled = coupled
         self.bodies, self.mounts, self.axes, self.points = map(len, self._parts.values())
@@ -227,6 +229,16 @@ class MotionSolver:
         )
 
 
+class _Spring:
+    """Where the kernel finds the laws of a spring's mechanisms, and what it has beside the paper's; 0 for nothing."""
+
+    def __init__(self, spring: SpringParameters) -> None:
+        self._laws = [Law(mechanism, energies=True) for mechanism in spring.mechanisms]
+        self._added = None if spring.is_plain else structures()["SpringAdded"](**added_fields(spring))
+        self.law, self.second = self._laws[0].address, self._laws[1].address if spring.second is not None else 0
+        self.added = addressof(self._added) if self._added is not None else 0
+
+
 class _State:
     """Memory of a MotionState."""
 
@@ -235,6 +247,7 @@ class _State:
             "body": rows("MotionBodyState", solver.bodies),
             "reach": rows("MotionReach", solver.mounts),
             "axis": rows("MotionAxisState", solver.axes),
+            "added": rows("SpringAddedMemory", solver.axes),
         }
         self._memory = structures()["MotionState"](**{name: address(part) for name, part in self._parts.items()})
 

@@ -158,7 +158,7 @@ def _study(dice: random.Random, path: Path, spring: Spring) -> None:
 
 def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
     other = path.with_name("other.json")
-    own = json.loads(path.read_text(encoding="utf-8"))
+    own = json.loads(path.read_text(encoding="utf-8-sig"))
     if dice.random() < 0.7 and own["uncertainty"] if "uncertainty" in own else False:
         own["parameters"]["kappa_omega"] *= 1.1
     else:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import decimal
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -150,8 +151,8 @@ def _description(random: np.random.Generator, folder: Path) -> str:
         assert len(entries([path])) >= 1
         return record
 
-    # A refusal names the description, or the record of it that is not one; "~" is a folder elsewhere.
-    return judged(read, folder if b"~" not in data else "")[0]
+    # A refusal names the description, or the record of it that is not one, which may be elsewhere.
+    return judged(read, "" if re.search(rb'"[/~]', data) else folder)[0]
 
 
 def _some(random: np.random.Generator, most: int) -> list[str]:

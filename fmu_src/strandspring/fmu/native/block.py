@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
-from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import ARRAYS, SCALARS, SpringParameters
 from ...core.variables import start_values
 from ...errors import BuildError
+from ...kernel.branches import added_fields
 from ...kernel.path import packed
 from ...kernel.structures import structures
 from .macho import is_macho, with_new_hashes
@@ -54,7 +53,7 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeFo
     start = start_values(parameters)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters.mechanisms[0])
     values += struct.pack("<dqqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy, form.arrays)
-    values += bytes(structures()["SpringAdded"](**_added(parameters))) + struct.pack("<d", _SECOND_START)
+    values += bytes(structures()["SpringAdded"](**added_fields(parameters))) + struct.pack("<d", _SECOND_START)
     return with_block(image, _MAGIC, _VERSION, values)
 
 
@@ -105,19 +104,8 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
 """
 
 
-def _added(parameters: SpringParameters) -> dict[str, Any]:
-    """The fields of SpringAdded."""
-    second, branches = parameters.second, parameters.branches
-    of_second = {} if second is None else {**asdict(second), "mechanisms": 1, "amplifier": len(second.kA)}
-    return {
-        **of_second,
-        "branches": len(branches),
-        **{name: tuple(getattr(branch, name) for branch in branches) for name in OF_BRANCH},
-    }
-
-
 def _added_source(parameters: SpringParameters) -> str:
-    values = {name: value for name, value in _added(parameters).items() if value != ()}
+    values = {name: value for name, value in added_fields(parameters).items() if value != ()}
     texts = {
         name: _listed(value) if isinstance(value, tuple) else value.hex() if isinstance(value, float) else str(value)
         for name, value in values.items()

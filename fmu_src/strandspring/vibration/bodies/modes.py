@@ -8,7 +8,7 @@ of modal strain energy,
     zeta = q.C q/(4 pi f q.M q) + (sum of k''*(g.q)^2)/(2 q.K q),
 
 with C of the viscous dampers and k'' the imaginary part of the axes' complex stiffness, which is k times the loss
-factor of the springs' steady loops.
+factor of the springs' steady loops. Maxwell branches add their dynamic stiffness at the mode's own frequency.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from .small_motion import SmallMotion
 MOTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _ROUNDING = 1e-11  # of the largest stiffness: less is none
 _NAMED = 0.05  # least share of a motion that is named
+_ALIKE, _ROUNDS = 1e-9, 1000  # of Omega^2 between two rounds with branches
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,8 @@ def modes(
     Parameters
     ----------
     motion : SmallMotion                      About the pose.
-    stiffness : ndarray or None, shape (M,)   Of the axes, complex with their losses [N/m]; by default the tangent.
+    stiffness : ndarray or None, shape (M,)   Of the axes in slow motion, complex with their losses [N/m]; by default
+                                              the tangent.
     omega : ndarray or None, shape (M,)       Of the springs at rest [-]; by default 0.
 
     Raises
@@ -66,13 +68,16 @@ def modes(
     MountedSystemError                        If the pose is not stable.
     """
     laws = motion.system.laws
-    of_axes = laws.tangents(motion.springs) if stiffness is None else stiffness
+    slow = laws.tangents(motion.springs) if stiffness is None else stiffness
     forces = laws.forces(motion.springs, np.zeros_like(motion.springs) if omega is None else omega)
-    losses = motion.along.T @ (np.imag(of_axes)[:, None] * motion.along)
-    values, shapes = np.linalg.eigh(motion.stiffness(np.real(of_axes), forces) / motion.mass)
+    values, shapes = np.linalg.eigh(motion.stiffness(np.real(slow), forces) / motion.mass)
     held = np.abs(values) > _ROUNDING * np.abs(values).max(initial=0.0)
     listed = []
-    for value, is_held, q in zip(values.tolist(), held.tolist(), shapes.T, strict=True):
+    for k, is_held in enumerate(held.tolist()):
+        value, q, of_axes = float(values[k]), shapes[:, k], slow
+        if laws.has_branches and is_held and value > 0.0:
+            value, q, of_axes = _with_branches(motion, slow, forces, k, value)
+        losses = motion.along.T @ (np.imag(of_axes)[:, None] * motion.along)
         shape, shares = _body_motions(motion, q)
         words = _words(motion.system, shares)
         if is_held and value < 0.0:
@@ -87,6 +92,22 @@ def modes(
             damping = 0.5 * viscous / circular + 0.5 * lost / value
         listed.append(Mode(circular / (2.0 * math.pi), damping, shape, shares, words))
     return tuple(listed)
+
+
+def _with_branches(
+    motion: SmallMotion, slow: FloatArray | ComplexArray, forces: FloatArray, k: int, value: float
+) -> tuple[float, FloatArray, ComplexArray]:
+    """Omega^2, coordinates and stiffness of the axes of mode k, with the branches at its own Omega.
+
+    They stiffen with Omega, so that from the value of slow motion the iteration rises to the lowest that agrees.
+    """
+    for _ in range(_ROUNDS):
+        of_axes = slow + motion.system.laws.of_branches(math.sqrt(value))
+        values, shapes = np.linalg.eigh(motion.stiffness(of_axes.real, forces) / motion.mass)
+        before, value = value, float(values[k])
+        if value - before <= _ALIKE * value:
+            break
+    return value, shapes[:, k], of_axes
 
 
 def _body_motions(motion: SmallMotion, q: FloatArray) -> tuple[FloatArray, FloatArray]:

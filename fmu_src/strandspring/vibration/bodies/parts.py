@@ -17,7 +17,6 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ...kernel.branches import require_plain
 from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
 
 BASE = -1  # in place of the number of a body
@@ -184,7 +183,6 @@ class MountAxis:
     name: str = ""
 
     def __post_init__(self) -> None:
-        require_plain(self.spring, "An axis of a mount")
         _check_direction(self.direction, "the direction of an axis")
         for name, count in (("parallel", self.parallel), ("series", self.series)):
             if not 1 <= count <= MOST_SPRINGS:

@@ -252,7 +252,7 @@ def system_response(
 
 def _sliding(system: MountedSystem, response: SystemResponse) -> str:
     """`SystemResponse.sliding`: where the second axis of a mount moves so far that its friction is near saturation."""
-    rho = np.array([axis.spring.rho for axis in system.axes])
+    rho = np.array([max(mechanism.rho for mechanism in axis.spring.mechanisms) for axis in system.axes])
     slips = 0.5 * rho * (response.high - response.low)
     across = {
         mount.name: float(np.sort(slips[:, axes], axis=1)[:, -2].max())

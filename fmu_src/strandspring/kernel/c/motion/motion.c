@@ -263,7 +263,7 @@ double motion_part(
         set_spins(system, state);
         dissipate(system, state, displacements, part, 0);
     }
-    motion_take_forces(system, state, displacements);
+    motion_take_forces(system, state, displacements, part);
     for (size_t b = 0; has_dampers && b < system->bodies; b++) {
         memcpy(state->body[b].V, bodies[b].V, sizeof bodies[b].V);
         memcpy(state->body[b].L, bodies[b].L, sizeof bodies[b].L);
@@ -293,7 +293,7 @@ void motion_turn_base(const MotionSystem *system, MotionState *state, const doub
         return;
     memcpy(state->end_spin, spin, sizeof spin);
     motion_place_axes(system, state, displacements);
-    motion_take_forces(system, state, displacements);
+    motion_take_forces(system, state, displacements, 0.0);
     motion_take_rates(system, state);
 }
 
@@ -315,7 +315,7 @@ void motion_begin(
     const double *velocity)
 {
     double displacements[MOTION_AXES];
-    *state = (MotionState){.body = state->body, .reach = state->reach, .axis = state->axis};
+    *state = (MotionState){.body = state->body, .reach = state->reach, .axis = state->axis, .added = state->added};
     memcpy(state->gravity, gravity, sizeof state->gravity);
     motion_set_directions(system, state);
     for (size_t a = 0; a < system->axes; a++)
@@ -335,9 +335,12 @@ void motion_begin(
     motion_place_axes(system, state, displacements);
     for (size_t a = 0; a < system->axes; a++) {
         const MotionAxis *axis = system->axis + a;
+        state->axis[a].displacement = displacements[a];
         state->axis[a].memory = spring_start(axis->nominal + displacements[a] / axis->series, omega[a]);
+        if (axis->added)
+            state->added[a] = spring_added_start(state->axis[a].memory.displacement, omega[a]);
     }
-    motion_take_forces(system, state, displacements);
+    motion_take_forces(system, state, displacements, 0.0);
     motion_take_rates(system, state);
 }
 

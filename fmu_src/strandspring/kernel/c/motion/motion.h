@@ -16,13 +16,14 @@
  *
  * The axis e of a mount is fixed to what it stands on, and its displacement is d = e.(P - Q), where P is the body's
  * place of the mount and Q the support's. Each spring is at nominal + d/S. The body takes the force -(P*r + c*d' +
- * stop) along e at P, and the support the opposite at the same place.
+ * stop) along e at P, and the support the opposite at the same place. A spring's Maxwell branches are taken over a part
+ * of a step along the parabola of its displacement, from the rate at the beginning; they have no force at first.
  *
  * The caller owns all memory. One MotionSystem may be read by any number of threads at once. */
 #ifndef MOTION_H
 #define MOTION_H
 
-#include "../../../core/c/spring/spring.h"
+#include "../../../core/c/spring/branches.h"
 
 #include <stddef.h>
 
@@ -43,8 +44,10 @@ typedef struct {
     double body, support, first, axes; /* counts */
 } MotionMount;
 
+/* What its springs have beside the paper's is NULL where they have nothing, and so is the law of a second mechanism. */
 typedef struct {
-    const SpringLaw *law;
+    const SpringLaw *law, *second;
+    const SpringAdded *added;
     double direction[3];
     double nominal, parallel, series;
     double damping, stop_low, stop_high, stop_stiffness;
@@ -101,9 +104,10 @@ typedef struct {
     MotionBodyState *body;
     MotionReach *reach; /* of each mount */
     MotionAxisState *axis;
+    SpringAddedMemory *added; /* of one spring of each axis; may be NULL where no spring has anything */
 } MotionState;
 
-/* The state at rest in a pose of bodies (x and turn of each), with omega of each axis' springs; bodies move with a
+/* The state at rest in a pose of bodies (x and turn of each), with omega of each axis' springs, of both mechanisms; bodies move with a
  * velocity relative to the base's origin. */
 void motion_begin(
     const MotionSystem *system, MotionState *state, const double *gravity, const double *pose, const double *omega,

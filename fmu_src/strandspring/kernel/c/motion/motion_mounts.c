@@ -109,10 +109,16 @@ void motion_clear_forces(const MotionSystem *system, MotionBodyState *bodies)
 enum { TOGETHER = 3 }; /* axes of a mount at most */
 static const double LONGEST_SLIP = 0.1, MOST_PARTS = 1e3; /* of rho times the way, and of a step */
 
+/* The friction of one axis, and where its springs go. */
+typedef struct {
+    const SpringLaw *law;
+    SpringMemory *memory;
+    double target;
+} Sliding;
+
 /* Changes of omega over a slip rho*dx of each axis by the law of Park, Wen and Ang (1986), with n and sigma of each axis:
  * it is that of one spring along each axis, and keeps the length of omega within 1. */
-static void slide(
-    const MotionAxis *axis, int count, const double *omega, const double *slip, double *change)
+static void slide(const Sliding *axis, int count, const double *omega, const double *slip, double *change)
 {
     double square = 0.0, sizes = 0.0, work = 0.0;
     for (int i = 0; i < count; i++) {
@@ -128,14 +134,14 @@ static void slide(
     }
 }
 
-/* Takes the springs of one mount, whose friction acts together, to new displacements in a straight line. */
-static void slide_together(const MotionAxis *axis, int count, const double *displacements, MotionAxisState *own)
+/* Takes springs of one mount, whose friction acts together, to new displacements in a straight line. */
+static void slide_together(const Sliding *axis, int count)
 {
     double slip[TOGETHER], way[TOGETHER], omega[TOGETHER], middle[TOGETHER], change[TOGETHER], longest = 0.0;
     for (int i = 0; i < count; i++) {
-        way[i] = axis[i].nominal + displacements[i] / axis[i].series - own[i].memory.displacement;
+        way[i] = axis[i].target - axis[i].memory->displacement;
         slip[i] = axis[i].law->parameters.rho * way[i];
-        omega[i] = own[i].memory.omega;
+        omega[i] = axis[i].memory->omega;
         longest = fmax(longest, fabs(slip[i]));
     }
     int parts = (int)clip(ceil(longest / LONGEST_SLIP), 1.0, MOST_PARTS);
@@ -150,7 +156,7 @@ static void slide_together(const MotionAxis *axis, int count, const double *disp
             square += omega[i] * omega[i];
         }
         for (int i = 0; i < count; i++) {
-            SpringMemory *memory = &own[i].memory;
+            SpringMemory *memory = axis[i].memory;
             double before = spring_force(axis[i].law, memory);
             omega[i] /= fmax(sqrt(square), 1.0);
             memory->omega = omega[i];
@@ -159,26 +165,63 @@ static void slide_together(const MotionAxis *axis, int count, const double *disp
         }
     }
     for (int i = 0; i < count; i++) {
-        SpringMemory *memory = &own[i].memory;
-        memory->displacement = axis[i].nominal + displacements[i] / axis[i].series;
+        SpringMemory *memory = axis[i].memory;
+        memory->displacement = axis[i].target;
         memory->direction = way[i] == 0.0 ? memory->direction : way[i] > 0.0 ? 1 : -1;
         memory->start = memory->energy_at = memory->displacement;
         memory->start_xi = spring_inverse(axis[i].law->table, memory->direction * memory->omega);
     }
 }
 
-/* ---- forces ---- */
-
-/* Takes the spring of an axis to a new displacement, unless it is there, and its force but for the damper's. */
-static void move_spring(const MotionAxis *axis, double displacement, MotionAxisState *own)
+/* Takes all springs of a mount, the friction of whose axes acts together, that of second mechanisms likewise. */
+static void slide_mount(
+    const MotionSystem *system, MotionState *state, int first, int end, const double *displacements)
 {
-    double of_spring = axis->nominal + displacement / axis->series;
-    spring_commit(axis->law, &own->memory, NULL, of_spring);
-    own->displacement = displacement;
-    own->force = axis->parallel * spring_force(axis->law, &own->memory) + motion_stop_force(axis, of_spring);
+    Sliding own[TOGETHER], second[TOGETHER];
+    int count = 0, seconds = 0;
+    for (int a = first; a < end; a++) {
+        const MotionAxis *axis = system->axis + a;
+        double target = axis->nominal + displacements[a] / axis->series;
+        own[count++] = (Sliding){axis->law, &state->axis[a].memory, target};
+        if (axis->second)
+            second[seconds++] = (Sliding){axis->second, &state->added[a].second, target};
+    }
+    slide_together(own, count);
+    slide_together(second, seconds);
 }
 
-void motion_take_forces(const MotionSystem *system, MotionState *state, const double *displacements)
+/* ---- forces ---- */
+
+/* Takes what a spring has beside the paper's from one displacement to another within h, and gives its force. */
+static double move_added(
+    const MotionAxis *axis, double rate, double from, double to, double h, SpringAddedMemory *memory)
+{
+    const SpringAdded *added = axis->added;
+    SpringDecay decays[SPRING_MAXWELLS];
+    for (int i = 0; i < added->branches; i++)
+        decays[i] = spring_decay(h / added->time_constant[i]);
+    spring_added_commit(added, axis->second, memory, 0, from, to, h, decays);
+    /* The way is rate*t + bend*t^2/h^2. */
+    double bend = to - from - rate * h / axis->series;
+    for (int i = 0; i < added->branches; i++)
+        memory->elongation[i] += (2.0 * decays[i].ramp - decays[i].mean) * bend;
+    return spring_added_force(added, axis->second, memory);
+}
+
+/* Takes the spring of an axis to a new displacement within h, unless it is there, and its force but for the damper's. */
+static void move_spring(const MotionAxis *axis, double displacement, double h, MotionState *state, size_t a)
+{
+    MotionAxisState *own = state->axis + a;
+    double of_spring = axis->nominal + displacement / axis->series;
+    double from = axis->nominal + own->displacement / axis->series;
+    spring_commit(axis->law, &own->memory, NULL, of_spring);
+    own->force = axis->parallel * spring_force(axis->law, &own->memory) + motion_stop_force(axis, of_spring);
+    if (axis->added)
+        own->force += axis->parallel * move_added(axis, own->rate, from, of_spring, h, state->added + a);
+    own->displacement = displacement;
+}
+
+void motion_take_forces(const MotionSystem *system, MotionState *state, const double *displacements, double h)
 {
     motion_clear_forces(system, state->body);
     for (size_t m = 0; m < system->mounts; m++) {
@@ -186,9 +229,9 @@ void motion_take_forces(const MotionSystem *system, MotionState *state, const do
         int first = (int)mount->first, end = first + (int)mount->axes;
         double velocity[3], x = 0.0, y = 0.0, z = 0.0;
         if (system->coupled)
-            slide_together(system->axis + first, end - first, displacements + first, state->axis + first);
+            slide_mount(system, state, first, end, displacements);
         for (int a = first; a < end; a++)
-            move_spring(system->axis + a, displacements[a], state->axis + a);
+            move_spring(system->axis + a, displacements[a], h, state, (size_t)a);
         if (state->has_dampers != 0.0) {
             velocity_between(mount, state->reach + m, state, velocity);
             for (int a = first; a < end; a++)

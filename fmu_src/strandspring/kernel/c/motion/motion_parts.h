@@ -18,9 +18,10 @@ SPRING_LOCAL void motion_clear_forces(const MotionSystem *system, MotionBodyStat
 SPRING_LOCAL void motion_apply(
     const MotionMount *mount, const MotionReach *reach, const double *force, MotionBodyState *bodies);
 
-/* Takes the springs to new displacements, and the forces of all mounts and the rates of all axes at the present
- * velocities. */
-SPRING_LOCAL void motion_take_forces(const MotionSystem *system, MotionState *state, const double *displacements);
+/* Takes the springs to new displacements within h [s], and the forces of all mounts and the rates of all axes at the
+ * present velocities. */
+SPRING_LOCAL void motion_take_forces(
+    const MotionSystem *system, MotionState *state, const double *displacements, double h);
 SPRING_LOCAL void motion_take_rates(const MotionSystem *system, MotionState *state);
 
 /* The base's acceleration (kind 0) or angular velocity (1) under channel values. */

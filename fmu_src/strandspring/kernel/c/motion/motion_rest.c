@@ -49,8 +49,13 @@ static void unbalanced(RestProblem *rest, double *residual)
             double displacement = axis->nominal + displacements[a] / axis->series;
             SpringMemory memory = spring_start(displacement, rest->omega[a]);
             double pull = axis->parallel * spring_force(axis->law, &memory) + motion_stop_force(axis, displacement);
+            double friction = axis->law->parameters.kappa_omega;
+            if (axis->second) {
+                pull += axis->parallel * spring_force(axis->second, &memory);
+                friction += axis->second->parameters.kappa_omega;
+            }
             add3(force, -pull, state->axis[a].direction);
-            magnitude += fabs(pull) + axis->parallel * axis->law->parameters.kappa_omega * fabs(rest->omega[a]);
+            magnitude += fabs(pull) + axis->parallel * friction * fabs(rest->omega[a]);
         }
         motion_apply(mount, reach, force, state->body);
         add_magnitude(rest, (int)mount->body, magnitude, reach->arm);
