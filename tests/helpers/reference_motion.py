@@ -297,7 +297,7 @@ class _Pose:
 
 
 def _added(springs: Sequence[SpringParameters]) -> tuple[_Springs, FloatArray, FloatArray]:
-    """Second mechanisms, without force where there is none; stiffness and 1/tau of three branches each, shape (3, A)."""
+    """Second mechanisms, without force where there are none; stiffness and 1/tau of three branches, shape (3, A)."""
     seconds = _Springs([replace(spring.mechanisms[-1], kE=(0.0,)) for spring in springs])
     seconds.kappa_omega *= [spring.second is not None for spring in springs]
     branches = [[*((b.stiffness, 1.0 / b.time_constant) for b in s.branches), *[(0.0, 0.0)] * 3][:3] for s in springs]
@@ -346,7 +346,9 @@ def start_of(system: MountedSystem, case: LoadCase, omega: FloatArray) -> FloatA
                 turn = direction @ turn if body.motion is MotionKind.PLANE else 0.0 * turn
             moving[b, :3] = equations.centers[b] + shift
             moving[b, 6:10] = Rotation.from_rotvec(turn).as_quat()
-        return np.concatenate([moving.ravel(), (0.0, 0.0, 0.0, 1.0), omega, 0.0 * omega, omega, *np.zeros((3, omega.size))])
+        of_axes = np.zeros((6, omega.size))
+        of_axes[[0, 2]] = omega
+        return np.concatenate([moving.ravel(), (0.0, 0.0, 0.0, 1.0), of_axes.ravel()])
 
     def unbalanced(pose: FloatArray) -> FloatArray:
         linear, angular, *_ = equations.accelerations(0.0, equations.pose(0.0, state(pose)))

@@ -6,6 +6,7 @@ import functools
 import itertools
 import zipfile
 from ctypes import c_double, c_size_t
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from kernel_tools import build_folder
 from native_tools import OK, Library, Native, doubles
 from springs import TABLE
 from strandspring import SpringParameters
+from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
@@ -36,6 +38,15 @@ BOX = MountedSystem(
     name="Electronics box",
 )  # fmt: skip
 BOX_OPTIONS = SystemFmuOptions(1e-4, 1e-3, forces=(ForceInput("recoil", 0, (0.0, 0.1, 0.0), (1.0, 0.0, 0.0)),))
+
+# The box with a second mechanism in its vertical springs, and branches in all.
+BRANCHED = BOX.with_springs(
+    lambda spring: replace(
+        spring,
+        second=Mechanism((1.0, 5.0), 12.0, 900.0, 0.9, 1.4) if spring == VERTICAL else None,
+        branches=(MaxwellBranch(4e3, 0.004), MaxwellBranch(2e4, 2e-5)),
+    )
+)
 
 # Two bodies that move along z alone, the upper one in a plane, on springs in series, a table and stops.
 STAGES = MountedSystem(

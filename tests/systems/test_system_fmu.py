@@ -29,6 +29,7 @@ from strandspring.vibration.bodies.parts import Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,
+    BRANCHED,
     STAGES,
     STAGES_OPTIONS,
     NativeSystem,
@@ -36,7 +37,11 @@ from system_fmu_tools import (
     system_library,
 )
 
-SYSTEMS = {"box": (BOX, BOX_OPTIONS, 3), "stages": (STAGES, STAGES_OPTIONS, 2)}
+SYSTEMS = {
+    "box": (BOX, BOX_OPTIONS, 3),
+    "stages": (STAGES, STAGES_OPTIONS, 2),
+    "branched": (BRANCHED, BOX_OPTIONS, 3),
+}
 STEP = 4e-4  # of co-simulation: four or two internal ones [s]
 
 
@@ -190,9 +195,10 @@ def test_static_equilibrium_carries_the_weight() -> None:
             assert np.abs(one.get("acceleration_c_g_x", "acceleration_c_g_z")).max() < 1e-6
 
 
-def test_states_are_taken_set_and_serialized() -> None:
-    inputs = shock(BOX, BOX_OPTIONS, 3, 120, 60.0)
-    with NativeSystem().begin() as one, NativeSystem(name="two") as two:
+@pytest.mark.parametrize("system", [BOX, BRANCHED], ids=["box", "branched"])
+def test_states_are_taken_set_and_serialized(system: MountedSystem) -> None:
+    inputs, library = shock(system, BOX_OPTIONS, 3, 120, 60.0), system_library(system)
+    with NativeSystem(library).begin() as one, NativeSystem(library, "two") as two:
         expected = one.run(inputs, STEP)
         one.Reset()
         one.begin()

@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 
 from ...core.parameters import SCALARS, SpringParameters
 from ...errors import MountedSystemError
-from ...kernel.structures import rows
+from ...kernel.branches import added_fields
+from ...kernel.structures import rows, structures
 from ...vibration.bodies.loads import ChannelKind
 from ...vibration.bodies.mounted import MountedSystem
 from ..native.block import with_block
 from .system_variables import SystemFmuOptions, base_vectors, system_start_values, system_variables
 
-_MAGIC, _VERSION = b"strandspringsys", 1
+_MAGIC, _VERSION = b"strandspringsys", 2
 _VALUES, _NAMES = 32768, 131072
 _GUID = 40
 _COLUMNS = ("kE", "kA", "FE_knots", "FE_forces")  # in the order of SpringParameters of spring.h
-_COUNTS = ("springs", "bodies", "mounts", "axes", "points", "channels")
+_COUNTS = ("springs", "added", "bodies", "mounts", "axes", "points", "channels")
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ class SystemBlock:
 
     Attributes
     ----------
-    counts : tuple of int       Springs, bodies, mounts, axes, points and channels.
+    counts : tuple of int       Springs, what some have beside the paper's, bodies, mounts, axes, points and channels.
     values : tuple of float
     names : bytes               Of the variables, each terminated.
     """
@@ -75,23 +76,32 @@ def system_block(system: MountedSystem, options: SystemFmuOptions) -> SystemBloc
     MountedSystemError   If it is too large for an FMU.
     """
     of_axes, channels = [axis.spring for axis in system.axes], channel_rows_of(system, options)
-    springs = list(dict.fromkeys(of_axes))
-    numbers = {spring: number for number, spring in enumerate(springs)}
+    springs = list(dict.fromkeys(mechanism for spring in of_axes for mechanism in spring.mechanisms))
+    added = list(dict.fromkeys(spring for spring in of_axes if not spring.is_plain))
     table = system_variables(system, options)
     parameters = [variable for variable in table if variable.causality == "parameter"]
     start = system_start_values(system, options)
     parts = system.kernel_rows
-    parts["axes"].view(np.float64).reshape(len(of_axes), -1)[:, 0] = [numbers[spring] for spring in of_axes]  # no laws
+    # Numbers in place of addresses.
+    parts["axes"].view(np.float64).reshape(len(of_axes), -1)[:, :3] = [
+        (
+            springs.index(spring.mechanisms[0]),
+            springs.index(spring.mechanisms[1]) if spring.second else -1,
+            -1 if spring.is_plain else added.index(spring),
+        )
+        for spring in of_axes
+    ]
     blocks = [*(parts[name] for name in ("bodies", "mounts", "axes", "points")), channels]
     values = [
         *(start[parameter.name] for parameter in parameters),
         *(float(parameter.minimum or 0.0) for parameter in parameters),
         *(float(parameter.maximum or 0.0) for parameter in parameters),
         *(value for spring in springs for value in _of_spring(spring)),
+        *(value for spring in added for value in _of_added(spring)),
         *(value for block in blocks for value in block.view(np.float64).flat),
     ]
     names = b"".join(variable.name.encode("ascii") + b"\0" for variable in table)
-    counts = (len(springs), *map(len, blocks))
+    counts = (len(springs), len(added), *map(len, blocks))
     if len(values) > _VALUES or len(names) > _NAMES:
         raise MountedSystemError(
             f"The system is too large for an FMU: it has {len(values)} numbers, and names of {len(names)} letters, "
@@ -118,6 +128,15 @@ def _of_spring(spring: SpringParameters) -> list[float]:
     columns = [getattr(spring, name) for name in _COLUMNS]
     scalars = [getattr(spring, name) for name in SCALARS]
     return [*(float(len(column)) for column in columns), *(value for column in columns for value in column), *scalars]
+
+
+def _of_added(spring: SpringParameters) -> list[float]:
+    """The fields of SpringAdded as numbers, without the unused one."""
+    added = structures()["SpringAdded"](**added_fields(spring))
+    return [
+        *(float(count) for count in (added.mechanisms, added.amplifier, added.branches)),
+        *added.kA, added.kappa_omega, added.rho, added.sigma, added.n, *added.stiffness, *added.time_constant,
+    ]  # fmt: skip
 
 
 def _number(value: float) -> str:

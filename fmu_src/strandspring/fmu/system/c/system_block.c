@@ -6,7 +6,7 @@
 static const volatile SystemBlock system_block = {
     .magic = "strandspringsys",
     .size = sizeof(SystemBlock),
-    .version = 1,
+    .version = 2,
 #include "system_values.h"
 };
 
@@ -82,18 +82,31 @@ static void take_spring(const volatile double **next, SpringParameters *spring)
         take(next, scalars[i], 1);
 }
 
-void system_parts(SpringLaw *laws, MotionBody *bodies, MotionMount *mounts, MotionAxis *axes, MotionPoint *points,
-                  MotionChannel *channels)
+static void take_added(const volatile double **next, SpringAdded *added)
+{
+    added->mechanisms = take_count(next);
+    added->amplifier = take_count(next);
+    added->branches = take_count(next);
+    take(next, added->kA, (sizeof *added - offsetof(SpringAdded, kA)) / sizeof(double));
+}
+
+void system_parts(SpringLaw *laws, SpringAdded *added, MotionBody *bodies, MotionMount *mounts, MotionAxis *axes,
+                  MotionPoint *points, MotionChannel *channels)
 {
     enum { OF_AXIS = (sizeof(MotionAxis) - offsetof(MotionAxis, direction)) / sizeof(double) };
     SystemCounts counts = system_counts();
     const volatile double *next = system_block.values + sizeof(SystemStart) / sizeof(double);
     for (int64_t i = 0; i < counts.springs; i++)
         take_spring(&next, &laws[i].parameters);
+    for (int64_t i = 0; i < counts.added; i++)
+        take_added(&next, added + i);
     take(&next, (double *)bodies, (size_t)counts.bodies * sizeof *bodies / sizeof(double));
     take(&next, (double *)mounts, (size_t)counts.mounts * sizeof *mounts / sizeof(double));
     for (int64_t i = 0; i < counts.axes; i++) {
         axes[i].law = laws + take_count(&next);
+        int second = take_count(&next), own = take_count(&next);
+        axes[i].second = second < 0 ? NULL : laws + second;
+        axes[i].added = own < 0 ? NULL : added + own;
         take(&next, axes[i].direction, OF_AXIS);
     }
     take(&next, (double *)points, (size_t)counts.points * sizeof *points / sizeof(double));

@@ -5,10 +5,12 @@
  * the values are, one behind the other:
  *
  *     SystemStart
- *     each spring      the four counts of SpringParameters, the values used of its arrays, its scalars
+ *     each spring      the four counts of SpringParameters, the values used of its arrays, its scalars; a second
+ *                      mechanism is a spring of its own
+ *     each added       SpringAdded, what a spring has beside the paper's
  *     each body        MotionBody, which is of numbers only, like the next
  *     each mount       MotionMount
- *     each axis        the number of its spring, then MotionAxis without its law
+ *     each axis        the numbers of its spring, second mechanism and added, -1 for none; then MotionAxis from there on
  *     each point       MotionPoint
  *     each channel     MotionChannel
  *
@@ -17,7 +19,6 @@
 #define SYSTEM_BLOCK_H
 
 #include "../../../core/c/fmi/fmu_bytes.h"
-#include "../../../core/c/spring/spring.h"
 #include "../../../kernel/c/motion/motion.h"
 
 #include <stdint.h>
@@ -37,7 +38,7 @@ typedef struct {
 } SystemStart;
 
 typedef struct {
-    int64_t springs, bodies, mounts, axes, points, channels;
+    int64_t springs, added, bodies, mounts, axes, points, channels;
 } SystemCounts;
 
 /* Little-endian on every platform, without padding. */
@@ -61,7 +62,7 @@ SPRING_LOCAL int system_are_possible(const SystemSettings *settings);
 
 /* The parts of the system; the laws of axes are of `laws`, whose parameters are filled in. */
 SPRING_LOCAL void system_parts(
-    SpringLaw *laws, MotionBody *bodies, MotionMount *mounts, MotionAxis *axes, MotionPoint *points,
+    SpringLaw *laws, SpringAdded *added, MotionBody *bodies, MotionMount *mounts, MotionAxis *axes, MotionPoint *points,
     MotionChannel *channels);
 
 typedef struct {

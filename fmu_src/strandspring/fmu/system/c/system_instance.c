@@ -18,6 +18,7 @@ static void join_motion(State *state)
     state->motion.body = state->bodies;
     state->motion.reach = state->reach;
     state->motion.axis = state->axes;
+    state->motion.added = state->added;
 }
 
 static void forget_outputs(Instance *instance)
@@ -52,6 +53,8 @@ static void copy_motion(const MotionSystem *system, State *to, const State *from
     memcpy(to->bodies, from->bodies, system->bodies * sizeof *to->bodies);
     memcpy(to->reach, from->reach, system->mounts * sizeof *to->reach);
     memcpy(to->axes, from->axes, system->axes * sizeof *to->axes);
+    if (system_counts().added > 0)
+        memcpy(to->added, from->added, system->axes * sizeof *to->added);
     join_motion(to);
 }
 
@@ -162,11 +165,8 @@ VariableCausality system_causality(const Instance *instance, unsigned reference)
 static double absorbed_energy(const Instance *instance)
 {
     double total = 0.0;
-    for (size_t a = 0; a < instance->system.axes; a++) {
-        const MotionAxis *axis = instance->system.axis + a;
-        const SpringMemory *memory = &instance->state.axes[a].memory;
-        total += axis->parallel * axis->series * spring_absorbed_energy(axis->law, memory);
-    }
+    for (size_t a = 0; a < instance->system.axes; a++)
+        total += motion_absorbed(&instance->system, &instance->state.motion, a);
     return total;
 }
 

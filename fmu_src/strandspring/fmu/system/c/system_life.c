@@ -3,7 +3,7 @@
 
 /* Where parts of the memory behind an instance begin. */
 typedef struct {
-    size_t laws, shared, bodies, mounts, axes, points, channels, end;
+    size_t laws, added, shared, bodies, mounts, axes, points, channels, end;
 } Layout;
 
 static size_t room(size_t *end, int64_t count, size_t size)
@@ -19,6 +19,7 @@ static Layout layout(void)
     Layout at = {.end = 0};
     (void)room(&at.end, 1, sizeof(Instance));
     at.laws = room(&at.end, counts.springs, sizeof(SpringLaw));
+    at.added = room(&at.end, counts.added, sizeof(SpringAdded));
     at.shared = room(&at.end, counts.springs, sizeof(SharedSpring *));
     at.bodies = room(&at.end, counts.bodies, sizeof(MotionBody));
     at.mounts = room(&at.end, counts.mounts, sizeof(MotionMount));
@@ -41,7 +42,7 @@ static int make_system(Instance *instance)
     MotionChannel *channels = (void *)(memory + at.channels);
     instance->laws = (void *)(memory + at.laws);
     instance->shared = (void *)(memory + at.shared);
-    system_parts(instance->laws, bodies, mounts, axes, points, channels);
+    system_parts(instance->laws, (void *)(memory + at.added), bodies, mounts, axes, points, channels);
     instance->system = (MotionSystem){
         .bodies = (size_t)counts.bodies, .mounts = (size_t)counts.mounts, .axes = (size_t)counts.axes,
         .points = (size_t)counts.points, .channels = (size_t)counts.channels, .body = bodies, .mount = mounts,

@@ -11,6 +11,7 @@
 #include "../../../core/c/spring/saturation.c"
 #include "../../../core/c/spring/spline.c"
 #include "../../../core/c/spring/spring.c"
+#include "../../../core/c/spring/branches.c"
 #include "../../../kernel/c/linear.c"
 #include "../../../kernel/c/motion/motion.c"
 #include "../../../kernel/c/motion/motion_mounts.c"

@@ -13,7 +13,7 @@ enum {
     OF_AXIS = (sizeof(MotionAxisState) - offsetof(MotionAxisState, displacement)) / sizeof(double)
 };
 _Static_assert(
-    sizeof(MotionState) - offsetof(MotionState, body) < 3 * sizeof(void *) + sizeof(double),
+    sizeof(MotionState) - offsetof(MotionState, body) < 4 * sizeof(void *) + sizeof(double),
     "every number is serialized, as nothing but pointers is behind");
 _Static_assert(
     sizeof(MotionAxisState) == sizeof(SpringMemory) + OF_AXIS * sizeof(double), "every number is serialized");
@@ -22,6 +22,17 @@ static void doubles(Cursor *cursor, double *values, size_t count)
 {
     for (size_t i = 0; i < count; i++)
         fmu_double_field(cursor, values + i);
+}
+
+static void memory_fields(Cursor *cursor, SpringMemory *memory)
+{
+    fmu_double_field(cursor, &memory->displacement);
+    fmu_double_field(cursor, &memory->omega);
+    fmu_double_field(cursor, &memory->start);
+    fmu_double_field(cursor, &memory->start_xi);
+    fmu_double_field(cursor, &memory->energy_at);
+    fmu_double_field(cursor, &memory->energy);
+    fmu_int_field(cursor, &memory->direction);
 }
 
 void fmu_blank_state(State *state)
@@ -48,16 +59,16 @@ void fmu_state_fields(Cursor *cursor, State *state)
     doubles(cursor, (double *)state->reach, (size_t)counts.mounts * OF_REACH);
     for (int64_t a = 0; a < counts.axes; a++) {
         MotionAxisState *axis = state->axes + a;
-        SpringMemory *memory = &axis->memory;
         fmu_int_field(cursor, state->is_outside + a);
-        fmu_double_field(cursor, &memory->displacement);
-        fmu_double_field(cursor, &memory->omega);
-        fmu_double_field(cursor, &memory->start);
-        fmu_double_field(cursor, &memory->start_xi);
-        fmu_double_field(cursor, &memory->energy_at);
-        fmu_double_field(cursor, &memory->energy);
-        fmu_int_field(cursor, &memory->direction);
+        memory_fields(cursor, &axis->memory);
         doubles(cursor, &axis->displacement, OF_AXIS);
+        if (counts.added == 0)
+            continue;
+        /* There are no derivatives. */
+        SpringAddedMemory *added = state->added + a;
+        memory_fields(cursor, &added->second);
+        doubles(cursor, added->elongation, SPRING_MAXWELLS);
+        fmu_double_field(cursor, &added->work);
     }
 }
 
@@ -70,6 +81,11 @@ static int are_within(double bound, const double *values, size_t count)
         if (!(fabs(values[i]) <= bound))
             return 0;
     return 1;
+}
+
+static int is_sound(const SpringMemory *memory)
+{
+    return fabs(memory->omega) <= 1.0 && fmu_memory_is_sound(memory);
 }
 
 const char *system_impossible_motion(const State *state)
@@ -89,8 +105,10 @@ const char *system_impossible_motion(const State *state)
     }
     for (int64_t a = 0; a < counts.axes; a++) {
         const MotionAxisState *axis = state->axes + a;
-        if (!(fabs(axis->memory.omega) <= 1.0) || !fmu_memory_is_sound(&axis->memory) ||
-            !are_within(LARGEST_SUM, &axis->displacement, OF_AXIS))
+        const SpringAddedMemory *added = state->added + a;
+        if (!is_sound(&axis->memory) || !is_sound(&added->second) ||
+            !are_within(LARGEST_SUM, &axis->displacement, OF_AXIS) ||
+            !are_within(LARGEST_SUM, added->elongation, SPRING_MAXWELLS) || !are_within(LARGEST_SUM, &added->work, 1))
             return "springs";
     }
     return NULL;

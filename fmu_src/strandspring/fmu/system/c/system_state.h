@@ -19,6 +19,7 @@ typedef struct {
     MotionBodyState bodies[MOTION_BODIES];
     MotionReach reach[MOTION_AXES];
     MotionAxisState axes[MOTION_AXES];
+    SpringAddedMemory added[MOTION_AXES]; /* unused where no spring has anything */
 } State;
 
 /* The part of a state that no motion has, "motion" or "springs", or NULL. */

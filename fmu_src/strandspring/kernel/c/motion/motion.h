@@ -165,6 +165,9 @@ size_t motion_run(
 /* Force of the mounts on the base. */
 SPRING_LOCAL void motion_reaction(const MotionSystem *system, const MotionState *state, double *force);
 
+/* Energy absorbed by all springs of an axis since the beginning, what they hold included [J]. */
+SPRING_LOCAL double motion_absorbed(const MotionSystem *system, const MotionState *state, size_t axis);
+
 /* The sense of a static force: -1, or 1 also where rounding is all there is. */
 double motion_sense(const MotionAxis *axis, double force);
 

@@ -249,6 +249,15 @@ void motion_take_forces(const MotionSystem *system, MotionState *state, const do
     }
 }
 
+double motion_absorbed(const MotionSystem *system, const MotionState *state, size_t a)
+{
+    const MotionAxis *axis = system->axis + a;
+    double energy = spring_absorbed_energy(axis->law, &state->axis[a].memory);
+    if (axis->added)
+        energy += spring_added_energy(axis->added, axis->second, state->added + a);
+    return axis->parallel * axis->series * energy;
+}
+
 void motion_take_rates(const MotionSystem *system, MotionState *state)
 {
     for (size_t m = 0; m < system->mounts; m++) {

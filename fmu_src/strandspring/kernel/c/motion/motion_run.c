@@ -295,11 +295,7 @@ static void end(const MotionSystem *system, const MotionState *state, Watch *wat
     }
     greatest += bodies;
     for (size_t a = 0; a < axes; a++) {
-        const MotionAxis *axis = system->axis + a;
-        double energy = spring_absorbed_energy(axis->law, &state->axis[a].memory);
-        if (axis->added)
-            energy += spring_added_energy(axis->added, axis->second, state->added + a);
-        energy *= axis->parallel * axis->series;
+        double energy = motion_absorbed(system, state, a);
         double start = record->of_axes[MOTION_OF_AXIS * a + 6];
         widen(watch, axes, a, state->axis[a].memory.displacement, state->axis[a].memory.omega);
         const double found[MOTION_OF_AXIS] = {
