@@ -18,7 +18,8 @@ def shown(value: object) -> str:
     if isinstance(value, str):
         return quoted(value)
     try:
-        text = json.dumps(value, default=repr)
+        is_of_json = value is None or isinstance(value, (bool, list, dict))
+        text = json.dumps(value, default=repr) if is_of_json else repr(value)
     except (ValueError, RecursionError):  # from a program: an integer of thousands of digits, or endless nesting
         text = type(value).__name__
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 3] + "..."

@@ -192,17 +192,18 @@ static void slide_mount(
 
 /* ---- forces ---- */
 
-/* Takes what a spring has beside the paper's from one displacement to another within h, and gives its force. */
+/* Takes what a spring of an axis has beside the paper's to a new displacement within h, and gives its force. */
 static double move_added(
-    const MotionAxis *axis, double rate, double from, double to, double h, SpringAddedMemory *memory)
+    const MotionAxis *axis, const MotionAxisState *own, double to, double h, SpringAddedMemory *memory)
 {
     const SpringAdded *added = axis->added;
+    double from = axis->nominal + own->displacement / axis->series;
     SpringDecay decays[SPRING_MAXWELLS];
     for (int i = 0; i < added->branches; i++)
         decays[i] = spring_decay(h / added->time_constant[i]);
     spring_added_commit(added, axis->second, memory, 0, from, to, h, decays);
     /* The way is rate*t + bend*t^2/h^2. */
-    double bend = to - from - rate * h / axis->series;
+    double bend = to - from - own->rate * h / axis->series;
     for (int i = 0; i < added->branches; i++)
         memory->elongation[i] += (2.0 * decays[i].ramp - decays[i].mean) * bend;
     return spring_added_force(added, axis->second, memory);
@@ -213,11 +214,10 @@ static void move_spring(const MotionAxis *axis, double displacement, double h, M
 {
     MotionAxisState *own = state->axis + a;
     double of_spring = axis->nominal + displacement / axis->series;
-    double from = axis->nominal + own->displacement / axis->series;
     spring_commit(axis->law, &own->memory, NULL, of_spring);
     own->force = axis->parallel * spring_force(axis->law, &own->memory) + motion_stop_force(axis, of_spring);
     if (axis->added)
-        own->force += axis->parallel * move_added(axis, own->rate, from, of_spring, h, state->added + a);
+        own->force += axis->parallel * move_added(axis, own, of_spring, h, state->added + a);
     own->displacement = displacement;
 }
 
