@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -84,6 +85,17 @@ def test_its_joint_covariance_moves_all_coefficients(with_both: Identification) 
     ):
         # A standard deviation of 40 draws is known to 11 %; of a logarithm's, here below 0.2, to as much again.
         assert float(np.std(values)) == pytest.approx(error["standard_error"], rel=0.5)
+
+
+def test_text_and_report_give_their_errors(with_both: Identification, tmp_path: Path) -> None:
+    text = with_both.summary()
+    assert re.search(r"second mechanism: kappa_omega [\d.]+ \+- [\d.]+ N, rho \d+ \+- \d+ 1/m", text)
+    assert re.search(r"Maxwell branch: stiffness [\d.]+ \+- [\d.]+ N/m, time constant 0\.\d+ \+- 0\.\d+ s", text)
+    with_both.report(tmp_path / "report.html")
+    cells = re.findall(r"<t[dh][^>]*>([^<]*)</t[dh]>", (tmp_path / "report.html").read_text("utf-8"))
+    for name in ("second.rho", "branches[0].stiffness", "branches[0].time_constant"):
+        assert " to " in cells[cells.index(name) + 5], name
+    assert cells[cells.index("second.kA[0]") + 5] == "–"  # 1 by definition
 
 
 def test_both_are_found(with_both: Identification) -> None:

@@ -108,5 +108,5 @@ def require_plain(parameters: SpringParameters, where: str, instead: str = "") -
     has += ["`branches`, Maxwell branches"] if parameters.branches else []
     raise StrandspringError(
         f"{where} cannot take a spring with {' and '.join(has)}; "
-        f"{instead or 'compute its force by `Spring.response`, or identify a spring without them'}."
+        f"{instead or 'compute its force by `Spring.response`, or identify a spring without them (`--mechanisms 1 --branches 0`)'}."
     )

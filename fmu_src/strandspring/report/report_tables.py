@@ -82,10 +82,14 @@ def parameters(evaluation: Evaluation) -> PageTable:
     amplifier = [("kA", f"amplifier, power {k}", _power("1", k)) for k in range(len(p.kA))]
     amplifier[0] = ("kA", "amplifier, power 0, 1 by definition", "–")
     rows = [*main, *_rows(elastic, p, known), *_rows(amplifier, p, known)]
+    groups = [0, len(main), len(rows) - len(amplifier)]
+    if not p.is_plain:
+        groups.append(len(rows))
+        rows += _further_rows(p, known.get("further") or {})
     header: tuple[str, ...] = ("parameter", "meaning", "value", "unit", "standard error", "95 % interval")
     if not known:
         header, rows = header[:4], [row[:4] for row in rows]
-    return PageTable("Parameters", header, tuple(rows), (0, len(main), len(rows) - len(amplifier)))
+    return PageTable("Parameters", header, tuple(rows), tuple(groups))
 
 
 def _main_row(column: ResultColumn, p: SpringParameters, known: dict[str, Any]) -> tuple[str, ...]:
@@ -113,6 +117,26 @@ def _rows(
         else:
             reach = "–", "–"
         yield f"{name}[{k}]", meaning, by_error(value, error), unit, *reach
+
+
+def _further_rows(p: SpringParameters, known: dict[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Rows of a second mechanism and of Maxwell branches."""
+    parameters = []
+    if p.second is not None:
+        for column in HYSTERETIC_PARAMETERS:
+            parameters.append((f"second.{column.key}", column.words, column.shown, getattr(p.second, column.key)))
+        for k, coefficient in enumerate(p.second.kA):
+            parameters.append((f"second.kA[{k}]", f"second amplifier, power {k}", _power("1", k), coefficient))
+    for j, branch in enumerate(p.branches):
+        parameters.append((f"branches[{j}].stiffness", "Maxwell branch, added to fast motion", "N/m", branch.stiffness))
+        parameters.append((f"branches[{j}].time_constant", "decay of its force at rest", "s", branch.time_constant))
+    for name, meaning, unit, value in parameters:
+        of_name = known.get(name) or {}
+        error, (low, high) = of_name.get("standard_error"), of_name.get("interval_95") or (None, None)
+        reach = ("–", "–")
+        if error and low is not None and high is not None:
+            reach = number(error, 2, zeros=True), f"{by_error(low, error)} to {by_error(high, error)}"
+        yield name, meaning, by_error(value, error), unit or "–", *reach
 
 
 def _power(unit: str, power: int) -> str:

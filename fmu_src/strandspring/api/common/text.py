@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
+from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
 from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
@@ -94,7 +95,7 @@ def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> l
     elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
     low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
     shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
-    return [*hysteretic_lines(p, uncertainty), shape, *added_lines(p), *_sampled_lines(p, uncertainty)]
+    return [*hysteretic_lines(p, uncertainty), shape, *_added_lines(p, uncertainty), *_sampled_lines(p, uncertainty)]
 
 
 def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
@@ -105,20 +106,23 @@ def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[s
     ]
 
 
-def added_lines(p: SpringParameters) -> list[str]:
-    """The second mechanism and the Maxwell branches, if there are any."""
-    lines = []
+def _added_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
+    """The second mechanism and the Maxwell branches, if there are any, rounded by their standard errors."""
+    known, lines = uncertainty.get("further") or {}, []
+
+    def shown(name: str, value: float) -> str:
+        return with_error(value, known.get(name, {}).get("standard_error"))
+
     if p.second is not None:
-        s = p.second
-        shape = f"FA degree {len(s.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in s.kA)}  1/m^i"
-        lines.append(
-            f"  second mechanism: kappa_omega {s.kappa_omega:.6g} N, rho {s.rho:.6g} 1/m, sigma {s.sigma:.6g}, n "
-            f"{s.n:.6g}, {shape}"
+        hysteretic = ", ".join(
+            f"{column.key} {shown(f'second.{column.key}', getattr(p.second, column.key))} {column.shown}".rstrip()
+            for column in HYSTERETIC_PARAMETERS
         )
-    lines += [
-        f"  Maxwell branch: stiffness {branch.stiffness:.6g} N/m, time constant {branch.time_constant:.6g} s"
-        for branch in p.branches
-    ]
+        coefficients = ", ".join(shown(f"second.kA[{k}]", value) for k, value in enumerate(p.second.kA))
+        lines.append(f"  second mechanism: {hysteretic}, FA degree {len(p.second.kA) - 1}, kA: {coefficients}  1/m^i")
+    for j, branch in enumerate(p.branches):
+        stiffness, time = (shown(f"branches[{j}].{name}", getattr(branch, name)) for name in OF_BRANCH)
+        lines.append(f"  Maxwell branch: stiffness {stiffness} N/m, time constant {time} s")
     return lines
 
 
@@ -131,7 +135,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     else:
         lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
-    lines += added_lines(p)
+    lines += _added_lines(p, uncertainty)
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
