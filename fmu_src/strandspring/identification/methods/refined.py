@@ -215,7 +215,9 @@ class RefinedOptions(Method):
             findings.pop(Outcome.RATE_DEPENDENT, None)
         if added is None:
             findings = with_other_effects(findings, sizes, other_effects(found.states))
-        doubted = [kept for kept in found.kept if not (kept.is_negligible or (added and kept.may_be_mount))]
+        # What a wider class explains to the noise is no fault of the rig.
+        in_doubt = [] if wider is not None and added is not None and wider.unexplained is None else found.kept
+        doubted = [kept for kept in in_doubt if not (kept.is_negligible or (added and kept.may_be_mount))]
         rig_or_mount = dict.fromkeys(kept.sentence for kept in doubted)
         if rig_or_mount:
             findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
@@ -228,7 +230,7 @@ class RefinedOptions(Method):
             findings[Outcome.SMALL_LOOPS] = undecided
         if lack.is_reported:
             findings[Outcome.LACK_OF_FIT] = lack.advice
-        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in found.kept]))]
+        other_energies = [loop_energy(other) for other in (*rivals, *springs_of([kept.fit for kept in in_doubt]))]
         unexplained = None if is_explained(best.fit, rms_in(best.loops, noise_rms, rig.loops)) else best
         if wider is not None and added is not None:
             other_energies += [loop_energy(other, period) for other in wider.other_springs()]
