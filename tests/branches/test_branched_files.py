@@ -66,7 +66,6 @@ def test_bad_fields_are_named(place: tuple[str | int, ...], value: object, sente
 
 PATH = 0.01 * np.sin(np.linspace(0.0, 9.0, 200)) + 0.05
 DOORS: dict[str, Callable[[Spring, Path], object]] = {
-    "compare": lambda spring, _: Spring(BASE).compare(spring),
     "responses": lambda spring, _: spring.responses(PATH),
     "build by Python": lambda spring, folder: spring.build_fmu(folder, backend="python"),
     "export to Modelica": lambda spring, folder: spring.export(folder, modelica=True),

@@ -201,6 +201,21 @@ def further_names(spring: SpringParameters) -> list[str]:
     return names
 
 
+def further_columns(spring: SpringParameters) -> tuple[ResultColumn, ...]:
+    """The parameters of a second mechanism and of branches whose logarithms have the covariance, named as there."""
+    columns = [replace(c, key=f"second.{c.key}", short=f"second.{c.key}") for c in HYSTERETIC_PARAMETERS]
+    columns = columns if spring.second is not None else []
+    for j in range(len(spring.branches)):
+        columns += [
+            ResultColumn(name, unit, words, name, unit)
+            for name, unit, words in (
+                (f"branches[{j}].stiffness", "N/m", "stiffness of a branch"),
+                (f"branches[{j}].time_constant", "s", "time constant of a branch"),
+            )
+        ]
+    return tuple(columns)
+
+
 def joint_names(elastic_name: str, elastic: int, amplifier: int, further: Sequence[str] = ()) -> list[str]:
     """Names of the coefficients in their order, for so many of kE or FE_forces and this degree of FA, those of a second
     mechanism and branches (`further_names`) between them.

@@ -8,6 +8,7 @@ identifying the record that it gives itself.
 from __future__ import annotations
 
 from ...core.parameters import SpringParameters
+from ...errors import StrandspringError
 from ...identification.identify_records import identify_records
 from ...identification.methods.refined import RefinedOptions
 from ...model.modelfile import ModelFile
@@ -28,11 +29,30 @@ def form_words(form: tuple[int | None, int]) -> str:
     return f"{'FE as a table' if form[0] is None else f'FE of degree {form[0]}'} and FA of degree {form[1]}"
 
 
+def class_of(p: SpringParameters) -> tuple[int, int]:
+    """How many friction mechanisms and Maxwell branches a spring has."""
+    return len(p.mechanisms), len(p.branches)
+
+
 def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int]:
-    """The form that both can be put into: the lower degree of FE and of FA."""
-    forms = form_of(a), form_of(b)
-    if forms[0] == forms[1]:
+    """The form that both can be put into: the lower degree of FE and of FA.
+
+    Raises
+    ------
+    StrandspringError   If they differ in class, or are of a wider class and differ in form.
+    """
+    forms, classes = (form_of(a), form_of(b)), (class_of(a), class_of(b))
+    if forms[0] == forms[1] and classes[0] == classes[1]:
         return forms[0]
+    if not (a.is_plain and b.is_plain):
+        both = [
+            f"{form_words(form)}, {mechanisms} mechanism{'s' * (mechanisms > 1)} and {branches} Maxwell "
+            f"branch{'es' * (branches != 1)}"
+            for form, (mechanisms, branches) in zip(forms, classes, strict=True)
+        ]
+        raise StrandspringError(
+            f"A has {both[0]}, B {both[1]}; identify both with the same `degrees`, `mechanisms` and `branches`."
+        )
     degrees = [degree for degree, _ in forms if degree is not None]
     # The identification takes no FE of degree 0, which a model file may have.
     return max(min(degrees, default=_OF_TABLES), 1), min(degree for _, degree in forms)

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
 from ...identification.certainty.figures import RecordFit, predict_record
-from ...kernel.branches import require_plain
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
 from ...loops.modelled import steady_loop
@@ -100,7 +99,8 @@ class Comparison(PlottedResult):
     verdict : ComparisonVerdict
     unknown : str                          Why nothing can be judged, in words; else empty.
     draws, seed : int                      Springs drawn of each model, and the seed.
-    parameters : tuple of SpringDifference Of kappa_omega in the middle of the shared range, rho, sigma and n.
+    parameters : tuple of SpringDifference Of kappa_omega in the middle of the shared range, rho, sigma and n, and of
+                                           those of a second mechanism and branches if both springs have as many.
     test : HysteresisTest or None          Of these together.
     figures : tuple of SpringDifference    Of steady loops about the middle of the shared range.
     bands : (ndarray, ndarray) or None     5 % and 95 % of the figures of A and of B, each of shape
@@ -310,8 +310,6 @@ def compare(
     if mass is not None and not 0.0 < mass < math.inf:
         raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
     models = (model_of(a), model_of(b))
-    for model in models:
-        require_plain(model.parameters, "`compare`", "compare their responses (`Spring.response`)")
     springs = aligned(models, align)
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
@@ -354,7 +352,7 @@ def compare(
         figures, test = judged(figures, test)
         beyond = any(difference.differs for difference in figures) or (test is not None and test.differs)
         verdict = ComparisonVerdict.DIFFERENT if beyond else ComparisonVerdict.NOT_FOUND
-    loops = (steady_loop(PathSolver(springs[0]), low, high), steady_loop(PathSolver(springs[1]), low, high))
+    loops = (steady_loop(PathSolver(springs[0]).slow, low, high), steady_loop(PathSolver(springs[1]).slow, low, high))
     solvers = [PathSolver(model.parameters) for model in models]  # each in the coordinates of its own records
     followed = tuple(
         RecordComparison(record, *(predict_record(solver, record) for solver in solvers)) for record in records

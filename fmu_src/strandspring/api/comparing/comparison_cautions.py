@@ -8,7 +8,7 @@ from ...ground.quoting import printable
 from ...identification.certainty.figures import RecordFit, along_smoothed
 from ...kernel.path import PathSolver
 from ...loops.loop import Loop
-from ...loops.modelled import steady_loop
+from ...loops.modelled import relaxed_branches, steady_loop
 from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
@@ -29,7 +29,7 @@ def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: ComparisonVer
     """What is good to know of the result: different forms, and what the uncertainty does not hold."""
     forms = [form_of(model.parameters) for model in models]
     notes = []
-    if forms[0] != forms[1]:
+    if forms[0] != forms[1] and all(model.parameters.is_plain for model in models):
         common = common_form(models[0].parameters, models[1].parameters)
         notes.append(
             f"A has {form_words(forms[0])}, B {form_words(forms[1])}. Their coefficients cannot be compared one by "
@@ -59,6 +59,7 @@ def comparison_cautions(
                     *outside_cautions(record.path, record.displacement, model.parameters),
                 )
             ]
+    cautions += dict.fromkeys(chain.from_iterable(relaxed_branches(model.parameters) for model in models))
     for label, model in zip("AB", models, strict=True):
         cautions += [
             f"Of the identification of {label}: {printable(sentence)}" for sentence in stated_cautions(model).values()
@@ -81,7 +82,7 @@ def comparison_cautions(
     low, high = shared_range(moved, "middle")
     distance = middle_of(models[1].parameters) - middle_of(models[0].parameters)
     if abs(distance) > _SHIFTED * (high - low):
-        share = apart(*(steady_loop(PathSolver(p), low, high) for p in moved))[1]
+        share = apart(*(steady_loop(PathSolver(p).slow, low, high) for p in moved))[1]
         cautions.append(
             f"The middle of B's range lies {1e3 * distance:.4g} mm from that of A's; if the zero of displacement "
             "was moved between the tests, align them by their middles with `align=middle`. (As recorded the loops "

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from enum import Enum
 
+from ...ground.result_columns import ResultColumn
 from ...loops.loop import LOOP_FIGURES
 from ...model.joint import HYSTERETIC_PARAMETERS
 from .differences import FIGURES, HysteresisTest, SpringDifference
@@ -57,7 +58,7 @@ def verdict_sentence(
             key=lambda difference: abs(difference.z),
         )
         changes.append(
-            f"the hysteresis parameters differ together (chi-square {test.chi_square:.3g} at "
+            f"the parameters differ together (chi-square {test.chi_square:.3g} at "
             f"{test.degrees_of_freedom} degrees of freedom), {most.quantity} most clearly (z = {most.z:.1f})"
         )
     return f"{verdict.value}: {'; '.join([*changes, *same])}."
@@ -76,7 +77,7 @@ def difference_table(title: str, differences: Sequence[SpringDifference]) -> tup
     """Headings and rows of parameters, or of figures of loops."""
     rows = []
     for difference in differences:
-        column = _COLUMNS[difference.quantity]
+        column = _COLUMNS.get(difference.quantity) or _column_of(difference)
         at = [] if difference.amplitude is None else [f"{1e3 * difference.amplitude:.4g}"]
         z = "-" if math.isnan(difference.z) else f"{difference.z:.2f}"
         rows.append(
@@ -91,6 +92,12 @@ def difference_table(title: str, differences: Sequence[SpringDifference]) -> tup
         )
     at = ["at mm"] if differences[0].amplitude is not None else []
     return [title, *at, "A", "B", "B - A", "5 to 95 %", "z"], rows
+
+
+def _column_of(difference: SpringDifference) -> ResultColumn:
+    """That of a parameter which only wider classes have."""
+    unit = difference.unit.removesuffix("1") if difference.unit == "1" else difference.unit
+    return ResultColumn(difference.quantity, difference.unit, difference.words, difference.quantity, unit)
 
 
 def percent(share: float) -> str:

@@ -1,12 +1,14 @@
 """Differences between two springs against the uncertainty of both.
 
 Differences of figures (secant stiffness, energy per cycle, mean force of steady loops) are judged by draws from the
-joint covariance of each model: z is the difference over its standard deviation. The four hysteresis parameters are
+joint covariance of each model: z is the difference over its standard deviation. Loops are slow, their Maxwell branches
+relaxed. The hysteresis parameters, and those of a second mechanism and of branches where both springs have as many, are
 judged together, d'*C^-1*d with the differences d of their logarithms and the sum C of their covariances, which is
 chi-square distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset,
 which two models place differently: it is compared as kappa_omega*FA at one displacement.
 
-Where the forms of the models differ, only what remains in a common form counts, see `common_form`.
+Where the forms of the models differ, only what remains in a common form counts, see `common_form`. Of wider classes
+nothing is judged then.
 
 All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them). Of 150
 pairs of records of one spring (2 % noise, 1500 samples in 3 cycles of one amplitude, degrees chosen from each record),
@@ -25,13 +27,15 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
+from ...ground.result_columns import ResultColumn
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import LOOP_FIGURE
 from ...loops.modelled import steady_loop_figures
-from ...model.joint import HYSTERETIC_UNITS, JointCovariance
+from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, further_names, joint_names
 from ...model.modelfile import ModelFile
 from ..common.text import bounds_95
+from .common_form import class_of
 
 LEVEL = 0.05  # error of all judgements together
 # Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
@@ -90,7 +94,7 @@ class SpringDifference:
 
 @dataclass(frozen=True)
 class HysteresisTest:
-    """Joint test of kappa_omega, rho, sigma and n.
+    """Joint test of kappa_omega, rho, sigma and n, and of those that wider classes have.
 
     Attributes
     ----------
@@ -124,7 +128,7 @@ def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[JointCovarian
 
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:
     """`FIGURES` of steady loops about one place, shape (amplitudes, FIGURES)."""
-    solver = PathSolver(p)
+    solver = PathSolver(p).slow
     loops = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in amplitudes]
     return np.array([[getattr(loop, name) for name in FIGURES] for loop in loops])
 
@@ -215,23 +219,27 @@ def parameter_differences(
     labels: tuple[str, str],
     place: float,
 ) -> tuple[list[SpringDifference], HysteresisTest | None]:
-    """Differences of the four hysteresis parameters, kappa_omega at a displacement [m], and their joint test.
+    """Differences of the hysteresis parameters, kappa_omega at a displacement [m], and their joint test.
 
-    As in `figure_differences`, z and the test are those of what remains in one form. The test is None where a model has
-    no joint covariance, or no parameter can be tested.
+    Those of a second mechanism and of branches are compared where both springs are of one class. As in
+    `figure_differences`, z and the test are those of what remains in one form. The test is None where a model has no
+    joint covariance, or no parameter can be tested.
     """
-    values = np.array([_values(p, place) for p in springs])
+    is_one_class = class_of(springs[0]) == class_of(springs[1])
+    columns = (*HYSTERETIC_PARAMETERS, *(further_columns(springs[0]) if is_one_class else ()))
+    values = np.array([_values(p, columns, place) for p in springs])
     change = np.log(values[1] / values[0])
-    remaining = np.log(np.divide(*(_values(p, place) for p in reversed(in_common_form))))
+    remaining = np.log(np.divide(*(_values(p, columns, place) for p in reversed(in_common_form))))
     held = _held(change, remaining)
     known = None
     if joints[0] is not None and joints[1] is not None:
-        rows = [_rows(p, joint, place) for p, joint in zip(springs, joints, strict=True) if joint is not None]
+        rows = [_rows(p, columns, joint, place) for p, joint in zip(springs, joints, strict=True) if joint is not None]
         known = rows[0] @ rows[0].T + rows[1] @ rows[1].T
     differences = []
-    for k, (name, unit) in enumerate(HYSTERETIC_UNITS.items()):
+    for k, column in enumerate(columns):
+        name = column.key
         difference = SpringDifference(
-            name, unit, name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k])
+            name, column.unit, name, None, float(values[0, k]), float(values[1, k]), True, math.expm1(change[k])
         )
         reasons = [
             _unbounded(name, label, p, uncertainty)
@@ -250,34 +258,54 @@ def parameter_differences(
     return differences, min(filter(None, tests), key=lambda test: test.chi_square, default=None)
 
 
-def _values(p: SpringParameters, place: float) -> FloatArray:
-    """kappa_omega*FA at a place, rho, sigma and n."""
-    amplifier = float(np.polynomial.polynomial.polyval(place - p.displacement_offset, p.kA))
-    return np.array([p.kappa_omega * amplifier, p.rho, p.sigma, p.n])
+def _values(p: SpringParameters, columns: Sequence[ResultColumn], place: float) -> FloatArray:
+    """The parameters, where kappa_omega of a mechanism is kappa_omega*FA at a place."""
+    values = []
+    for column in columns:
+        owner, _, name = column.key.rpartition(".")
+        part: Any = p
+        if owner:
+            part = p.second if owner == "second" else p.branches[int(owner[len("branches[") : -1])]
+        values.append(float(getattr(part, name)))
+        if name == "kappa_omega":
+            values[-1] *= float(np.polynomial.polynomial.polyval(place - p.displacement_offset, part.kA))
+    return np.array(values)
 
 
-def _rows(p: SpringParameters, joint: JointCovariance, place: float) -> FloatArray:
-    """Root of the covariance of the logarithms of `_values`, shape (4, m)."""
-    size = len(joint.root)
-    root = np.zeros((size, size))
-    for k, row in enumerate(joint.root):
-        root[k, : k + 1] = row
-    rows = root[-4:].copy()
-    powers = (place - p.displacement_offset) ** np.arange(1, len(p.kA))
-    amplifier = 1.0 + float(powers @ np.array(p.kA[1:]))
-    rows[0] += (powers / amplifier) @ root[size - 4 - powers.size : size - 4]
-    return rows
+def _rows(p: SpringParameters, columns: Sequence[ResultColumn], joint: JointCovariance, place: float) -> FloatArray:
+    """Root of the covariance of the logarithms of `_values`, shape (columns, m)."""
+    root = np.zeros((len(joint.root), len(joint.root)))
+    for k, numbers in enumerate(joint.root):
+        root[k, : k + 1] = numbers
+    names = joint_names(p.elastic_name, len(getattr(p, p.elastic_name)), len(p.kA) - 1, further_names(p))
+    row_of = dict(zip(names, root, strict=True))
+    rows = []
+    for column in columns:
+        row: FloatArray = row_of[f"ln {column.key}"].copy()
+        prefix, is_force, _ = column.key.partition("kappa_omega")
+        if is_force:
+            kA = p.second.kA if prefix and p.second is not None else p.kA
+            powers = (place - p.displacement_offset) ** np.arange(1, len(kA))
+            amplifier = 1.0 + float(powers @ np.array(kA[1:]))
+            for k, power in enumerate(powers.tolist(), start=1):
+                row += power / amplifier * row_of[f"{prefix}kA[{k}]"]
+        rows.append(row)
+    return np.array(rows)
 
 
 def _unbounded(name: str, label: str, p: SpringParameters, uncertainty: Mapping[str, Any]) -> str:
     """Why a parameter of a model has no two-sided uncertainty, in words; empty if it has."""
+    if "." in name:
+        of_further = (uncertainty.get("further") or {}).get(name) or {}
+        uncertainty = {name: of_further.get("standard_error"), "interval_95": {name: of_further.get("interval_95")}}
     ends = bounds_95(name, uncertainty)
     if ends is None:
         return f"{label} has no 95 % interval of it"
     low, high = ends
     if uncertainty.get(name) is None:
         side = "" if high is None else f", < {high:.3g} (95 %)"
-        return f"at its bound {getattr(p, name):.3g} in {label}{side}"
+        bound = "" if "." in name else f" {getattr(p, name):.3g}"
+        return f"at its bound{bound} in {label}{side}"
     if low is None and high is None:
         return f"not bounded by the records of {label}"
     if high is None:
@@ -300,7 +328,7 @@ def _joint_test(
     along = vectors[:, kept].T @ (change[tested] / scale)
     chi_square, degrees = float(np.sum(along**2 / values[kept])), int(kept.sum())
     p = float(gammaincc(0.5 * degrees, 0.5 * chi_square))
-    return HysteresisTest(tuple(tuple(HYSTERETIC_UNITS)[k] for k in tested), chi_square, degrees, p)
+    return HysteresisTest(tuple(differences[k].quantity for k in tested), chi_square, degrees, p)
 
 
 def judged(
