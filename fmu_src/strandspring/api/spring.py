@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -117,7 +118,11 @@ class Spring:
         save_model(path, self.model)
 
     def response(
-        self, displacement: ArrayLike, omega_start: OmegaStart = 0.0, time: ArrayLike | None = None
+        self,
+        displacement: ArrayLike,
+        omega_start: OmegaStart = 0.0,
+        time: ArrayLike | None = None,
+        input_resolution: float = 0.0,
     ) -> FloatArray:
         """Restoring force along a displacement path, paper eqs. (10)-(11), exact for any sampling.
 
@@ -131,6 +136,10 @@ class Spring:
                                                 mechanisms, or of the first and the second.
         time : array_like or None, shape (K,)   Of the samples [s], none before the one that it follows; a spring with
                                                 branches needs it, and others do not depend on it.
+        input_resolution : float                Of a sensor that measured the displacement [m], such as its last digit
+                                                or the height of its noise: friction does not follow smaller reversals.
+                                                It is the friction of a displacement that is at most this far from the
+                                                given one, and is that itself from twice this behind a turning point.
 
         Returns
         -------
@@ -138,10 +147,13 @@ class Spring:
 
         Raises
         ------
-        ValueError                              If a displacement or time is not finite, omega_start out of bounds, or
-                                                the times are missing.
+        ValueError                              If a displacement or time is not finite, omega_start out of bounds, the
+                                                times are missing, or the resolution is not finite and >= 0.
         """
-        return self._solver.force(*_checked(displacement, omega_start, time))
+        resolution = number("input_resolution", input_resolution, "m")
+        if not 0.0 <= resolution < math.inf:
+            raise ValueError(f"`input_resolution` must be finite and >= 0 [m], got {resolution!r}.")
+        return self._solver.force(*_checked(displacement, omega_start, time), resolution)
 
     def omega(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
         """Normalized hysteretic variable of the first mechanism, shape (K,) [-]; arguments as for `response`."""

@@ -100,8 +100,20 @@ class PathSolver:
         starts = _of_each(omega_start, len(self._laws))
         return np.stack([self._along((law,), path, start, 0) for law, start in zip(self._laws, starts, strict=True)])
 
-    def force(self, path: FloatArray, omega_start: OmegaStart = 0.0, time: FloatArray | None = None) -> FloatArray:
-        """Restoring force at each sample [N], paper eq. (10)."""
+    def force(
+        self,
+        path: FloatArray,
+        omega_start: OmegaStart = 0.0,
+        time: FloatArray | None = None,
+        input_resolution: float = 0.0,
+    ) -> FloatArray:
+        """Restoring force at each sample [N], paper eq. (10); friction follows no reversals below a resolution [m]."""
+        if input_resolution > 0.0:
+            resolved = np.empty_like(path)
+            library().spring_resolved_path(path.size, address(path), input_resolution, address(resolved))
+            omegas = self.omegas(resolved, omega_start)
+            forces = [self._partials(law, path, omega)[0] for law, omega in zip(self._laws, omegas, strict=True)]
+            return self._with_branches(np.sum(forces, axis=0), path, time, 0)
         return self._with_branches(self._along(self._laws, path, omega_start, 1), path, time, 0)
 
     def stiffness(self, path: FloatArray, omega_start: OmegaStart = 0.0) -> FloatArray:

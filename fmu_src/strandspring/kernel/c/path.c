@@ -125,3 +125,18 @@ void spring_on_records(const SpringTable *table, size_t rates, const double *rho
         for (size_t i = 0; i < points; i++)
             derivatives[k * points + i] *= natural[k];
 }
+
+void spring_resolved_path(size_t count, const double *displacement, double resolution, double *resolved)
+{
+    double turn = count > 0 ? displacement[0] : 0.0, direction = 0.0;
+    for (size_t i = 0; i < count; i++) {
+        double way = displacement[i] - turn, back = fabs(way);
+        resolved[i] = displacement[i];
+        if (way * direction >= 0.0 || back >= 2.0 * resolution) {
+            direction = way != 0.0 ? copysign(1.0, way) : direction;
+            turn = displacement[i];
+        } else {
+            resolved[i] = turn + copysign(fmax(2.0 * (back - resolution), 0.0), way);
+        }
+    }
+}
