@@ -19,6 +19,8 @@ HERE = Path(__file__).resolve().parent
 # What is run for each name; the page cites the scripts with these arguments.
 COMMANDS = {
     "honesty-clean": "honesty.py clean",
+    "honesty-clean-1": "honesty.py clean --seed 1",
+    "honesty-clean-2": "honesty.py clean --seed 2",
     "honesty-clean-single": "honesty.py clean --single",
     "honesty-clean-exact": "honesty.py clean --noise 0",
     "honesty-clean-coarse": "honesty.py clean --coarse",
@@ -37,6 +39,8 @@ COMMANDS = {
     "zoo-measured": "zoo.py measured",
     "zoo-own": "zoo.py own --seed 7",
     "zoo-lab": "zoo.py lab --seed 7",
+    "added": "added.py",
+    "added-2": "added.py --seed 2",
     "planning": "planning.py",
     "methods": "methods.py",
     "limits": "limits.py",
