@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _WORDS = 25  # of a caution
 _DIGITS = 6  # of a value at most
+_ROUNDING = 1e-9  # of the range
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
 
 
@@ -137,6 +138,7 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
     lines += _added_lines(p, uncertainty)
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
+    middle = 0.0 if abs(middle) < _ROUNDING * (high - low) else middle
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
