@@ -3,7 +3,7 @@
 #ifndef FMU_BRANCHES_H
 #define FMU_BRANCHES_H
 
-#include "fmu_variables.h"
+#include "fmu_settings.h"
 
 /* What a variable is; `index` is that of the coefficient or of the branch. */
 typedef enum {

@@ -1,7 +1,5 @@
 #include "fmu_variables.h"
 
-#include "fmu_branches.h"
-
 #include <stdio.h>
 
 static const char *const NAMES[SPRING_FIRST_PARAMETER] = {
@@ -53,11 +51,6 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
     const Parameter *parameter = list == SCALAR ? &SCALARS[index] : &LISTS[list - ELASTIC];
     size_t before = list == SCALAR ? 0 : (size_t)index * sizeof(double);
     return (ParameterPlace){list, index, parameter->value + before, parameter->derivative + before};
-}
-
-VariableCausality fmu_causality_of_added(const Settings *settings, unsigned reference)
-{
-    return fmu_added_is_parameter(fmu_added(settings, reference)) ? VARIABLE_PARAMETER : VARIABLE_LOCAL;
 }
 
 int fmu_is_state(const Settings *settings, unsigned reference)
