@@ -106,7 +106,7 @@ def require_plain(parameters: SpringParameters, where: str, instead: str = "") -
         return
     has = ["`second`, a second mechanism"] if parameters.second else []
     has += ["`branches`, Maxwell branches"] if parameters.branches else []
-    without = "or identify a spring without them (`--mechanisms 1 --branches 0`)"
+    without = "or identify a spring without them (`mechanisms=1` and `branches=0`)"
     raise StrandspringError(
         f"{where} cannot take a spring with {' and '.join(has)}; "
         f"{instead or f'compute its force by `Spring.response`, {without}'}."

@@ -70,7 +70,7 @@ def prior_of_model(model: ModelFile, rates: bool = False, velocity: float | None
     StrandspringError   If the spring has a second mechanism or branches.
     """
     spring = model.parameters
-    require_plain(spring, "`plan`", "identify with `--mechanisms 1 --branches 0`, and plan for that")
+    require_plain(spring, "`plan`", "identify with `mechanisms=1` and `branches=0`, and plan for that")
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     amplitudes = tuple(value for value in stated_amplitudes(model) if value <= 1.5 * half)
     noise = _noise(model)
