@@ -150,7 +150,7 @@ def record_of_tables(
             raise
         own_units[quantity] = unit
         notes_of_record.append(note)
-        series = arrays[column.number]
+        series = arrays.pop(column.number)  # of a long record each array counts
         offset, scale = adjustments.get(quantity, (0.0, 1.0))
         if offset != 0.0:
             notes_of_record.append(f"{offset:.6g} subtracted from the {quantity}, as given")
@@ -158,6 +158,7 @@ def record_of_tables(
             notes_of_record.append(f"the {quantity} multiplied by {scale:.6g}, as given")
         with np.errstate(over="ignore"):  # what overflows is refused below
             values[quantity] = (series - offset) * scale * factor if (offset, scale) != (0.0, 1.0) else series * factor
+        del series
     if seeks_time and "time" in values and not _is_a_clock(values["time"]):
         notes_of_record.append(f"time is left out: {columns['time']} does not increase")
         del values["time"]
