@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -92,6 +93,13 @@ def test_an_fmu_starts_at_the_zero_that_its_page_names(backend: str, terminal: T
         assert one.step(0.005, "force") == pytest.approx(
             PathSolver(SPRING).force(np.array([MIDDLE, MIDDLE + 0.005]))[-1:], rel=1e-12
         )
+
+
+def test_the_page_adds_a_zero_below_that_of_the_record(terminal: Terminal) -> None:
+    terminal("build", "mount.json", "--zero", "-20")
+    with zipfile.ZipFile("dist/mount.fmu") as fmu:
+        page = " ".join(fmu.read("documentation/index.html").decode().split())
+    assert "is -20 mm of the record from which the spring was identified: FMU = record + 0.02" in page
 
 
 def test_an_fmu_s_own_zero_is_kept(terminal: Terminal) -> None:

@@ -21,6 +21,8 @@ from strandspring.model.modelfile import ModelFile
 
 # The same closed form in C and in Python, stroke by stroke: rounding of the mathematics libraries.
 RTOL = 1e-12
+# Wandering paths leave the identified range on purpose.
+leaves_the_range = pytest.mark.filterwarnings("ignore:`displacement` must be within the identified range")
 
 
 def native(folder: Path, spring: SpringParameters = SPRING, **form: Any) -> Path:
@@ -37,6 +39,7 @@ def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
     return built(tmp_path_factory.mktemp("python"))
 
 
+@leaves_the_range
 def test_every_row_is_the_model_at_that_displacement(fmu: Path) -> None:
     path = wandering_path(SPRING, 400, seed=8)
     time = 3.0 + np.cumsum(np.random.default_rng(8).uniform(1e-4, 1e-2, path.size))
@@ -51,6 +54,15 @@ def test_every_row_is_the_model_at_that_displacement(fmu: Path) -> None:
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=RTOL * np.abs(expected).max())
 
 
+def test_rows_outside_the_identified_range_are_counted_in_a_warning(fmu: Path) -> None:
+    low, high = SPRING.displacement_min, SPRING.displacement_max
+    simulate_fmu(fmu, [low, 1.001 * high, low])  # warnings are errors here
+    with pytest.warns(UserWarning, match=r"identified range.* at index 1: in 2 of 4 rows the force is extrapolated"):
+        motion = simulate_fmu(fmu, [low, 2.0 * high - low, high, 2.0 * low - high])
+    np.testing.assert_allclose(motion.force, Spring(SPRING).response(motion.displacement), rtol=1e-9)
+
+
+@leaves_the_range
 def test_time_does_not_matter_and_may_be_left_out(fmu: Path) -> None:
     path = wandering_path(SPRING, 60, seed=2).tolist()
     slow, default = simulate_fmu(fmu, path, 10.0 * np.arange(len(path))), simulate_fmu(fmu, path)
@@ -58,6 +70,7 @@ def test_time_does_not_matter_and_may_be_left_out(fmu: Path) -> None:
     np.testing.assert_allclose(default.time, 1e-3 * np.arange(len(path)), rtol=1e-15)
 
 
+@leaves_the_range
 def test_fmpys_rows_are_one_step_late(fmu: Path) -> None:
     # The trap that simulate_fmu is there for, with FMPy's function of the same name.
     path = wandering_path(SPRING, 60, seed=3)
@@ -77,6 +90,7 @@ def test_parameters_replace_those_of_the_model(fmu: Path) -> None:
 
 
 @pytest.mark.parametrize("spring", [SPRING, TABLE], ids=["polynomial", "table"])
+@leaves_the_range
 def test_fmi_3_gives_the_bits_of_fmi_2(spring: SpringParameters, tmp_path: Path) -> None:
     path, changes = wandering_path(spring, 300, seed=11), {"rho": 1.2 * spring.rho, "omega_start": -0.4}
     arrays = {"kA": (1.0, *(0.9 * value for value in spring.kA[1:]))}

@@ -7,6 +7,7 @@ the displacement at the end of a step is set before the step.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from .fmu_spring import FmuSpring
 
 _MODEL_VALUES: Mapping[str, ArrayLike] = {}
 _STEP = 1e-3  # s
+_NOISE = 0.01  # of the identified range, by which the samples of a record may leave it
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,11 @@ def simulate_fmu(
     CosimulationError   If the file is not a spring FMU, was built with `states` or `no_energy`, cannot be run on this
                         computer, or refuses a parameter.
 
+    Warns
+    -----
+    UserWarning         If the displacement leaves the identified range, where the force is extrapolated, by more than
+                        1 % of it.
+
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
@@ -86,6 +93,16 @@ def simulate_fmu(
         responses = [spring.start(float(path[0]), float(times[0]))]
         steps = zip(times[:-1].tolist(), np.diff(times).tolist(), path[1:].tolist(), strict=True)
         responses += [spring.commit(*step) for step in steps]
+        low, high = spring.displacement_min, spring.displacement_max
+    noise = _NOISE * (high - low)
+    outside = np.flatnonzero((path < low - noise) | (path > high + noise))
+    if outside.size:
+        warnings.warn(
+            f"`displacement` must be within the identified range, {low:.6g} to {high:.6g} m, got "
+            f"{path[outside[0]]:.6g} m at index {outside[0]}: in {outside.size} of {path.size} rows the force is "
+            "extrapolated. Check the unit of the displacement and its zero.",
+            stacklevel=2,
+        )
     force, energy, stiffness = np.array(responses).T
     return PrescribedMotion(times, path, force, stiffness, energy)
 
