@@ -63,6 +63,14 @@ def test_small_reversals_change_nothing_at_all(strokes: list[tuple[float, float]
     np.testing.assert_array_equal(found[::3], SPRING.response(turns, input_resolution=RESOLUTION))
 
 
+@given(PATHS, arrays.arrays(np.float64, 30, elements=st.floats(-0.499, 0.499)))
+def test_friction_never_turns_within_the_resolution(path: FloatArray, shares: FloatArray) -> None:
+    """Wherever the path has come to: on a stroke, behind a turning point, or catching up."""
+    found = resolved(np.append(path, path[-1] + shares * RESOLUTION))
+    steps = np.diff(found[path.size - 1 :])
+    assert (steps >= 0.0).all() or (steps <= 0.0).all()
+
+
 @given(PATHS, st.integers(2, 7))
 def test_it_does_not_matter_how_a_straight_motion_is_divided(path: FloatArray, parts: int) -> None:
     shares = np.linspace(0.0, 1.0, parts + 1)[1:]

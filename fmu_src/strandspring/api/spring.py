@@ -139,7 +139,8 @@ class Spring:
         input_resolution : float                Of a sensor that measured the displacement [m], such as its last digit
                                                 or the height of its noise: friction does not follow smaller reversals.
                                                 It is the friction of a displacement that is at most this far from the
-                                                given one, and is that itself from twice this behind a turning point.
+                                                given one, and is that itself while the motion goes on from twice this
+                                                behind a turning point.
 
         Returns
         -------
