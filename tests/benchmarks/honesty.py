@@ -44,12 +44,15 @@ from strandspring import (
     identify,
     read_record,
 )
+from strandspring.core.parameters import FORCE_RANGE
 from strandspring.errors import StrandspringError
 from strandspring.identification.certainty.intervals import NORMAL_95
 from strandspring.identification.points.polynomials import Basis
 from strandspring.identification.points.table import TableBasis
 
 ROOT = Path(__file__).resolve().parents[2]
+# Of the paper's spring alone, whose force needs no times.
+PLAIN = {"mechanisms": 1, "branches": 0}
 ALARMS = ("delay", "lag", "drift", "viscous", "viscosity", "wear")
 NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Faults whose size the program finds: by what name, and its true size in the unit of the model file.
@@ -306,10 +309,10 @@ def ends(arguments: argparse.Namespace) -> None:
         for index in range(arguments.count):
             generator = np.random.default_rng([arguments.seed, zlib.crc32(name.encode()), index])
             case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[name], "drawn")
-            result = run(case)
+            result = run(replace(case, options={**case.options, **PLAIN}))
             if result.identification is not None:
                 identified.setdefault(name, []).append(result.identification)
-    identified |= {name: [identify(record)] for name, record in measured().items()}
+    identified |= {name: [identify(record, RefinedOptions(**PLAIN))] for name, record in measured().items()}
     for name, found in identified.items():
         *errors, falls = np.array([errors_at_ends(each, arguments.share) for each in found]).T
         kinds = Counter("table" if each.parameters.FE_knots else "polynomial" for each in found)
@@ -326,7 +329,7 @@ def errors_at_ends(found: Identification, share: float) -> tuple[float, float, b
     places, forces = [], []
     for part, fit in zip(found.steady_parts, found.fits, strict=True):
         path = part.strokes.displacement
-        elastic = Spring(replace(p, kappa_omega=1e-300)).response(path)
+        elastic = Spring(replace(p, kappa_omega=FORCE_RANGE[0])).response(path)
         hysteresis = found.spring().response(path, fit.omega_start) - elastic
         used = part.used & (np.arange(path.size) >= part.first_sample)
         places.append(path[used])
