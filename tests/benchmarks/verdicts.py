@@ -195,11 +195,11 @@ CHECKS = {"ranges": ranges, "verdicts": verdicts, "random": random_vibration, "e
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("checks", nargs="*", choices=[*CHECKS, []], default=list(CHECKS))
+    parser.add_argument("checks", nargs="*", choices=[*CHECKS, []])
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--share", type=float, default=1.0, help="of the systems, limits and seeds, 0 to 1")
     given = parser.parse_args()
-    for name in given.checks:
+    for name in given.checks or CHECKS:
         CHECKS[name](given.seed, given.share)
 
 
