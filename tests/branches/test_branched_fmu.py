@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
@@ -84,6 +85,26 @@ def test_every_form_is_valid_and_answers_as_the_model(name: str, fmi: int, tmp_p
     if fmi == 3:
         report = examine_fmu(build_native_fmu(model, tmp_path, fmi=3, arrays=True))
         assert report.problems == ()
+
+
+@pytest.mark.parametrize(
+    "form", [{}, {"with_states": True}, {"real_time": True}, {"real_time": True, "no_energy": True}]
+)
+@pytest.mark.parametrize("name", BRANCHED)
+def test_its_page_states_the_equation_and_what_the_form_can_do(
+    name: str, form: dict[str, bool], tmp_path: Path
+) -> None:
+    parameters = BRANCHED[name]
+    with ZipFile(build_native_fmu(ModelFile(name, parameters), tmp_path, **form)) as fmu:
+        page = " ".join(fmu.read("documentation/index.html").decode().split())
+        described = fmu.read("modelDescription.xml").decode()
+    assert ("second_kappa_omega · second_omega · FA₂(x)" in page) == bool(parameters.second)
+    assert ("Σ r_j" in page) == ("Maxwell branches, a spring and a dashpot" in page) == bool(parameters.branches)
+    assert ("for co-simulation and model exchange:" in page) == (
+        "<CoSimulation" in described and "<ModelExchange" in described
+    )
+    assert ("orders 1 and 2" in page) == ('canInterpolateInputs="true"' in described)
+    assert ("There is no output <code>absorbed_energy" in page) == ("no_energy" in form)
 
 
 @pytest.mark.parametrize("name", ["second", "branches", "both"])

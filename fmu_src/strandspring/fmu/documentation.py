@@ -40,7 +40,7 @@ def documentation_page(
         platforms=platforms,
         fmi=backend.fmi,
         arrays=backend.arrays,
-        left_out=backend.left_out,
+        no_energy="absorbed_energy" in backend.left_out,
         real_time=backend.real_time,
         variables=[(v, _start(start.get(v.name))) for v in table if v.name not in backend.left_out],
         # The SVG is made by ElementTree from numbers and fixed text.
