@@ -381,7 +381,8 @@ def main(runs: int) -> None:
     hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
     measured("Rubber hinge", hinge, 1, seeds)
     actuator = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement="5", force="7", time="1")
-    measured("Actuator", actuator, 8, seeds)
+    # Of every eighth sample the reversals are lost.
+    measured("Actuator", actuator, 2, seeds)
 
 
 if __name__ == "__main__":
