@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from branched_springs import BRANCHED
 from fmu_tools import OTHER, SPRING
 from pages import blocks
 from springs import TABLE, force_by_definition, force_scale, spring
@@ -145,14 +147,14 @@ def driven(
     return float(force_error / force_scale(parameters, path)), float(omega_error)
 
 
+def swing_rate(t: Any) -> Any:
+    return 6.0 * np.cos(6.0 * t) * (1.0 + 0.3 * np.cos(17.0 * t)) - 5.1 * np.sin(6.0 * t) * np.sin(17.0 * t)
+
+
 def turning_points(times: np.ndarray) -> list[float]:
     """When `swing` turns back."""
-
-    def rate(t: Any) -> Any:
-        return 6.0 * np.cos(6.0 * t) * (1.0 + 0.3 * np.cos(17.0 * t)) - 5.1 * np.sin(6.0 * t) * np.sin(17.0 * t)
-
-    crossings = np.flatnonzero(rate(times[:-1]) * rate(times[1:]) < 0.0)
-    return [float(brentq(rate, times[k], times[k + 1], xtol=1e-15)) for k in crossings]
+    crossings = np.flatnonzero(swing_rate(times[:-1]) * swing_rate(times[1:]) < 0.0)
+    return [float(brentq(swing_rate, times[k], times[k + 1], xtol=1e-15)) for k in crossings]
 
 
 @pytest.mark.parametrize(
@@ -176,6 +178,47 @@ def test_the_modelica_spring_has_the_force_of_the_model(
     # The simulator's error adds up over its steps. Measured: 2e-10 to 3e-9 and 2e-9 to 4e-9.
     assert force_error < 1e-8
     assert omega_error < 2e-8
+
+
+@pytest.mark.parametrize("name", BRANCHED)
+def test_second_mechanisms_and_branches_follow_their_equations(name: str, tmp_path: Path) -> None:
+    """Against their differential equations as they stand, solved by LSODA between the turning points."""
+    p = BRANCHED[name]
+    middle = 0.5 * (p.displacement_min + p.displacement_max)
+    reach = 0.4 * (p.displacement_max - p.displacement_min)
+    system = f"""
+    StrandSpring.Components.Spring spring(data=StrandSpring.Records.mount(omega_start=0.2, second_omega_start=-0.4));
+    Mover mover(middle={middle!r}, reach={reach!r});
+  equation
+    connect(ground.flange, spring.flange_a);
+    connect(mover.flange, spring.flange_b);"""
+    found = simulated(tmp_path, ModelFile("mount", p), system, 1.5)
+    times = np.asarray(found.time)
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        v = reach * float(swing_rate(t))
+        slips = [
+            m.rho * v * (1.0 - (m.sigma * np.sign(v) * np.sign(omega) - m.sigma + 1.0) * abs(omega) ** m.n)
+            for m, omega in zip(p.mechanisms, state, strict=False)
+        ]
+        elongations = state[len(slips) :]
+        return [*slips, *(v - e / b.time_constant for e, b in zip(elongations, p.branches, strict=True))]
+
+    state = np.array([0.2, -0.4][: len(p.mechanisms)] + [0.0] * len(p.branches))
+    states = np.empty((state.size, times.size))
+    ends = [0.0, *turning_points(times), 1.5]
+    for begin, end in pairwise(ends):
+        inside = (times >= begin) & (times <= end)
+        every = np.union1d(times[inside], [begin, end])
+        solved = solve_ivp(rates, (begin, end), state, "LSODA", every, rtol=1e-11, atol=1e-13).y
+        states[:, inside], state = solved[:, np.isin(every, times)], solved[:, -1]
+    path = middle + reach * swing(times)
+    force = np.zeros(times.size)
+    for mechanism, omega in zip(p.mechanisms, states, strict=False):
+        force += [force_by_definition(mechanism, np.array([x]), w)[0] for x, w in zip(path, omega, strict=True)]
+    force += sum(b.stiffness * e for b, e in zip(p.branches, states[len(p.mechanisms) :], strict=True))
+    # Both solvers at a relative tolerance of 1e-10 or less.
+    assert found["spring.f"] == pytest.approx(force, abs=1e-8 * float(np.abs(force).max()))
 
 
 def test_the_difference_from_the_model_is_the_tolerance_of_the_simulator(tmp_path: Path) -> None:

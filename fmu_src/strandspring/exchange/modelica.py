@@ -15,11 +15,10 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from .._version import __version__
-from ..core.parameters import SCALARS, SpringParameters
+from ..core.parameters import OF_MECHANISM, SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
 from ..ground.files import read_text, reason_of, write_text
-from ..kernel.branches import require_plain
 from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
 
@@ -85,7 +84,6 @@ def write_library(folder: Path, model: ModelFile, zero: float) -> Path:
     StrandspringError  If the folder holds something else by that name, or another record whose name differs in upper
                        and lower case only, or cannot be written.
     """
-    require_plain(model.parameters, "The Modelica library")
     library, record = folder / LIBRARY, record_path(folder, model.name)
     _check_library(library)
     for other in _records(library):
@@ -115,9 +113,14 @@ def record_text(model: ModelFile, name: str, counted: str) -> str:
         "FE_forces": spring.FE_forces,
         "FE_slopes": [elastic.slope(knot - spring.displacement_offset) for knot in spring.FE_knots],
         "kA": spring.kA,
+        "second_kA": spring.second.kA if spring.second else (0.0,),
+        "branch_stiffness": [branch.stiffness for branch in spring.branches],
+        "branch_time_constant": [branch.time_constant for branch in spring.branches],
     }
     values = [_array(array, numbers) for array, numbers in arrays.items()]
     values += [f"    {scalar}={getattr(spring, scalar)!r}" for scalar in SCALARS]
+    if spring.second:
+        values += [f"    second_{name}={getattr(spring.second, name)!r}" for name in OF_MECHANISM if name != "kA"]
     title = model.description or "Hysteretic spring identified from measurement"
     paragraphs = [f"<p>\n{_string(escape(text))}\n</p>\n" for text in (model.description, counted) if text]
     return (

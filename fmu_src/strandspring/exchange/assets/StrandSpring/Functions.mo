@@ -1,5 +1,5 @@
 within StrandSpring;
-package Functions "Polynomial and cubic spline"
+package Functions "Slip of a friction mechanism, polynomial and cubic spline"
   extends Modelica.Icons.FunctionsPackage;
 
   function polynomial "Polynomial with coefficients of ascending powers"
@@ -58,9 +58,38 @@ package Functions "Polynomial and cubic spline"
       + (if x < inside then slopes[1] else slopes[last])*(x - inside);
     annotation (smoothOrder=1);
   end spline;
+
+  function branches "Force of the springs of Maxwell branches"
+    extends Modelica.Icons.Function;
+    input Real stiffness[:];
+    input Real elongation[size(stiffness, 1)];
+    output Real force;
+  algorithm
+    force := 0;
+    for i in 1:size(stiffness, 1) loop
+      force := force + stiffness[i]*elongation[i];
+    end for;
+    annotation (smoothOrder=2);
+  end branches;
+
+  function slip "Rate of omega over rho"
+    extends Modelica.Icons.Function;
+    input Real omega;
+    input Real v "Rate of the displacement";
+    input Real sigma;
+    input Real n;
+    output Real rate;
+  protected
+    constant Real least=1e-10 "|omega| below which the derivative of |omega|^n is kept finite";
+    Real w "|omega|^n";
+  algorithm
+    w := abs(omega)*(abs(omega) + least)^(n - 1);
+    rate := if v*omega >= 0 then v*(1 - w) else v*(1 + (2*sigma - 1)*w);
+    annotation (smoothOrder=0);
+  end slip;
   annotation (Documentation(info="<html>
 <p>
-What the elastic force and the amplifier of a spring are made of. They are called by
+What the elastic force, the amplifiers and the hysteresis of a spring are made of. They are called by
 <a href=\"modelica://StrandSpring.Components.Spring\">Components.Spring</a> and can be used on their own.
 </p>
 </html>"));

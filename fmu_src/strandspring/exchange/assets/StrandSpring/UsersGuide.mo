@@ -23,8 +23,9 @@ FE_knots</td></tr>
 <tr><td>n</td><td>smoothness of the transition to saturation</td></tr>
 </table>
 <p>
-The model is rate independent: force depends on the path of the displacement, not on how fast it is followed. Outside
-the identified range, from displacement_min to displacement_max, FE continues along its tangent and FA is constant;
+This is rate independent: force depends on the path of the displacement, not on how fast it is followed. A record may
+add a second mechanism, second_kappa_omega*second_omega*FA2(x), with its own omega by the same equation, and Maxwell
+branches, branch_stiffness*elongation each, with der(elongation) = der(x) - elongation/branch_time_constant. Outside the identified range, from displacement_min to displacement_max, FE continues along its tangent and FA is constant;
 extrapolating is then true and a warning is logged.
 </p>
 <p>

@@ -7,16 +7,17 @@ model Spring "Hysteretic spring between two flanges, as equations"
   Modelica.Units.SI.Position displacement(displayUnit="mm") "Displacement as the FMU of the spring counts it";
   Real omega(final unit="1", start=data.omega_start, fixed=true)
     "Normalized hysteretic variable: 1 when saturated in loading, -1 in unloading";
+  Real second_omega(final unit="1", start=data.second_omega_start, fixed=true) "omega of the second mechanism";
+  Modelica.Units.SI.Position elongation[size(data.branch_stiffness, 1)](each start=0, each fixed=true)
+    "Elongation of the spring of each Maxwell branch";
   Modelica.Units.SI.Energy absorbed_energy(start=0, fixed=true)
     "Integral of the force over the displacement since the start";
   Boolean extrapolating "True outside the identified range, where FE continues along its tangent and FA is constant";
 protected
-  constant Real least=1e-10 "|omega| below which the derivative of |omega|^n is kept finite";
   Modelica.Units.SI.Position limited "Displacement, limited to the identified range";
   Modelica.Units.SI.Position x "The same from displacement_offset";
   Modelica.Units.SI.Force FE "Elastic force: a spline, or a polynomial";
   Real FA(final unit="1") "Amplifier of the hysteretic force";
-  Real w(final unit="1") "|omega|^n";
 equation
   displacement = s_rel - s_rel0;
   extrapolating = displacement < data.displacement_min or displacement > data.displacement_max;
@@ -27,10 +28,14 @@ equation
     else StrandSpring.Functions.polynomial(data.kE, x)
     + StrandSpring.Functions.polynomialSlope(data.kE, x)*(displacement - limited);
   FA = StrandSpring.Functions.polynomial(data.kA, x);
-  w = abs(omega)*(abs(omega) + least)^(data.n - 1);
-  der(omega) = data.rho*smooth(0, noEvent(
-    if v_rel*omega >= 0 then v_rel*(1 - w) else v_rel*(1 + (2*data.sigma - 1)*w)));
-  f = FE + data.kappa_omega*omega*FA;
+  der(omega) = data.rho*StrandSpring.Functions.slip(omega, v_rel, data.sigma, data.n);
+  der(second_omega) = data.second_rho*StrandSpring.Functions.slip(second_omega, v_rel, data.second_sigma, data.second_n);
+  for i in 1:size(data.branch_stiffness, 1) loop
+    der(elongation[i]) = v_rel - elongation[i]/data.branch_time_constant[i];
+  end for;
+  f = FE + data.kappa_omega*omega*FA
+    + data.second_kappa_omega*second_omega*StrandSpring.Functions.polynomial(data.second_kA, x)
+    + StrandSpring.Functions.branches(data.branch_stiffness, elongation);
   der(absorbed_energy) = f*v_rel;
   assert(not extrapolating, "The displacement of the spring has left the identified range; its force is extrapolated.",
     level=AssertionLevel.warning);
@@ -43,7 +48,8 @@ The modified normalized Bouc-Wen model of Zhao et al., see
 Give data one of the <a href=\"modelica://StrandSpring.Records\">Records</a>.
 </p>
 <p>
-States are s_rel and v_rel, as those of the base class, omega and absorbed_energy. Simulate with a relative tolerance of
+States are s_rel and v_rel, as those of the base class, omega, second_omega, absorbed_energy and the elongations of the
+branches. Simulate with a relative tolerance of
 1e-6 or less. The relative position of the flanges must be differentiable, as that of masses is.
 </p>
 </html>"),
