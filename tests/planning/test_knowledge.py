@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from branched_springs import BRANCHED
 from springs import EXAMPLES
 from strandspring import Spring
 from strandspring.campaigns.planning.blocks import Range
@@ -27,19 +28,22 @@ def motion(*shares: float, duration: float = 1.0) -> Motion:
     return Motion.along(legs, 0.01)
 
 
-@pytest.mark.parametrize("name", ["stranded_wire", "exponential", "table"])
+@pytest.mark.parametrize("name", ["stranded_wire", "exponential", "table", "second", "branches", "both"])
 def test_own_columns_are_derivatives_of_the_force(name: str) -> None:
-    spring = EXAMPLES[name]
+    spring = (EXAMPLES | BRANCHED)[name]
     path = motion(0.0, 0.9, -0.7, 0.3, -0.2, 0.8)
     force = force_along(spring, path, SPAN, PERIOD)
-    assert force.value == pytest.approx(Spring(spring).response(path.displacement), rel=1e-12)
+    assert force.value == pytest.approx(Spring(spring).response(path.displacement, time=path.time), rel=1e-12)
     elastic = [0.02**-k for k in range(len(spring.kE))] or [1.0] * len(spring.FE_forces)
-    sizes = [*elastic, *[0.1 * 0.02**-k for k in range(1, len(spring.kA))], *[0.1] * 4]
+    of_second = [0.1 * 0.02**-k for k in range(1, len(spring.second.kA))] + [0.1] * 4 if spring.second else []
+    further = [*of_second, *[0.1, 0.1] * len(spring.branches)]
+    sizes = [*elastic, *further, *[0.1 * 0.02**-k for k in range(1, len(spring.kA))], *[0.1] * 4]
     count = force.own.shape[1]
     joint = JointCovariance(tuple(tuple(float(j == k) * sizes[k] for j in range(k + 1)) for k in range(count)))
     for k in range(count):
         step = 1e-4 * np.eye(count)[k]
-        ends = [Spring(joint.moved(spring, (side * step).tolist())).response(path.displacement) for side in (1.0, -1.0)]
+        moved = [Spring(joint.moved(spring, (side * step).tolist())) for side in (1.0, -1.0)]
+        ends = [end.response(path.displacement, time=path.time) for end in moved]
         difference = (ends[0] - ends[1]) / (2e-4 * sizes[k])
         # Differences of steps of 1e-5 of a logarithm: rounding of 1e-11 of the force, which is 100 times some columns.
         assert force.own[:, k] == pytest.approx(difference, rel=1e-5, abs=1e-6 * np.abs(force.own[:, k]).max())

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from branched_springs import BRANCHED
 from strandspring import Record, Spring, identify, plan, read_record
 from strandspring.errors import StrandspringError
 from synthetic import AMPLITUDE, MEAN, spring_of
@@ -151,6 +152,16 @@ def test_a_model_that_ended_at_a_bound_is_planned() -> None:
     bound = replace(model, uncertainty={**model.uncertainty, "joint": joint})
     before = {f.of: b for f, b in zip(plan(bound, **RIG).plan.figures, plan(bound, **RIG).plan.before, strict=True)}
     assert before["n"] > 0.5
+
+
+def test_branches_and_a_second_mechanism_are_planned_for() -> None:
+    """The time constants are among the figures, and dwells or other rates among the blocks, at any rate recorded."""
+    known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0).plan
+    decided = {f.of: (b, a) for f, b, a in zip(known.figures, known.before, known.after, strict=True)}
+    for name in ("second.kappa_omega", "branches[1].stiffness", "branches[1].time_constant"):
+        before, after = decided[name]
+        assert after < 0.4 * before, name
+    assert any(block.block.rest or block.block.speed != 1.0 for block in known.blocks)
 
 
 def test_a_stroke_beyond_the_model_is_said() -> None:

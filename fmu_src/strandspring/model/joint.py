@@ -74,8 +74,7 @@ class JointCovariance:
         given = uncertainty.get("joint")
         if given is None:
             return None
-        elastic = len(getattr(spring, spring.elastic_name))
-        names = joint_names(spring.elastic_name, elastic, len(spring.kA) - 1, further_names(spring))
+        names = names_of(spring)
         if given["parameters"] != names:
             raise ModelError(
                 f'field "uncertainty.joint.parameters" must be {names}; identify the spring again, or remove the field '
@@ -226,6 +225,12 @@ def joint_names(elastic_name: str, elastic: int, amplifier: int, further: Sequen
         *(f"kA[{i}]" for i in range(1, amplifier + 1)),
         *(f"ln {name}" for name in HYSTERETIC_UNITS),
     ]
+
+
+def names_of(spring: SpringParameters) -> list[str]:
+    """`joint_names` of a spring."""
+    elastic = len(getattr(spring, spring.elastic_name))
+    return joint_names(spring.elastic_name, elastic, len(spring.kA) - 1, further_names(spring))
 
 
 def _powers(spring: SpringParameters) -> list[int]:

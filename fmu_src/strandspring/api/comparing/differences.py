@@ -32,7 +32,7 @@ from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import LOOP_FIGURE
 from ...loops.modelled import steady_loop_figures
-from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, further_names, joint_names
+from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, names_of
 from ...model.modelfile import ModelFile
 from ..common.text import bounds_95
 from .common_form import class_of
@@ -277,7 +277,7 @@ def _rows(p: SpringParameters, columns: Sequence[ResultColumn], joint: JointCova
     root = np.zeros((len(joint.root), len(joint.root)))
     for k, numbers in enumerate(joint.root):
         root[k, : k + 1] = numbers
-    names = joint_names(p.elastic_name, len(getattr(p, p.elastic_name)), len(p.kA) - 1, further_names(p))
+    names = names_of(p)
     row_of = dict(zip(names, root, strict=True))
     rows = []
     for column in columns:

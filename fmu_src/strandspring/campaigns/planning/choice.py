@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from .blocks import RATE, Block, Range, candidates
 from .figures import Loops
@@ -32,12 +33,14 @@ class Setting:
     span : Range
     pace : Pace
     speeds : tuple of float   Further velocities over that of the pace.
+    spring : SpringParameters   Any spring of the class.
     """
 
     limits: Limits
     span: Range
     pace: Pace
     speeds: tuple[float, ...]
+    spring: SpringParameters
 
     @property
     def period(self) -> float:
@@ -47,7 +50,7 @@ class Setting:
     @property
     def loops(self) -> Loops:
         """Those that knowledge is judged by."""
-        return Loops(self.span, self.pace, self.period, self.speeds)
+        return Loops(self.span, self.pace, self.period, self.speeds, self.spring)
 
     def legs(self, block: Block) -> list[Leg]:
         """The motion of a block."""

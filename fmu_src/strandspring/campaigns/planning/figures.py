@@ -12,7 +12,7 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...identification.certainty.intervals import NORMAL_95
 from ...kernel.arrays import FloatArray
-from ...model.joint import HYSTERETIC_UNITS
+from ...model.joint import HYSTERETIC_UNITS, names_of
 from .blocks import Range
 from .forces import force_along
 from .knowledge import Knowledge
@@ -67,12 +67,20 @@ class Loops:
     pace : Pace
     period : float           Of the largest loop [s].
     speeds : tuple of float  Further velocities over that of the other loops.
+    spring : SpringParameters   Any spring of the class.
     """
 
     span: Range
     pace: Pace
     period: float
     speeds: tuple[float, ...]
+    spring: SpringParameters
+
+    @cached_property
+    def _parameters(self) -> dict[str, int]:
+        """Where the parameters that are positive stand among the spring's own, the first mechanism's first."""
+        places = {name[3:]: k for k, name in enumerate(names_of(self.spring)) if name.startswith("ln ")}
+        return {name: places[name] for name in HYSTERETIC_UNITS} | places
 
     @cached_property
     def _tested(self) -> list[_Tested]:
@@ -96,7 +104,7 @@ class Loops:
         return (
             *(Figure(ENERGY, tested.name, _SMALLEST if tested.share < _SMALL else _WANTED) for tested in self._tested),
             *(Figure(STIFFNESS, tested.name, _WANTED) for tested in self._tested),
-            *(Figure(PARAMETER, name, _PARAMETERS) for name in HYSTERETIC_UNITS),
+            *(Figure(PARAMETER, name, _PARAMETERS) for name in self._parameters),
         )
 
     def gradients(self, spring: SpringParameters) -> tuple[FloatArray, FloatArray]:
@@ -118,8 +126,7 @@ class Loops:
                 largest = abs(energy[0]), abs(stiffness[0])
             energies.append(energy[1:] / max(abs(energy[0]), largest[0] * tested.share**_VISCOUS))
             stiffnesses.append(stiffness[1:] / max(abs(stiffness[0]), _LEAST * largest[1]))
-        own = np.eye(force.own.shape[1])[-len(HYSTERETIC_UNITS) :]
-        return np.array(energies + stiffnesses), own
+        return np.array(energies + stiffnesses), np.eye(force.own.shape[1])[list(self._parameters.values())]
 
     def intervals(self, known: Sequence[Knowledge], gradients: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
         """Half of the 95 % interval of each figure over its value, rms over the springs, shape (F,)."""

@@ -15,6 +15,7 @@ from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from ...kernel.branches import maxwell_columns
 from ...kernel.many_paths import along_paths, gradient_fields, spring_rows
+from ...model.joint import HYSTERETIC_UNITS
 from .blocks import Range
 from .motion import Motion
 
@@ -61,17 +62,19 @@ def force_along(spring: SpringParameters, motion: Motion, span: Range, period: f
     period : float    Of the largest loop [s].
     """
     path = motion.displacement
-    elastic = spring.elastic_name
-    fields = [
-        *gradient_fields(elastic, len(getattr(spring, elastic))),
-        *list(gradient_fields("kA", len(spring.kA)))[1:],
-        *(field for name in ("kappa_omega", "rho", "sigma", "n") for field in gradient_fields(name, 1)),
-    ]
-    value, slopes = np.empty((1, path.size)), np.empty((1, len(fields), path.size))
-    along_paths(spring_rows(spring, 1, {}), path, np.zeros(1), {"force": value}, fields, {"force": slopes})
-    own = slopes[0].T.copy()
-    hysteretic = spring.kappa_omega * own[:, -4]
-    own[:, -4:] *= [spring.kappa_omega, spring.rho, spring.sigma, spring.n]  # by their logarithms
+    (value, own), *seconds = (_mechanism_along(mechanism, path) for mechanism in spring.mechanisms)
+    hysteretic = own[:, -4]  # its derivative by ln(kappa_omega)
+    further = []
+    for added, columns in seconds:
+        value = value + added
+        hysteretic = hysteretic + columns[:, -4]
+        further.append(columns[:, 1:])  # without FE
+    relaxing, by_log = maxwell_columns([branch.time_constant for branch in spring.branches], path, motion.time)
+    for branch, columns in zip(spring.branches, np.stack([relaxing, by_log], axis=2), strict=True):
+        value = value + branch.stiffness * columns[:, 0]
+        further.append(branch.stiffness * columns)
+    elastic = len(getattr(spring, spring.elastic_name))
+    own = np.hstack([own[:, :elastic], *further, own[:, elastic:]])
     place = (path - span.middle) / span.half
     thresholds = np.asarray(span.half * _THRESHOLDS)
     stops = _stops(motion, thresholds) / thresholds
@@ -79,7 +82,24 @@ def force_along(spring: SpringParameters, motion: Motion, span: Range, period: f
     hats = np.maximum(1.0 - np.abs(place[:, None] - knots) / (knots[1] - knots[0]), 0.0)
     branches, _ = maxwell_columns(period * np.array(_RELAXATION), path, motion.time)
     wider = np.hstack([stops, place[:, None] * stops, hysteretic[:, None] * hats, branches.T / span.half])
-    return Force(value[0], own, wider, hysteretic)
+    return Force(value, own, wider, hysteretic)
+
+
+def _mechanism_along(spring: SpringParameters, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Force of a spring with one mechanism from omega = 0, shape (K,) [N], and its derivatives, shape (K, P): by FE, by
+    kA without kA[0], and by the logarithms of kappa_omega, rho, sigma and n.
+    """
+    elastic = spring.elastic_name
+    fields = [
+        *gradient_fields(elastic, len(getattr(spring, elastic))),
+        *list(gradient_fields("kA", len(spring.kA)))[1:],
+        *(field for name in HYSTERETIC_UNITS for field in gradient_fields(name, 1)),
+    ]
+    value, slopes = np.empty((1, path.size)), np.empty((1, len(fields), path.size))
+    along_paths(spring_rows(spring, 1, {}), path, np.zeros(1), {"force": value}, fields, {"force": slopes})
+    columns = slopes[0].T.copy()
+    columns[:, -len(HYSTERETIC_UNITS) :] *= [getattr(spring, name) for name in HYSTERETIC_UNITS]
+    return value[0], columns
 
 
 def _stops(motion: Motion, thresholds: FloatArray) -> FloatArray:

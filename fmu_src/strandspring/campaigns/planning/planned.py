@@ -206,7 +206,8 @@ def _setting(prior: Prior, limits: Limits, span: Range) -> Setting:
     pace = Pace.over(2.0 * span.half, velocity, limits)
     fast = min(_FAST, limits.velocity / velocity)
     speeds = (_SLOW, *((fast,) if fast >= _FASTER else ()))
-    return Setting(limits, span, pace, () if prior.rates else speeds)
+    spring = prior.springs[0]
+    return Setting(limits, span, pace, () if prior.rates and not spring.branches else speeds, spring)
 
 
 def _known(prior: Prior, setting: Setting) -> list[Knowledge]:

@@ -10,8 +10,7 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...kernel.arrays import FloatArray
-from ...kernel.branches import require_plain
-from ...model.joint import JointCovariance
+from ...model.joint import JointCovariance, names_of
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes
 from ...model.stated_figures import stated_fit
@@ -29,6 +28,7 @@ _N = (0.3, 4.0)
 _SHAPE = 0.15  # standard deviation of coefficients of FE and FA at the end of the range, share of the force there
 _STIFFNESS = 0.2  # the same of the stiffness
 _LOGARITHMS = (0.6, 0.6, 0.5, 0.6)  # of kappa_omega, rho, sigma and n
+_OF_BRANCH = (0.6, 0.7)  # of stiffness and time constant of a branch
 _LARGEST = 1.0  # standard deviation of a coefficient from a file: beyond, nothing is linear
 
 
@@ -65,12 +65,9 @@ def prior_of_model(model: ModelFile, rates: bool = False, velocity: float | None
     rates : bool              Whether its records hold several rates, which the file does not say.
     velocity : float or None  Of their strokes [m/s].
 
-    Raises
-    ------
-    StrandspringError   If the spring has a second mechanism or branches.
     """
     spring = model.parameters
-    require_plain(spring, "`plan`", "identify with `mechanisms=1` and `branches=0`, and plan for that")
+    rates = rates or bool(spring.branches)  # which are found at several rates only
     half = 0.5 * (spring.displacement_max - spring.displacement_min)
     amplitudes = tuple(value for value in stated_amplitudes(model) if value <= 1.5 * half)
     noise = _noise(model)
@@ -84,12 +81,13 @@ def prior_of_model(model: ModelFile, rates: bool = False, velocity: float | None
     root = np.zeros((len(joint.root), len(joint.root)))
     for row, values in zip(root, joint.root, strict=True):
         row[: len(values)] = values
-    sizes = np.linalg.norm(root[-4:], axis=1)
-    root[-4:] *= np.minimum(1.0, _LARGEST / np.maximum(sizes, 1e-300))[:, None]
-    # What ended at a bound has no standard error, and is not known for that.
-    unknown = np.flatnonzero(sizes == 0.0)
-    for k in unknown:
-        root[len(root) - 4 + k, len(root) - 4 + k] = _LOGARITHMS[k]
+    wide = _wide(spring)
+    for k, name in enumerate(names_of(spring)):
+        size = float(np.linalg.norm(root[k]))
+        if name.startswith("ln ") and size == 0.0:
+            root[k, k] = wide[k, k]  # what ended at a bound has no standard error, and is not known for that
+        elif name.startswith("ln "):
+            root[k] *= min(1.0, _LARGEST / size)
     return Prior(
         tuple(springs), (root,) * len(springs), noise, amplitudes or (half,), rates, velocity, model.name
     )  # fmt: skip
@@ -144,8 +142,10 @@ def _wide(spring: SpringParameters) -> FloatArray:
         elastic[1:2] = [_STIFFNESS * force / half] * len(elastic[1:2])
     else:
         elastic = [_SHAPE * force] * len(spring.FE_forces)
+    further = [_SHAPE / half**k for k in range(1, len(spring.second.kA))] + [*_LOGARITHMS] if spring.second else []
+    further += [*_OF_BRANCH] * len(spring.branches)
     amplifier = [_SHAPE / half**k for k in range(1, len(spring.kA))]
-    return np.diag([*elastic, *amplifier, *_LOGARITHMS])
+    return np.diag([*elastic, *further, *amplifier, *_LOGARITHMS])
 
 
 def _half_range(spring: SpringParameters) -> float:

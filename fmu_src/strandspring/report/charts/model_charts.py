@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...model.joint import HYSTERETIC_UNITS, JointCovariance, further_names, joint_names
+from ...model.joint import HYSTERETIC_UNITS, JointCovariance, names_of
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
 from ..content.quantities import NUMBER, number, span
 from .evaluation import Evaluation
@@ -87,7 +87,7 @@ def correlations(evaluation: Evaluation) -> Chart | None:
     if joint is None:
         return None
     p = whole.parameters
-    names = joint_names(p.elastic_name, len(getattr(p, p.elastic_name)), len(p.kA) - 1, further_names(p))
+    names = names_of(p)
     size = len(joint.root)
     root = np.zeros((size, size))
     for row, values in zip(root, joint.root, strict=True):
