@@ -79,7 +79,7 @@ def test_the_actuator_has_two_mechanisms_and_a_branch() -> None:
 def test_the_damper_at_one_rate_is_told_what_a_branch_would_do() -> None:
     found = identified("damper")
     assert not found.parameters.branches
-    assert "would be 4 %, not 5.5 %" in found.findings[Outcome.RATE_OPEN]
+    assert "would be 4 %, and is 5.5 %" in found.findings[Outcome.RATE_OPEN]
 
 
 def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:

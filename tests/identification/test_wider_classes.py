@@ -142,6 +142,14 @@ def test_one_amplitude_and_rate_do_not_tell_a_branch_from_friction() -> None:
     assert (forced.stiffness, forced.time_constant) == pytest.approx((3000.0, 0.25), rel=0.02)
 
 
+def test_several_amplitudes_at_one_rate_leave_a_branch_open_beside_friction() -> None:
+    wave = 1.0 - np.abs(4.0 * ((np.arange(3 * 300) / 300.0 + 0.25) % 1.0) - 2.0)
+    path = 0.02 * np.concatenate([share * wave for share in (0.3, 0.6, 1.0)])
+    found = identify(record(np.arange(path.size) / 50.0, path, branches=[(2e4, 0.03)]))
+    assert kind(found) == (2, 0)
+    assert "with one Maxwell branch the error" in found.findings[Outcome.RATE_OPEN]
+
+
 def test_a_branch_is_asked_for_without_times() -> None:
     bare = replace(record(*sines((0.02,), 0.5)), time=None)
     with pytest.raises(RecordError, match=r"Maxwell branches .* need records of several cycles with rising times"):

@@ -27,6 +27,7 @@ from .starts import Residuals, anew, branch_starts, mechanism_starts
 
 _WORTH = 0.1  # share of the held-out error that a wider class must explain, unless nothing but noise is left
 _AS_WELL = 1.02  # held-out error in the least up to which a polynomial FE is taken
+_NEARLY = 0.75  # share of the squared held-out error which a branch explains as well as a second mechanism
 _STARTS = 3  # of each kind that are refined
 # Degrees of FE as a polynomial, and of FA, with which a class is tried before leaner ones.
 _LEAST_ELASTIC, _HIGHEST_ELASTIC, _HIGHEST_AMPLIFIER = 5, 8, 2
@@ -153,13 +154,16 @@ class Classes:
             best = forced
         if best is not tried[0]:
             tried.append(best)
+        open_branch: Tried | None = None
         while True:
             wider = [found for kind in wanted.next(best.kind) if (found := self._wider(best.fit, kind))]
             tried += wider
             paying = [each for each in wider if self.pays(each, best)]
             if any(each.kind == (2, 0) for each in paying) and (like := self._like_friction(best, paying)):
                 tried.append(like)
-                return Choice(best, tuple(tried), like if self.is_timed else None)
+                open_branch = like if self.is_timed else None
+                if self.loops.has_one_amplitude:
+                    return Choice(best, tuple(tried), open_branch)
             if not paying and wider:
                 # Neither may pay alone, where both do.
                 start = min(wider, key=lambda each: each.held_out)
@@ -169,8 +173,10 @@ class Classes:
             if not paying:
                 break
             best = max(paying, key=lambda each: self.gain(each, best))
-        is_open = wanted.branches is None and self.is_timed and not best.fit.stiffness.size
-        open_branch = self._open_branch(best) if is_open else None
+        if wanted.branches is not None or not self.is_timed or best.fit.stiffness.size:
+            open_branch = None
+        else:
+            open_branch = open_branch or self._open_branch(best)
         return Choice(best, tuple(tried), open_branch)
 
     def tried(self, fit: ClassFit) -> Tried:
@@ -233,14 +239,17 @@ class Classes:
         return changes_over_cycles(self._rig, self.loops, self._rig.branch(self.loops, time)[0], time)
 
     def _like_friction(self, leaner: Tried, paying: Sequence[Tried]) -> Tried | None:
-        """A class with a branch that predicts about as well as one with a second mechanism, where neither amplitude nor
-        rate varies and so nothing tells one from the other; None otherwise. Without times, samples count as even ones.
+        """A class with a branch that explains about as much as one with a second mechanism, where the rate does not
+        vary and so little tells one from the other; None otherwise. Without times, samples count as even ones.
         """
-        if self.shows_rate or not self.loops.has_one_amplitude:
+        branch = None if self.shows_rate else self._wider(leaner.fit, (1, 1), is_forced=True)
+        if branch is None:
             return None
-        branch = self._wider(leaner.fit, (1, 1), is_forced=True)
         least = min(each.held_out for each in paying)
-        return branch if branch is not None and branch.held_out * (1.0 - _WORTH) <= least else None
+        if self.loops.has_one_amplitude:
+            return branch if branch.held_out * (1.0 - _WORTH) <= least else None
+        explained = leaner.held_out**2 - branch.held_out**2
+        return branch if explained >= _NEARLY * (leaner.held_out**2 - least**2) else None
 
     def _open_branch(self, leaner: Tried) -> Tried | None:
         """A class with a branch that would pay, which the records do not tell from friction."""

@@ -71,7 +71,7 @@ class Wider:
         if other is not None:
             return {
                 Outcome.RATE_OPEN: f"with {_in_words(other)} the error on what was left out would be "
-                f"{self._share(other)}, not {self._share(chosen)}"
+                f"{self._share(other)}, and is {self._share(chosen)}"
             }
         return {}
 
