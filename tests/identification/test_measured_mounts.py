@@ -32,7 +32,7 @@ def measured(name: str) -> Record:
     if name == "column":
         return read_record(DATA / "degrading/SPC1.csv")
     if name == "damper":
-        return read_record(DATA / "mr_damper/ensaio1.mat", time="Tout", displacement="dist", force="forc")
+        return read_record(DATA / "mr_damper/ensaio1.mat")  # Tout, dist, forc
     record = read_record(DATA / "actuator/circle_3bar.csv", time=1, displacement=5, force=7)
     return replace(record, time=1e-3 * record.time)  # milliseconds
 

@@ -22,12 +22,12 @@ DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "ti
 # Lower case, without blanks. Words in scripts that have no blanks are also found inside a name.
 _WORDS: Mapping[Quantity, frozenset[str]] = {
     "displacement": words(
-        """displacement disp displ position pos deflection stroke travel extension elongation deformation x
-        weg federweg auslenkung verschiebung verformung hub déplacement deplacement spostamento
+        """displacement disp displ dist distance position pos deflection stroke travel extension elongation deformation
+        x weg federweg auslenkung verschiebung verformung hub déplacement deplacement spostamento
         desplazamiento 位移 变形 行程 変位"""
     ),
     "force": words(
-        """force load f kraft prüfkraft standardkraft federkraft last forza carico fuerza carga
+        """force forc load f kraft prüfkraft standardkraft federkraft last forza carico fuerza carga
         力 载荷 荷载 荷重"""
     ),
     "time": words("time t tout zeit temps tempo tiempo 时间 時間"),

@@ -121,7 +121,7 @@ def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, 
         last = tables[-1].name
         raise RecordError(
             f"{where}: a displacement and a force were found in none of {len(tables)} tables ({contents}{more}); name "
-            f"the columns, as with `displacement={quoted(f'{last}/1')}` `force={quoted(f'{last}/2')}`."
+            f"the columns, as with `displacement={quoted(f'{last}/COLUMN')}` `force={quoted(f'{last}/COLUMN')}`."
         )
     table, columns, notes = choices[0]
     if named and table is not united:
