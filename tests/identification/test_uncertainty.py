@@ -159,7 +159,7 @@ def covered(correlation: float, runs: int) -> dict[str, float]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
+@pytest.mark.parametrize("correlation", [0.0, 0.99])
 def test_intervals_hold_the_truth(correlation: float) -> None:
     shares = covered(correlation, 120)
     # 120 runs scatter by 2 % (one standard deviation of the binomial distribution); no interval may be sure, either.
