@@ -1,8 +1,8 @@
 """Whether a planned test decides more than the same time of repeated full loops: python tests/benchmarks/planning.py
 
 Springs of the own class and mounts of five others (tests/helpers/zoo_mounts.py) are recorded at one amplitude and
-identified. Then the programme that is planned for the model file is recorded, or full loops for the same time.
-The truth is the mount itself, without noise.
+identified; mounts with a Maxwell branch, a second mechanism or both (added.py) at two rates. Then the programme that is
+planned for the model file is recorded, or full loops for the same time. The truth is the mount itself, without noise.
 
 worst: largest 95 % interval of all figures that the plan promises, before and after; of full loops by the same rule.
 tenth: error of the energy of loops at a tenth of the amplitude, by the spring of the first record with the forces of a
@@ -25,6 +25,8 @@ from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
+from added import KINDS, drawn
+
 from rig import FloatArray, Generator, amplitude_of, draw_spring, log_uniform, strokes_of
 from strandspring import Record, Spring, SpringParameters, identify
 from strandspring.campaigns.planning.choice import Setting
@@ -38,6 +40,8 @@ from strandspring.errors import StrandspringError
 from zoo_mounts import draw_mount
 
 FOREIGN = ("preisach", "iwan", "two mechanisms", "generalised bouc-wen", "vaiana-rosati")
+ADDED = {(1, 1): "branch", (2, 0): "second mechanism", (2, 1): "second and branch"}
+SLOW = 0.2  # rate of the first test's other loops, where something is added [Hz]
 SHARES = (0.1, 0.3)  # amplitudes of small loops, shares of the largest
 PER_LOOP = 300  # samples
 LOOPS = 16  # time of the second test at most, in full loops of the first one
@@ -57,6 +61,11 @@ class Specimen:
     centre: float
     amplitude: float
 
+    @property
+    def kind(self) -> str:
+        """ "own", "added" or "foreign"."""
+        return "own" if self.name == "own" else "added" if self.name in ADDED.values() else "foreign"
+
     def loop(self, share: float) -> tuple[FloatArray, FloatArray, slice]:
         """Path [m] and times [s] of loops about the centre, and the last of them, which is steady."""
         points, cycles = 1000, 12
@@ -71,7 +80,7 @@ class Specimen:
 
 def of_spring(spring: SpringParameters) -> Response:
     solver = Spring(spring)
-    return lambda path, _: solver.response(path)
+    return lambda path, time: solver.response(path, time=time if spring.branches else None)
 
 
 def specimens(seed: int, count: int) -> list[Specimen]:
@@ -89,6 +98,16 @@ def specimens(seed: int, count: int) -> list[Specimen]:
     return found
 
 
+def with_something_added(seed: int, count: int) -> list[Specimen]:
+    """Mounts with a Maxwell branch, a second mechanism or both."""
+    found = []
+    for index in range(count):
+        kind = KINDS[1 + index % len(ADDED)]
+        mount, amplitude, centre = drawn(np.random.default_rng([seed, index]), kind)
+        found.append(Specimen(ADDED[kind], mount.force, centre, amplitude))
+    return found
+
+
 def recorded(
     specimen: Specimen, path: FloatArray, time: FloatArray, noise: float, generator: Generator, name: str
 ) -> Record:
@@ -99,10 +118,10 @@ def recorded(
     return Record(path, force + noise * np.std(force) * generator.standard_normal(force.size), time, f"{name}.csv")
 
 
-def full_loops(specimen: Specimen, duration: float) -> tuple[FloatArray, FloatArray]:
-    """Sines of 1 Hz."""
-    time = np.arange(round(duration * PER_LOOP) + 1) / PER_LOOP
-    return specimen.centre + specimen.amplitude * np.sin(2.0 * np.pi * time), time
+def full_loops(specimen: Specimen, duration: float, rate: float = 1.0) -> tuple[FloatArray, FloatArray]:
+    """Sines of a rate [Hz]."""
+    phase = np.arange(round(duration * rate * PER_LOOP) + 1) / PER_LOOP
+    return specimen.centre + specimen.amplitude * np.sin(2.0 * np.pi * phase), phase / rate
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,13 +176,14 @@ class Row:
 
     Attributes
     ----------
-    name : str
+    kind, name : str
     seconds : float
     worst : tuple of float         Of these three.
     tenth : tuple of float         Likewise, shares of the energy.
     identified : ndarray, (3, 2)   Likewise.
     """
 
+    kind: str
     name: str
     seconds: float
     worst: tuple[float, ...]
@@ -186,7 +206,9 @@ class Row:
 def tested(specimen: Specimen, generator: Generator) -> Row:
     """Both second tests of a mount."""
     noise = log_uniform(generator, 0.001, 0.005)
-    first = recorded(specimen, *full_loops(specimen, 4.0), noise, generator, "first")
+    first = [recorded(specimen, *full_loops(specimen, 4.0), noise, generator, "first")]
+    if specimen.kind == "added":
+        first.append(recorded(specimen, *full_loops(specimen, 4.0 / SLOW, SLOW), noise, generator, "slow"))
     before = identify(first)
     velocity = 4.0 * specimen.amplitude  # mean of the first test
     prior = prior_of_model(before.model_file(), velocity=velocity)
@@ -205,7 +227,7 @@ def tested(specimen: Specimen, generator: Generator) -> Row:
         result = learned(specimen, setting, known, record)
         worst.append(float(result.intervals.max()))
         tenth.append(abs(result.tenth / truths[0] - 1.0))
-        springs.append(identify([first, record]).parameters)
+        springs.append(identify([*first, record]).parameters)
     identified = [
         [
             abs(specimen.energy(of_spring(spring), share) / truth - 1.0)
@@ -213,18 +235,24 @@ def tested(specimen: Specimen, generator: Generator) -> Row:
         ]
         for spring in springs
     ]
-    return Row(specimen.name, plan.duration, tuple(worst), tuple(tenth), np.array(identified))
+    spring = before.parameters
+    found = f" ({1 + (spring.second is not None)}+{len(spring.branches)})" if specimen.kind == "added" else ""
+    return Row(specimen.kind, specimen.name + found, plan.duration, tuple(worst), tuple(tenth), np.array(identified))
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--count", type=int, default=30)
+    parser.add_argument("--added", type=int, default=12, help="mounts with branches and second mechanisms")
     arguments = parser.parse_args()
-    console.print(f"seed {arguments.seed}, {arguments.count} mounts, second test up to {LOOPS} loops")
+    console.print(
+        f"seed {arguments.seed}, {arguments.count} + {arguments.added} mounts, second test up to {LOOPS} loops"
+    )
     console.print("before, repeated, planned [%]: worst | tenth | identified, tenth | identified, 30 %")
     rows = []
-    for index, specimen in enumerate(specimens(arguments.seed, arguments.count)):
+    mounts = [*specimens(arguments.seed, arguments.count), *with_something_added(arguments.seed, arguments.added)]
+    for index, specimen in enumerate(mounts):
         try:
             rows.append(tested(specimen, np.random.default_rng([arguments.seed, index])))
         except StrandspringError as problem:
@@ -234,8 +262,8 @@ def main() -> None:
     table = Table(title="Medians before, after repeated loops, after the planned test [%], and how often twice as good")
     for column in ("mounts", "worst", "twice", "tenth", "twice", "identified, tenth", "identified, 30 %"):
         table.add_column(column)
-    for name in ("own", "foreign"):
-        part = [row for row in rows if (row.name == "own") == (name == "own")]
+    for name in ("own", "foreign", "added"):
+        part = [row for row in rows if row.kind == name]
         if not part:
             continue
         twice = [f"{sum(row.better[k] >= FACTOR for row in part)} of {len(part)}" for k in range(2)]
