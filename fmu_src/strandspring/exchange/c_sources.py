@@ -159,7 +159,7 @@ def _initializer(value: object, **pointers: str) -> str:
 
 
 def _fields(value: ctypes.Structure, pointers: dict[str, str]) -> Iterator[tuple[str, str]]:
-    for name, *_ in structures(steps_only=True)[type(value).__name__]._fields_:
+    for name, *_ in value._fields_:
         field = getattr(value, name)
         if name in pointers:
             yield name, pointers[name]
