@@ -45,30 +45,6 @@ def test_many_springs_along_one_path(
     assert all(same_as_single_calls(many, k, spring, path, start) for k, spring in enumerate(several))
 
 
-@pytest.mark.parametrize("coarse", [False, True])
-def test_tables_made_only_where_a_path_lies_have_the_same_bits(coarse: bool) -> None:
-    """Neighbours of equal n and sigma have their table made as a whole."""
-    draw = np.random.default_rng(35)
-    count = 100
-    sets = {
-        "rho": np.exp(draw.uniform(1.0, 9.0, count)),
-        "n": np.exp(draw.uniform(np.log(0.05), np.log(20.0), count)),
-        "sigma": 0.5 + np.exp(draw.uniform(-7.0, 4.0, count)) * (np.arange(count) % 5 > 0),
-    }
-    starts = np.where(np.arange(count) % 2, draw.choice([-1.0, -0.999999, -1e-9, 0.3, 1.0], count), 0.0)
-    turns = along(MOUNT.parameters, draw.uniform(-1.3, 1.3, 40).tolist())
-    path = np.interp(np.arange(0.0, 39.0, 0.17), np.arange(40.0), turns)
-    apart = MOUNT.responses(path, sets, omega_start=starts, quantities=ALL[:2], by="all", coarse=coarse, workers=2)
-    twice = {name: np.repeat(values, 2) for name, values in sets.items()}
-    whole = MOUNT.responses(
-        path, twice, omega_start=np.repeat(starts, 2), quantities=ALL[:2], by="all", coarse=coarse, workers=1
-    )
-    for quantity in ALL[:2]:
-        assert np.array_equal(apart.values[quantity], whole.values[quantity][::2])
-        for name, gradient in apart.gradients[quantity].items():
-            assert np.array_equal(gradient, whole.gradients[quantity][name][::2]), name
-
-
 @examples
 def test_coarse_tables_differ_by_their_tolerance(parameters: SpringParameters) -> None:
     path = along(parameters, TURNS)

@@ -97,7 +97,7 @@ def responses(
                                         memory as all rows once for each coefficient and quantity.
     impossible : "refuse" or "nan"      What is done with a set of parameters that is not a possible spring.
     coarse : bool                       Omega to 1e-8 only, for many springs of different n or sigma: making the tables
-                                        of W takes most of the time on short paths, and then half of it.
+                                        of W, which takes most of the time on short paths, takes a quarter of it.
     workers : int or None               Threads; as many as cores if None.
 
     Returns

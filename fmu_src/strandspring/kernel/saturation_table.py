@@ -16,7 +16,7 @@ from .structures import constants, structures
 
 
 class SaturationTable:
-    """W and its inverse for one pair (n, sigma); some 180 kB, made in a third of a millisecond.
+    """W and its inverse for one pair (n, sigma); some 170 kB, made in a third of a millisecond.
 
     Parameters
     ----------

@@ -4,8 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Samples up to which it is worth while to fit only those pieces of W that they need. */
-enum { SHORT = 20000 };
 /* Parts of the range, besides the pieces of W, over each of which Gauss's rule integrates FE of any degree to rounding. */
 enum { PARTS = 4, MOST_CUTS = 2 * (SPRING_PIECES + 1) + SPRING_KNOTS + PARTS + 3 };
 
@@ -108,69 +106,6 @@ static void gradients(const SpringLaw *law, size_t samples, const double *displa
     }
 }
 
-/* Fits the piece that holds xi, and returns its number. */
-static int fit_at(SpringDraft *draft, double xi)
-{
-    const SpringBranch *branch = xi >= 0.0 ? &draft->table->rising : &draft->table->falling;
-    int piece = spring_piece(branch, fabs(xi));
-    piece -= piece == branch->pieces;
-    spring_fit(draft, xi < 0.0, piece);
-    return piece;
-}
-
-/* xi at u, with the pieces that hold it fitted. */
-static double fitted_inverse(SpringDraft *draft, double u)
-{
-    const SpringBranch *branch = u >= 0.0 ? &draft->table->rising : &draft->table->falling;
-    int piece = spring_piece_of(branch, fabs(u));
-    if (piece < branch->pieces)
-        spring_fit(draft, u < 0.0, piece);
-    double xi = spring_inverse(draft->table, u);
-    fit_at(draft, xi);
-    return xi;
-}
-
-/* Beyond every xi of a path. On strokes back omega changes faster than on the way there (sigma >= 1/2), so that it is
- * never more than on one stroke over the whole range; the margin is for rounding. */
-static double highest_xi(double rho, size_t samples, const double *displacement, double omega_start)
-{
-    double low = displacement[0], high = displacement[0];
-    for (size_t k = 1; k < samples; k++) {
-        low = displacement[k] < low ? displacement[k] : low;
-        high = displacement[k] > high ? displacement[k] : high;
-    }
-    return omega_start == 0.0 ? 1.0 + 1.001 * rho * (high - low) : INFINITY;
-}
-
-/* Fits what the samples of a path need. */
-static void fit_along(SpringDraft *draft, double rho, size_t samples, const double *displacement, double omega_start)
-{
-    double start = displacement[0], start_xi = 0.0, xi = 0.0, low = 0.0, high = 0.0;
-    int direction = 0;
-    for (size_t k = 1; k < samples; k++) {
-        double travel = displacement[k] - displacement[k - 1];
-        if (travel == 0.0)
-            continue;
-        if (travel * direction <= 0.0) {
-            double omega = direction == 0 ? omega_start : direction * spring_saturation(draft->table, xi);
-            direction = travel > 0.0 ? 1 : -1;
-            start = displacement[k - 1];
-            start_xi = fitted_inverse(draft, direction * omega);
-        }
-        xi = start_xi + rho * fabs(displacement[k] - start);
-        if (!(low < xi && xi < high)) {
-            int piece = fit_at(draft, xi);
-            low = xi >= 0.0 ? draft->table->rising.edges[piece] : -draft->table->falling.edges[piece + 1];
-            high = xi >= 0.0 ? draft->table->rising.edges[piece + 1] : -draft->table->falling.edges[piece];
-        }
-    }
-}
-
-static int same_table(const SpringParameters *one, const SpringParameters *other)
-{
-    return one->n == other->n && one->sigma == other->sigma;
-}
-
 static double *row(double *rows, size_t number, size_t size)
 {
     return rows == NULL ? NULL : rows + number * size;
@@ -183,18 +118,12 @@ void spring_many_paths(size_t paths, const SpringParameters *springs, const doub
 {
     int with = (energy != NULL ? SPRING_WITH_ENERGIES : 0) | (fields > 0 ? SPRING_WITH_DERIVATIVES : 0) |
                (coarse ? SPRING_COARSE : 0);
-    SpringDraft draft;
     for (size_t k = 0; k < paths; k++) {
         const SpringParameters *p = &springs[k];
         const double *path = displacement + k * apart;
         SpringLaw law;
-        int is_new = k == 0 || !same_table(p, p - 1), is_last = k + 1 == paths || !same_table(p, p + 1);
-        if (is_new && is_last && energy == NULL && samples <= SHORT) {
-            spring_draft(&draft, table, p->n, p->sigma, with, highest_xi(p->rho, samples, path, omega_start[k]));
-            fit_along(&draft, p->rho, samples, path, omega_start[k]);
-        } else if (is_new) {
+        if (k == 0 || p->n != p[-1].n || p->sigma != p[-1].sigma)
             spring_tabulate(table, p->n, p->sigma, with);
-        }
         spring_prepare(&law, p, table);
         spring_path(&law, samples, path, omega_start[k], NULL, row(force, k, samples), row(stiffness, k, samples),
                     row(energy, k, samples));

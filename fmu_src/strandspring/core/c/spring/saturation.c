@@ -46,25 +46,17 @@ double spring_saturation(const SpringTable *table, double xi)
     return xi >= 0.0 ? value : -value;
 }
 
-int spring_piece_of(const SpringBranch *branch, double value)
-{
-    double complement = value - 1.0;
-    if (value >= branch->values[branch->pieces] || complement >= branch->complements[branch->pieces])
-        return branch->pieces;
-    int near_one = branch->complemented < branch->pieces && complement >= branch->complements[branch->complemented];
-    return near_one ? last_below(branch->complements, branch->complemented, branch->pieces - 1, complement)
-                    : last_below(branch->values, 0, branch->pieces - 1, value);
-}
-
 /* |xi| at which the tabulated |W| is `value`. */
 static double inverse_on(const SpringBranch *branch, double value)
 {
     double complement = value - 1.0;
     if (value < branch->values[1])
         return value / branch->values[1] * branch->edges[1];
-    int index = spring_piece_of(branch, value);
-    if (index == branch->pieces)
-        return branch->edges[index];
+    if (value >= branch->values[branch->pieces] || complement >= branch->complements[branch->pieces])
+        return branch->edges[branch->pieces];
+    int near_one = branch->complemented < branch->pieces && complement >= branch->complements[branch->complemented];
+    int index = near_one ? last_below(branch->complements, branch->complemented, branch->pieces - 1, complement)
+                         : last_below(branch->values, 0, branch->pieces - 1, value);
     const SpringPiece *inverse = &branch->inverse[index], *piece = &branch->piece[index];
     double argument = index < branch->complemented ? value : complement;
     double theta = spring_polynomial(inverse->coefficients, (argument - inverse->middle) * inverse->per_half);

@@ -42,14 +42,10 @@ typedef struct {
 #ifndef SPRING_STEPS_ONLY
     /* Derivatives of |W| by n and sigma at fixed |xi|, as polynomials of theta. */
     double by_n[SPRING_PIECES][SPRING_POWERS], by_sigma[SPRING_PIECES][SPRING_POWERS];
-    /* For spring_fit: the integrals up to each piece, which are the rounding of |xi| and its derivatives by n and sigma;
-     * and whether its polynomials are there. */
-    double sums[SPRING_PIECES + 1][3];
-    unsigned char is_fitted[SPRING_PIECES];
 #endif
 } SpringBranch;
 
-/* W for one pair (n, sigma); some 180 kB. */
+/* W for one pair (n, sigma); some 170 kB. */
 typedef struct {
     double n, curvature; /* 2 sigma - 1 */
     int has_energies;    /* whether the shares are filled */
@@ -72,30 +68,6 @@ enum {
 
 /* Fills a table in a fraction of a millisecond; 0.01 <= n <= 100, 0.5 <= sigma <= 1000. */
 SPRING_LOCAL void spring_tabulate(SpringTable *table, double n, double sigma, int with);
-
-/* Chebyshev-Lobatto nodes on [-1, 1], and the weight of each in the integrals from -1 to all of them. */
-typedef struct {
-    double node[SPRING_POWERS], integral[SPRING_POWERS][SPRING_POWERS];
-} SpringRule;
-
-/* What the pieces of a branch are made of: the logit of W, or ln|W|, where they begin, their width, and the factors from
- * a piece's first node to all. */
-typedef struct {
-    double lowest, width, half, share[SPRING_POWERS], share_n[SPRING_POWERS];
-} SpringBranchDraft;
-
-/* A table of which the edges are known, and the polynomials of those pieces that were asked for. */
-typedef struct {
-    SpringTable *table;
-    int with;
-    SpringRule rule;
-    SpringBranchDraft branch[2]; /* rising, falling */
-} SpringDraft;
-
-/* Begins a table, without energies, for xi <= highest, and fits a piece of it: the same bits as spring_tabulate. */
-SPRING_LOCAL void spring_draft(
-    SpringDraft *draft, SpringTable *table, double n, double sigma, int with, double highest);
-SPRING_LOCAL void spring_fit(SpringDraft *draft, int falls, int piece);
 #endif
 
 /* W(xi). */
@@ -141,9 +113,6 @@ static inline int spring_group(int level, int piece)
 /* The piece that holds |xi| = z >= 0, as many as there are beyond the last, and |W| there. */
 SPRING_LOCAL int spring_piece(const SpringBranch *branch, double z);
 SPRING_LOCAL double spring_on_piece(const SpringBranch *branch, int piece, double z);
-
-/* The piece on which |W| is a value, as many as there are where it is the last one's end or beyond. */
-SPRING_LOCAL int spring_piece_of(const SpringBranch *branch, double value);
 
 /* The shares of what lies between |xi| = a and b on one piece, or beyond the last. */
 static inline void spring_shares(const SpringBranch *branch, int piece, double a, double b, double *shares)

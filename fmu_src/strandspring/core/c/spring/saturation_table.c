@@ -21,10 +21,13 @@ typedef struct {
 static const Fineness FINE = {-32.0, 36.5, 36.0, 0.45};
 /* The nearest singularity is 2.2 half widths away, and the error of W below 1e-8. */
 static const Fineness COARSE = {-16.0, 20.0, 16.0, 0.9};
-/* Of 1 - |W|: a table ends earlier only where W is not yet level within rounding, or its inverse would change. */
-static const double LEAST_COMPLEMENT = 1e-12;
 /* The order in which interpolation takes the nodes: each far from those before, or rounding errors grow. */
 static const int ORDER[SPRING_POWERS] = {0, 11, 6, 3, 9, 1, 8, 5, 10, 2, 7, 4};
+
+/* Chebyshev-Lobatto nodes on [-1, 1], and the weight of each in the integrals from -1 to all of them. */
+typedef struct {
+    double node[SPRING_POWERS], integral[SPRING_POWERS][SPRING_POWERS];
+} Rule;
 
 /* The values at the nodes of one piece. */
 typedef struct {
@@ -86,7 +89,7 @@ static void correct(const Grid *grid, const double *value, double *coefficients)
     add_interpolant(grid, left, coefficients);
 }
 
-static void make_rule(SpringRule *rule)
+static void make_rule(Rule *rule)
 {
     double cosine[2 * DEGREE];
     for (int k = 0; k < 2 * DEGREE; k++)
@@ -117,35 +120,28 @@ static void make_rule(SpringRule *rule)
 /* ---- the branches ---- */
 
 /* xi = S(u) over q = logit(u); rate is d(xi)/dq. */
-static void rising_nodes(const SpringTable *table, const SpringBranchDraft *of, int index, Nodes *nodes)
+static void rising_nodes(const SpringTable *table, const double *share, double start, Nodes *nodes)
 {
-    double first = exp(-(of->lowest + of->width * (index - 1)));
-    double log_of[SPRING_POWERS];
+    double first = exp(-start);
     for (int k = 0; k < SPRING_POWERS; k++) {
-        log_of[k] = -log1p(first * of->share[k]);
-        nodes->slope[k] = -expm1(table->n * log_of[k]);
-    }
-    /* Without calls, which compilers vectorise. */
-    for (int k = 0; k < SPRING_POWERS; k++) {
-        double decay = first * of->share[k], log_u = log_of[k], u = 1.0 / (1.0 + decay), slope = nodes->slope[k];
+        double decay = first * share[k], log_u = -log1p(decay), u = 1.0 / (1.0 + decay);
+        double slope = -expm1(table->n * log_u);
         nodes->value[k] = u;
         nodes->complement[k] = -decay * u;
+        nodes->slope[k] = slope;
         nodes->rate[k] = u * u * decay / slope;
         nodes->rate_by_n[k] = nodes->rate[k] * (1.0 - slope) * log_u / slope;
         nodes->rate_by_sigma[k] = 0.0;
     }
 }
 
-/* -xi = T(w) over y = ln(w), w = -u; rate is d(-xi)/dy. */
-static void falling_nodes(const SpringTable *table, const SpringRule *rule, const SpringBranchDraft *of, int index,
-                          int pieces, Nodes *nodes)
+/* -xi = T(w) over y = ln(w), w = -u; rate is d(-xi)/dy. share_n are the shares of w^n. */
+static void falling_nodes(
+    const SpringTable *table, const double *share, const double *share_n, const double *y, Nodes *nodes)
 {
-    double y[SPRING_POWERS];
-    for (int k = 0; k < SPRING_POWERS; k++)
-        y[k] = of->lowest - of->lowest * (index - 1) / pieces + of->half * (1.0 + rule->node[k]);
     double first = exp(y[0]), first_n = exp(table->n * y[0]);
     for (int k = 0; k < SPRING_POWERS; k++) {
-        double w = first * of->share[k], power = first_n * of->share_n[k], slope = 1.0 + table->curvature * power;
+        double w = first * share[k], power = first_n * share_n[k], slope = 1.0 + table->curvature * power;
         nodes->value[k] = w;
         nodes->slope[k] = slope;
         nodes->rate[k] = w / slope;
@@ -155,17 +151,10 @@ static void falling_nodes(const SpringTable *table, const SpringRule *rule, cons
     nodes->complement[DEGREE] = expm1(y[DEGREE]); /* at the end of the piece; between no-one asks for it */
 }
 
-/* Integral up to each node, or to the end of the piece alone, of what its rate is at the nodes. */
-static void integrate(
-    const SpringRule *rule, double half, const double *rate, double start, int everywhere, double *integral)
+/* Integral at each node of what its rate is at the nodes, by the piece's half width. */
+static void integrate(const Rule *rule, double half, const double *rate, double start, double *integral)
 {
     double total[SPRING_POWERS] = {0.0};
-    if (!everywhere) {
-        for (int i = 0; i < SPRING_POWERS; i++)
-            total[DEGREE] += rule->integral[i][DEGREE] * rate[i];
-        integral[DEGREE] = start + half * total[DEGREE];
-        return;
-    }
     for (int i = 0; i < SPRING_POWERS; i++)
         for (int j = 0; j < SPRING_POWERS; j++)
             total[j] += rule->integral[i][j] * rate[i];
@@ -173,22 +162,40 @@ static void integrate(
         integral[j] = start + half * total[j];
 }
 
-/* A derivative of |W| from the integral of that of |xi|. */
-static void fit_derivative(const Grid *grid, const Nodes *nodes, double *integral, double *coefficients)
+/* |xi| at the nodes of a piece. W' may be 2000, so that the roundings of a hundred pieces would count: what they lose
+ * is carried from piece to piece. */
+static void integrate_xi(const Rule *rule, double half, double *z, double *lost, Nodes *nodes)
 {
-    /* With I the integral, xi = I(u) at a fixed xi gives d|W| = -W' dI. */
+    integrate(rule, half, nodes->rate, 0.0, nodes->z);
+    double step = nodes->z[DEGREE] + *lost, before = *z;
     for (int k = 0; k < SPRING_POWERS; k++)
-        integral[k] *= -nodes->slope[k];
-    memset(coefficients, 0, SPRING_POWERS * sizeof *coefficients);
-    add_interpolant(grid, integral, coefficients);
+        nodes->z[k] = before + (*lost + nodes->z[k]);
+    *z = nodes->z[DEGREE];
+    *lost = step - (*z - before);
+}
+
+/* By n alone, or by n and sigma. */
+static void add_derivatives(const Rule *rule, SpringBranch *branch, double half, const Grid *grid, const Nodes *nodes,
+                            double integrals[2], int count)
+{
+    const double *rates[2] = {nodes->rate_by_n, nodes->rate_by_sigma};
+    double *coefficients[2] = {branch->by_n[branch->pieces], branch->by_sigma[branch->pieces]};
+    for (int one = 0; one < count; one++) {
+        double integral[SPRING_POWERS];
+        integrate(rule, half, rates[one], integrals[one], integral);
+        integrals[one] = integral[DEGREE];
+        /* With I the integral, xi = I(u) at a fixed xi gives d|W| = -W' dI. */
+        for (int k = 0; k < SPRING_POWERS; k++)
+            integral[k] *= -nodes->slope[k];
+        memset(coefficients[one], 0, sizeof branch->by_n[0]);
+        add_interpolant(grid, integral, coefficients[one]);
+    }
 }
 
 /* A straight line from the origin up to the first node that is resolved. */
 static void begin_branch(SpringBranch *branch, double z, double value)
 {
-    memset(branch->sums[1], 0, sizeof branch->sums[1]);
-    memset(branch->is_fitted, 0, sizeof branch->is_fitted);
-    branch->is_fitted[0] = 1;
+    branch->pieces = 1;
     branch->edges[0] = branch->values[0] = 0.0;
     branch->complements[0] = -1.0;
     branch->piece[0] = (SpringPiece){0.0, 1.0 / z, {0.0, value}};
@@ -200,8 +207,9 @@ static void begin_branch(SpringBranch *branch, double z, double value)
     memset(branch->by_sigma[0], 0, sizeof branch->by_sigma[0]);
 }
 
-static void fit_piece(SpringBranch *branch, int index, const Grid *grid, const Nodes *nodes, int with)
+static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes, int with)
 {
+    int index = branch->pieces++;
     const double *argument = index < branch->complemented ? nodes->value : nodes->complement;
     double theta[SPRING_POWERS];
     Grid inverse;
@@ -214,48 +222,9 @@ static void fit_piece(SpringBranch *branch, int index, const Grid *grid, const N
         correct(grid, nodes->value, branch->piece[index].coefficients);
     branch->inverse[index] = (SpringPiece){.middle = inverse.middle, .per_half = inverse.per_half};
     add_interpolant(&inverse, theta, branch->inverse[index].coefficients);
-}
-
-/* The piece from an edge to the next, which becomes known; its polynomials if they are wanted. */
-static void make_piece(SpringDraft *draft, int falls, int index, int fits)
-{
-    SpringTable *table = draft->table;
-    SpringBranch *branch = falls ? &table->falling : &table->rising;
-    SpringBranchDraft *of = &draft->branch[falls];
-    double before = branch->edges[index], lost = branch->sums[index][0];
-    double integral[2][SPRING_POWERS];
-    Nodes nodes;
-    if (falls)
-        falling_nodes(table, &draft->rule, of, index, branch->pieces - 1, &nodes);
-    else
-        rising_nodes(table, of, index, &nodes);
-    integrate(&draft->rule, of->half, nodes.rate, 0.0, fits, nodes.z);
-    /* W' may be 2000, so that the roundings of a hundred pieces would count: what they lose is carried from piece to
-     * piece. */
-    double step = nodes.z[DEGREE] + lost;
-    branch->edges[index + 1] = before + (lost + nodes.z[DEGREE]);
-    branch->values[index + 1] = nodes.value[DEGREE];
-    branch->complements[index + 1] = nodes.complement[DEGREE];
-    if (falls && index + 1 == branch->pieces)
-        branch->values[index + 1] = 1.0; /* exactly, so that every u from -1 on has its place */
-    branch->sums[index + 1][0] = step - (branch->edges[index + 1] - before);
-    /* By n alone, or by n and sigma. */
-    int derivatives = draft->with & SPRING_WITH_DERIVATIVES ? 1 + falls : 0;
-    for (int k = 0; k < derivatives; k++) {
-        integrate(&draft->rule, of->half, k == 0 ? nodes.rate_by_n : nodes.rate_by_sigma, branch->sums[index][1 + k], fits,
-                  integral[k]);
-        branch->sums[index + 1][1 + k] = integral[k][DEGREE];
-    }
-    if (!fits)
-        return;
-    Grid grid;
-    for (int k = 0; k < SPRING_POWERS; k++)
-        nodes.z[k] = before + (lost + nodes.z[k]);
-    make_grid(&grid, nodes.z);
-    for (int k = 0; k < derivatives; k++)
-        fit_derivative(&grid, &nodes, integral[k], k == 0 ? branch->by_n[index] : branch->by_sigma[index]);
-    fit_piece(branch, index, &grid, &nodes, draft->with);
-    branch->is_fitted[index] = 1;
+    branch->edges[index + 1] = nodes->z[DEGREE];
+    branch->values[index + 1] = nodes->value[DEGREE];
+    branch->complements[index + 1] = nodes->complement[DEGREE];
 }
 
 /* S(u) = sum of u^(k n + 1)/(k n + 1), for a small u. */
@@ -282,71 +251,58 @@ static double falling_series(double n, double curvature, double w)
     return total;
 }
 
-static void begin_rising(SpringDraft *draft, const Fineness *is)
+static void tabulate_rising(const Rule *rule, const Fineness *is, SpringTable *table, int with)
 {
-    SpringBranch *branch = &draft->table->rising;
-    SpringBranchDraft *of = &draft->branch[0];
-    double lowest = 1.0 / (1.0 + exp(-is->lowest));
-    of->lowest = is->lowest;
-    of->width = is->width;
-    of->half = 0.5 * is->width;
+    SpringBranch *branch = &table->rising;
+    int pieces = (int)((is->highest - is->lowest) / is->width);
+    double lowest = 1.0 / (1.0 + exp(-is->lowest)), z = rising_series(table->n, lowest);
+    double share[SPRING_POWERS], integrals[2] = {0.0, 0.0}, lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++)
-        of->share[k] = exp(-0.5 * is->width * (1.0 + draft->rule.node[k]));
-    branch->pieces = 1 + (int)((is->highest - is->lowest) / is->width);
+        share[k] = exp(-0.5 * is->width * (1.0 + rule->node[k]));
     branch->complemented = 1 - (int)(is->lowest / is->width);
-    begin_branch(branch, rising_series(draft->table->n, lowest), lowest);
+    begin_branch(branch, z, lowest);
+    for (int index = 0; index < pieces; index++) {
+        Nodes nodes;
+        Grid grid;
+        rising_nodes(table, share, is->lowest + is->width * index, &nodes);
+        integrate_xi(rule, 0.5 * is->width, &z, &lost, &nodes);
+        make_grid(&grid, nodes.z);
+        if (with & SPRING_WITH_DERIVATIVES)
+            add_derivatives(rule, branch, 0.5 * is->width, &grid, &nodes, integrals, 1);
+        add_piece(branch, &grid, &nodes, with);
+    }
 }
 
-static void begin_falling(SpringDraft *draft, const Fineness *is)
+static void tabulate_falling(const Rule *rule, const Fineness *is, SpringTable *table, int with)
 {
-    SpringBranch *branch = &draft->table->falling;
-    SpringBranchDraft *of = &draft->branch[1];
-    double n = draft->table->n, curvature = draft->table->curvature;
+    SpringBranch *branch = &table->falling;
+    double n = table->n, curvature = table->curvature;
     /* Below this the term (2 sigma - 1)*w^n is lost in rounding. */
-    of->lowest = clip(-(is->lost + log1p(curvature)) / n, is->lowest, 0.0);
-    int pieces = (int)ceil(-of->lowest / clip(is->width / n, 0.0, is->width));
-    of->half = -0.5 * of->lowest / pieces;
+    double lowest = clip(-(is->lost + log1p(curvature)) / n, is->lowest, 0.0);
+    int pieces = (int)ceil(-lowest / clip(is->width / n, 0.0, is->width));
+    double half = -0.5 * lowest / pieces;
+    double share[SPRING_POWERS], share_n[SPRING_POWERS], y[SPRING_POWERS], integrals[2] = {0.0, 0.0};
+    double z = falling_series(n, curvature, exp(lowest)), lost = 0.0;
     for (int k = 0; k < SPRING_POWERS; k++) {
-        of->share[k] = exp(of->half * (1.0 + draft->rule.node[k]));
-        of->share_n[k] = exp(n * of->half * (1.0 + draft->rule.node[k]));
+        share[k] = exp(half * (1.0 + rule->node[k]));
+        share_n[k] = exp(n * half * (1.0 + rule->node[k]));
     }
-    branch->pieces = 1 + pieces;
     branch->complemented = SPRING_PIECES;
-    begin_branch(branch, falling_series(n, curvature, exp(of->lowest)), exp(of->lowest));
-}
-
-/* Up to |xi| = highest at least. */
-static void make_pieces(
-    SpringDraft *draft, SpringTable *table, double n, double sigma, int with, double highest, int fits)
-{
-    const Fineness *is = with & SPRING_COARSE ? &COARSE : &FINE;
-    table->n = n;
-    table->curvature = 2.0 * sigma - 1.0;
-    table->has_energies = (with & SPRING_WITH_ENERGIES) != 0;
-    draft->table = table;
-    draft->with = with;
-    make_rule(&draft->rule);
-    begin_rising(draft, is);
-    begin_falling(draft, is);
-    for (int index = 1; index < table->rising.pieces; index++) {
-        make_piece(draft, 0, index, fits);
-        if (table->rising.edges[index] > highest && table->rising.complements[index] < -LEAST_COMPLEMENT)
-            table->rising.pieces = index + 1;
+    begin_branch(branch, z, exp(lowest));
+    for (int index = 0; index < pieces; index++) {
+        Nodes nodes;
+        Grid grid;
+        for (int k = 0; k < SPRING_POWERS; k++)
+            y[k] = lowest - lowest * index / pieces + half * (1.0 + rule->node[k]);
+        falling_nodes(table, share, share_n, y, &nodes);
+        integrate_xi(rule, half, &z, &lost, &nodes);
+        make_grid(&grid, nodes.z);
+        if (with & SPRING_WITH_DERIVATIVES)
+            add_derivatives(rule, branch, half, &grid, &nodes, integrals, 2);
+        add_piece(branch, &grid, &nodes, with);
     }
-    for (int index = 1; index < table->falling.pieces; index++)
-        make_piece(draft, 1, index, fits);
-}
-
-void spring_draft(SpringDraft *draft, SpringTable *table, double n, double sigma, int with, double highest)
-{
-    make_pieces(draft, table, n, sigma, with, highest, 0);
-}
-
-void spring_fit(SpringDraft *draft, int falls, int piece)
-{
-    const SpringBranch *branch = falls ? &draft->table->falling : &draft->table->rising;
-    if (!branch->is_fitted[piece])
-        make_piece(draft, falls, piece, 1);
+    /* Exactly, so that every u from -1 on has its place. */
+    branch->values[branch->pieces] = 1.0;
 }
 
 /* ---- energies ---- */
@@ -397,8 +353,14 @@ static void add_shares(const double *scale, SpringBranch *branch)
 
 void spring_tabulate(SpringTable *table, double n, double sigma, int with)
 {
-    SpringDraft draft;
-    make_pieces(&draft, table, n, sigma, with, INFINITY, 1);
+    Rule rule;
+    make_rule(&rule);
+    table->n = n;
+    table->curvature = 2.0 * sigma - 1.0;
+    const Fineness *is = with & SPRING_COARSE ? &COARSE : &FINE;
+    tabulate_rising(&rule, is, table, with);
+    tabulate_falling(&rule, is, table, with);
+    table->has_energies = (with & SPRING_WITH_ENERGIES) != 0;
     if (table->has_energies) {
         double scale[GAUSS_POINTS];
         make_scales(scale);
