@@ -95,22 +95,23 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
     pose = (np.array([[0.0, 0.0, -2.0 * (equilibrium.displacement - 0.05)]]), np.eye(3)[None])
     band = np.geomspace(2.0, 40.0, 40)
     shaking = Shaking(kind, (0.0, 0.0, -1.0))
-    one = frequency_response(mass, kind, level, band)
+    one = frequency_response(mass, kind, level, band, samples=128)
     found = system_response(SmallMotion(system, pose), shaking, level, band)
     wanted = one.column("requested") > 0.0
-    # Both stop where the equations are solved to 1e-8 and 1e-9 of their largest term; a resonance magnifies that.
+    # Both stop where the equations are solved to 1e-10 of their largest term; a resonance magnifies that.
     tolerance = 3e-7
     of_force = kind is Excitation.FORCE
     ratio = -(found.base_force / found.level if of_force else found.gain[:, 0])[found.requested, 2]
     expected = one.column("transmissibility") * np.exp(1j * np.radians(one.column("phase")))
     assert ratio == pytest.approx(expected[wanted], rel=tolerance)
     assert np.abs(found.base_force[found.requested, 2]) == pytest.approx(one.column("force")[wanted], rel=tolerance)
-    for name, values in (
-        ("min", found.low[:, 0]),
-        ("max", found.high[:, 0]),
-        ("acceleration", found.acceleration[:, 0, 2]),
+    for name, values, within in (
+        ("min", found.low[:, 0], tolerance),
+        ("max", found.high[:, 0], tolerance),
+        # The parabola's largest value against the largest of 128 samples, of a harmonic k off by (k*pi/128)^2/2.
+        ("acceleration", found.acceleration[:, 0, 2], 4e-3),
     ):
-        assert values[found.requested] == pytest.approx(one.column(name)[wanted], rel=tolerance), name
+        assert values[found.requested] == pytest.approx(one.column(name)[wanted], rel=within), name
     (resonance,) = found.resonances
     if not of_force:
         assert resonance.frequency == pytest.approx(one.resonance.frequency, rel=2e-3)  # spacing of the points there
@@ -119,7 +120,7 @@ def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float, damping: f
 
     # One more step of Newton's method leaves rounding.
     shaken = ShakenSystem(SmallMotion(system, pose), shaking, level)
-    of_mass = mass_balance(mass, equilibrium, kind, level)
+    of_mass = mass_balance(mass, equilibrium, kind, level, samples=128)
     motions = []
     for balance, start in (
         (of_mass, partial(linear_motion, of_mass, np.array([equilibrium.stiffness]), np.zeros(1))),

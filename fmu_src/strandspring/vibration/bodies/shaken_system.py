@@ -14,9 +14,11 @@ import numpy as np
 from ...kernel.balance import BalancedSystem
 from ...kernel.periodic import fourier_basis
 from ...kernel.structures import rows
-from ..one_mass.harmonic_balance import HARMONICS, SAMPLES, displacement_limits, forcing, linear_motion
+from ..one_mass.harmonic_balance import HARMONICS, displacement_limits, forcing, linear_motion
 from .shaking import Shaking
 from .small_motion import SmallMotion
+
+_SAMPLES = 128  # of a period; 512 of them change gains by 1e-5
 
 
 class ShakenSystem:
@@ -56,7 +58,7 @@ class ShakenSystem:
         self.balance = BalancedSystem(
             springs=springs,
             axes=axes,
-            basis=fourier_basis(HARMONICS, SAMPLES),
+            basis=fourier_basis(HARMONICS, _SAMPLES),
             mass=motion.mass,
             along=motion.along,
             bend=motion.bend,

@@ -45,6 +45,7 @@ DIRECTIONS = ("x", "y", "z")
 _CHECKED_TILT = math.radians(0.5)  # from which motions are compared with time integration
 _LARGE_ERROR = 0.02  # of that comparison, from which there is a caution
 _SLIDING = 1.0  # rho times half the stroke of a spring
+_AT_ONCE = 16  # motions of which figures are computed together
 _OF_LARGEST = 0.01  # gains of a smaller share of the largest are no resonance
 # Of gains by their unit: heading, unit for people, and factor to it.
 _GAINS = {"1": ("transmissibility", "", 1.0), "m/rad": ("", "mm/rad", 1e3), "m/N": ("", "mm/N", 1e3)}
@@ -370,15 +371,21 @@ class _MovedPoints:
         self.carried = np.array([shaken.shaking.base_motion(motion, point.body, point.place) for point in self.points])
 
     def course(self, q: FloatArray, rates: FloatArray, accelerations: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Displacement and acceleration relative to the base, shape (P, 3, K), of courses of the coordinates (D, K)."""
+        """Displacement and acceleration relative to the base, shape (P, 3, F, K), of courses of shape (D, F, K)."""
         second = q[:, None] * accelerations + rates[:, None] * rates
         return self._moved(q, 0.5 * q[:, None] * q), self._moved(accelerations, second)
 
     def _moved(self, first: FloatArray, second: FloatArray) -> FloatArray:
-        """The sum of both derivatives times courses of shapes (D, K) and (D, D, K), shape (P, 3, K)."""
-        count = first.shape[1]
-        bent = self.bend.reshape(-1, self.bend.shape[3] ** 2) @ second.reshape(-1, count)
-        return self.along @ first + bent.reshape(-1, 3, count)
+        """The sum of both derivatives times courses of shapes (D, F, K) and (D, D, F, K), shape (P, 3, F, K)."""
+        return np.tensordot(self.along, first, 1) + np.tensordot(self.bend, second, 2)
+
+
+def _largest(samples: FloatArray) -> FloatArray:
+    """Largest values of periods of shape (..., K), of a parabola through the largest sample and its neighbours."""
+    top, count = samples.argmax(axis=-1)[..., None], samples.shape[-1]
+    before, most, after = (np.take_along_axis(samples, (top + k) % count, -1)[..., 0] for k in (-1, 0, 1))
+    bend = 2.0 * most - before - after
+    return np.asarray(most + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, 1.0)))
 
 
 def _response(
@@ -392,14 +399,15 @@ def _response(
     on_base = np.array([mount.support == BASE for mount in system.axis_mounts])
     directions = np.where(on_base[:, None], [axis.direction for axis in system.axes], 0.0)
     base = -(omega**2) * shaken.shaking.kind.base_amplitude(shaken.level, omega)
-    acceleration, sway, moved_by = [], [], displacements(balance, motions)
-    courses = (base, moved_by, rates(balance, motions), accelerations(balance, motions))
-    for amplitude, q, *derivatives in zip(*courses, strict=True):
-        of_displacement, of_acceleration = moved.course(q, *derivatives)
-        of_base = moved.carried[:, :, None] * amplitude * balance.basis.functions[1]
-        acceleration.append(np.abs(of_acceleration + of_base).max(axis=2))
-        sway.append(np.linalg.norm(of_displacement, axis=1).max(axis=1))
-    turned = shaken.motion.rotations(moved_by.swapaxes(0, 1))
+    courses = [series.swapaxes(0, 1) for series in (f(balance, motions) for f in (displacements, rates, accelerations))]
+    acceleration, sway = np.empty((len(motions), len(moved.points), 3)), np.empty((len(motions), len(moved.points)))
+    for begin in range(0, len(motions), _AT_ONCE):
+        part = slice(begin, begin + _AT_ONCE)
+        of_displacement, of_acceleration = moved.course(*(course[:, part] for course in courses))
+        of_base = np.multiply.outer(moved.carried, np.outer(base[part], balance.basis.functions[1]))
+        acceleration[part] = np.moveaxis(_largest(np.abs(of_acceleration + of_base)), 2, 0)
+        sway[part] = _largest(np.linalg.norm(of_displacement, axis=1)).T
+    turned = shaken.motion.rotations(courses[0])
     return SystemResponse(
         shaking=shaken.shaking,
         level=shaken.level,
@@ -408,9 +416,9 @@ def _response(
         frequency=omega / (2.0 * np.pi),
         gain=gains(motions),
         base_force=np.asarray((figures[:, :, 3] - 1j * figures[:, :, 4]) @ directions),
-        acceleration=np.array(acceleration),
-        sway=np.array(sway),
-        tilt=np.linalg.norm(turned, axis=1).max(axis=2).T,
+        acceleration=acceleration,
+        sway=sway,
+        tilt=_largest(np.linalg.norm(turned, axis=1)).T,
         low=low,
         high=high,
         stable=np.array([motion.rising for motion in motions]),

@@ -39,6 +39,7 @@ _RECENT = 10  # steps whose neighbourhood is no sign of a closed curve
 
 _RAMP = 10  # levels through which a start is approached
 _REFINEMENTS = 6  # halvings of the frequencies' spacing about a peak
+_FLAT = 2e-6  # of the largest value, by which its neighbours may differ before that is refined
 _CURVED = 0.004  # of ln(measure) between a point and the chord of its neighbours, above which points are added
 _SWEPT = 50  # frequencies between two reports of progress
 
@@ -140,7 +141,9 @@ def refine_peak(
         top = max(range(len(measured)), key=lambda k: measured[k][1])
         if not 0 < top < len(measured) - 1:
             break
-        around = [motion for motion, _ in measured[top - 1 : top + 2]]
+        around, values = zip(*measured[top - 1 : top + 2], strict=True)
+        if min(values) >= (1.0 - _FLAT) * values[1]:
+            break
         if not (all(motion.rising for motion in around) and around[0].log < around[1].log < around[2].log):
             break
         # The later pair first, so that the earlier one keeps its place.
