@@ -68,7 +68,6 @@ PATH = 0.01 * np.sin(np.linspace(0.0, 9.0, 200)) + 0.05
 DOORS: dict[str, Callable[[Spring, Path], object]] = {
     "responses": lambda spring, _: spring.responses(PATH),
     "build by Python": lambda spring, folder: spring.build_fmu(folder, backend="python"),
-    "export to C": lambda spring, folder: spring.export(folder, c=True),
 }
 
 

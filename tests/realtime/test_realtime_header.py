@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from branched_springs import BRANCHED, oracle_force, uneven_motion
 from fmu_tools import SPRING
 from pages import blocks
 from realtime_tools import FLAGS, cc, exported, steps
@@ -108,6 +109,61 @@ def test_the_exported_spring_answers_as_the_package(tmp_path: Path) -> None:
     found = np.array([[float.fromhex(word) for word in line.split()] for line in said.splitlines()]).T
     response = Spring(SPRING).response(path)
     np.testing.assert_allclose(found[1], response, rtol=0.0, atol=1e-12 * np.abs(response).max())
+
+
+@pytest.mark.parametrize("name", BRANCHED)
+def test_second_mechanisms_and_branches_beside_a_plain_spring(name: str, tmp_path: Path) -> None:
+    """Against an ODE solver and branches in closed form with 60 digits, and `Spring`; both springs in one program."""
+    p = BRANCHED[name]
+    plain = exported(tmp_path, SPRING, "plain")
+    law = exported(tmp_path, p)
+    kernel = [*steps(law), law.with_name("branches.c")]
+    example = cc(tmp_path / "example", "-O2", *FLAGS, law.with_name("mount_example.c"), law, *kernel)
+    assert subprocess.run([example], check=False).returncode == 0
+    time, path = uneven_motion()
+    host = tmp_path / "host.c"
+    rows = ", ".join(
+        f"{{{float(h).hex()}, {float(x).hex()}}}" for h, x in zip(np.diff(time, prepend=0.0), path, strict=True)
+    )
+    host.write_text(
+        '#include "mount_law.h"\n#include "plain_law.h"\n#include <stdio.h>\n'
+        f"static const double motion[][2] = {{{rows}}};\n"
+        "int main(void)\n{\n    const SpringAdded *has = &mount_law_added;\n"
+        "    SpringMemory first = spring_start(motion[0][1], 0.2);\n"
+        "    SpringAddedMemory added = spring_added_start(motion[0][1], -0.4);\n"
+        f"    for (int i = 0; i < {path.size}; i++) {{\n"
+        "        SpringDecay decays[SPRING_MAXWELLS];\n"
+        "        for (int j = 0; j < has->branches; j++)\n"
+        "            decays[j] = spring_decay(motion[i][0] / has->time_constant[j]);\n"
+        "        spring_added_commit(has, &mount_law_second, &added, 0, first.displacement, motion[i][1],\n"
+        "            motion[i][0], decays);\n"
+        "        spring_commit(&mount_law_first, &first, NULL, motion[i][1]);\n"
+        '        printf("%a %a %a\\n", spring_force(&mount_law_first, &first)\n'
+        "            + spring_added_force(has, &mount_law_second, &added),\n"
+        "            spring_absorbed_energy(&mount_law_first, &first)\n"
+        "            + spring_added_energy(has, &mount_law_second, &added), spring_added_stored(has, &added));\n"
+        "    }\n    return plain_law.parameters.n > 0.0 ? 0 : 1;\n}\n"
+    )
+    program = cc(tmp_path / "host", "-O2", *FLAGS, f"-I{law.parent}", host, law, plain, *kernel)
+    said = subprocess.run([program], capture_output=True, text=True, check=True).stdout
+    force, absorbed, stored = np.array([[float.fromhex(word) for word in line.split()] for line in said.splitlines()]).T
+    # The ODE solver's tolerance is 3e-14 for each of 119 steps; branches alone err by rounding.
+    assert force == pytest.approx(oracle_force(p, path, time, (0.2, -0.4)), abs=1e-10 * float(np.abs(force).max()))
+    python = Spring(p)
+    starts = (0.2, -0.4) if p.second else 0.2
+    assert force == pytest.approx(python.response(path, starts, time=time), abs=1e-12 * float(np.abs(force).max()))
+    work = python.absorbed_energy(path, starts, time=time)
+    assert absorbed == pytest.approx(work, abs=1e-11 * float(np.abs(work).max()))  # rounding of sums
+    assert stored == pytest.approx(python.stored_energy(path, time=time), rel=1e-10, abs=1e-15)
+
+
+def test_a_spring_with_branches_has_no_law_that_leaves_them_out(tmp_path: Path) -> None:
+    header = exported(tmp_path, BRANCHED["branches"]).with_suffix(".h").read_text()
+    assert re.findall(r"\bextern const \w+ (\w+);", header) == [
+        "mount_law_first",
+        "mount_law_second",
+        "mount_law_added",
+    ]
 
 
 def test_tables_can_be_made_on_a_target_with_a_mathematics_library(tmp_path: Path) -> None:

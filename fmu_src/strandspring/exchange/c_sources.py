@@ -2,6 +2,8 @@
 
 The kernel stands once in the folder, and each spring has files of its own beside it, so that any number of springs can
 be exported into the same folder. Their names and identifiers end in ``_law``: none is a word of C or of the kernel.
+A spring with a second mechanism or branches has ``_law_first``, ``_law_second`` and ``_law_added`` instead, so that no
+program takes the force of its first mechanism for the whole.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from textwrap import fill, wrap
 
 from ..core.parameters import SpringParameters
 from ..ground.files import write_text
-from ..kernel.branches import require_plain
+from ..kernel.branches import added_fields
 from ..kernel.library import library
 from ..kernel.path import packed
 from ..kernel.structures import constants, structures
@@ -26,7 +28,7 @@ from ..model.modelfile import ModelFile
 FOLDER = "strandspring_c"
 # What steps are compiled of; saturation_table.c, for targets that make tables, is empty otherwise.
 STEP_SOURCES = ("saturation.c", "spline.c", "spring.c")
-_SOURCES = (*STEP_SOURCES, "saturation_table.c")
+_SOURCES = (*STEP_SOURCES, "branches.c", "saturation_table.c")
 _HEADER = "strandspring.h"
 _EXAMPLE_OF = "mount"
 _LOCAL = "spring_local.h"
@@ -37,10 +39,12 @@ def law_path(folder: Path, name: str) -> Path:
     return folder / FOLDER / f"{name}_law.c"
 
 
-def constant_bytes() -> int:
-    """What a law and its table take of a target's memory for constants, where a pointer has 8 bytes."""
-    sizes = structures(steps_only=True)
-    return ctypes.sizeof(sizes["SpringTable"]) + ctypes.sizeof(sizes["SpringLaw"])
+def constant_bytes(parameters: SpringParameters) -> int:
+    """What laws and their tables take of a target's memory for constants, where a pointer has 8 bytes."""
+    table, law, added = (
+        ctypes.sizeof(structures(steps_only=True)[name]) for name in ("SpringTable", "SpringLaw", "SpringAdded")
+    )
+    return table * len(parameters.mechanisms) + (law if parameters.is_plain else 2 * law + added)
 
 
 def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
@@ -60,7 +64,6 @@ def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
     ------
     StrandspringError  If the folder cannot be written, or the kernel is missing and cannot be compiled.
     """
-    require_plain(model.parameters, "The C sources of a spring")
     texts = _kernel()
     kernel = hashlib.sha256(repr(sorted(texts.items())).encode()).hexdigest()[:8]
     texts[_LOCAL] = (
@@ -70,7 +73,8 @@ def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
         f"#define SPRING_KERNEL 0x{kernel}\n"
     )
     name = model.name
-    texts[f"{name}_example.c"] = re.sub(rf"\b{_EXAMPLE_OF}_law\b", f"{name}_law", _example(texts[_HEADER]))
+    example = _examples(texts[_HEADER])[0 if model.parameters.is_plain else 1]
+    texts[f"{name}_example.c"] = re.sub(rf"\b{_EXAMPLE_OF}_law(?=\b|_)", f"{name}_law", example)
     texts[f"{name}_law.h"] = _law_header(model, zero)
     # Last, as it is what the others are for.
     texts[f"{name}_law.c"] = _law_source(model, kernel)
@@ -79,11 +83,10 @@ def write_c_sources(folder: Path, model: ModelFile, zero: float) -> Path:
     return law_path(folder, name)
 
 
-def _example(header: str) -> str:
-    """The program in the header's first comment."""
-    lines = header[: header.index("*/")].splitlines()
-    first, last = lines.index(f' *     #include "{_EXAMPLE_OF}_law.h"'), lines.index(" *     }")
-    return "".join(f"{line[7:]}\n" for line in lines[first : last + 1])
+def _examples(header: str) -> list[str]:
+    """The programs in the header's first comment: of the paper's spring, and of one that has more."""
+    programs = re.findall(rf' \*     #include "{_EXAMPLE_OF}_law.h"\n.*?int main.*?\n \*     }}\n', header, re.DOTALL)
+    return ["".join(f"{line[7:]}\n" for line in program.splitlines()) for program in programs]
 
 
 def _kernel() -> dict[str, str]:
@@ -109,28 +112,52 @@ def _law_header(model: ModelFile, zero: float) -> str:
         f"The spring {name}, identified from {p.displacement_min:.6g} m to {p.displacement_max:.6g} m. {counted} "
         "Constant: it may lie in flash, and any number of threads may read it."
     )
+    if p.is_plain:
+        extra, constants_of = "", {"": "SpringLaw"}
+    else:
+        extra = '#ifdef __cplusplus\nextern "C" {\n#endif\n#include "branches.h"\n#ifdef __cplusplus\n}\n#endif\n'
+        constants_of = {"_first": "SpringLaw", "_second": "SpringLaw", "_added": "SpringAdded"}
+    declared = [f"const {kind} {name}_law{suffix};\n" for suffix, kind in constants_of.items()]
     return (
         fill(said, 110, initial_indent="/* ", subsequent_indent=" * ", break_long_words=False, break_on_hyphens=False)
-        + f' */\n#ifndef {name}_law_h\n#define {name}_law_h\n\n#include "{_HEADER}"\n\n'
+        + f' */\n#ifndef {name}_law_h\n#define {name}_law_h\n\n#include "{_HEADER}"\n{extra}\n'
         "#ifdef __cplusplus\n"
-        f'extern "C" const SpringLaw {name}_law;\n'
-        "#else\n"
-        f"extern const SpringLaw {name}_law;\n"
-        "#endif\n\n#endif\n"
+        + "".join(f'extern "C" {line}' for line in declared)
+        + "#else\n"
+        + "".join(f"extern {line}" for line in declared)
+        + "#endif\n\n#endif\n"
     )
 
 
 def _law_source(model: ModelFile, kernel: str) -> str:
-    name = model.name
-    table, law = _constants(model.parameters)
+    name, p = model.name, model.parameters
+    if p.is_plain:
+        constants_of = _law_constants(f"{name}_table", f"{name}_law", p)
+    else:
+        suffixes = ("first", "second")
+        constants_of = "".join(
+            _law_constants(f"{name}_{suffix}_table", f"{name}_law_{suffix}", mechanism)
+            for suffix, mechanism in zip(suffixes, p.mechanisms, strict=False)
+        )
+        if p.second is None:
+            constants_of += f"const SpringLaw {name}_law_second = {{0}};\n"
+        added = structures()["SpringAdded"](**added_fields(p))
+        constants_of += f"\nconst SpringAdded {name}_law_added = {_initializer(added)};\n"
     return (
         "/* Written by strandspring; exact, for hexadecimal floats give every compiler the same bits. */\n"
         f'#include "{name}_law.h"\n\n'
         f"#if SPRING_KERNEL != 0x{kernel}\n"
         '#error "This table is of other sources of the kernel; export the spring again."\n'
-        "#endif\n\n"
-        f"static const SpringTable {name}_table = {_initializer(table)};\n\n"
-        f"const SpringLaw {name}_law = {_initializer(law, table=f'&{name}_table')};\n"
+        f"#endif\n\n{constants_of}"
+    )
+
+
+def _law_constants(table_name: str, law_name: str, mechanism: SpringParameters) -> str:
+    """A law and its table as C."""
+    table, law = _constants(mechanism)
+    return (
+        f"static const SpringTable {table_name} = {_initializer(table)};\n\n"
+        f"const SpringLaw {law_name} = {_initializer(law, table=f'&{table_name}')};\n"
     )
 
 

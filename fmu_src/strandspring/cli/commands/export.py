@@ -102,7 +102,8 @@ def _lines(exports: Exports) -> Iterator[str]:
         name = record_name(exports.model.name)
         yield f"Modelica library: {exports.modelica / LIBRARY}, record {LIBRARY}.Records.{name}"
     if exports.c is not None:
-        yield f"C sources: {exports.files['c']} and what it needs; {constant_bytes() / 1000:.0f} kB of constants"
+        size = constant_bytes(exports.model.parameters) / 1000
+        yield f"C sources: {exports.files['c']} and what it needs; {size:.0f} kB of constants"
 
 
 def _check_folder(output: str, what: str) -> None:

@@ -17,7 +17,32 @@
  * and its table, which may lie in flash. Compile them with spring.c, saturation.c and spline.c, as C11 with IEEE doubles,
  * with -ffp-contract=off and without -ffast-math; then all machines give the same bits.
  *
- * What a step may call, in bounded time, with a stack of less than 512 bytes (units are SI: m, N, N/m, J):
+ * A spring with a second mechanism or Maxwell branches (branches.h) is the sum of mount_law_first and what it has
+ * besides, and has no mount_law. Steps take time, and branches.c is compiled, too. A C program steps it so:
+ *
+ *     #include "mount_law.h"
+ *
+ *     static double force(const SpringMemory *first, const SpringAddedMemory *added)
+ *     {
+ *         return spring_force(&mount_law_first, first)
+ *             + spring_added_force(&mount_law_added, &mount_law_second, added);
+ *     }
+ *
+ *     int main(void)
+ *     {
+ *         const SpringAdded *has = &mount_law_added;
+ *         SpringMemory first = spring_start(0.0, 0.0);
+ *         SpringAddedMemory added = spring_added_start(0.0, 0.0); // the other mechanism's omega; no force in branches
+ *         SpringDecay decays[SPRING_MAXWELLS];                    // over steps of 0.01 s
+ *         double before = force(&first, &added);
+ *         for (int i = 0; i < has->branches; i++)
+ *             decays[i] = spring_decay(0.01 / has->time_constant[i]);
+ *         spring_added_commit(has, &mount_law_second, &added, 0, first.displacement, 0.001, 0.01, decays);
+ *         spring_commit(&mount_law_first, &first, NULL, 0.001);
+ *         return force(&first, &added) > before ? 0 : 1;
+ *     }
+ *
+ * What a step of one mechanism may call, in bounded time, with a stack of less than 512 bytes (units are SI: m, N, N/m, J):
  *
  *     spring_commit           advances the memory along a straight path to a displacement, |displacement| <= 1e9 m and
  *                             finite, which is for the caller to see to; its third argument is NULL. Beyond
