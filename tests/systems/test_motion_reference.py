@@ -132,7 +132,11 @@ def errors(name: str, step: float) -> FloatArray:
     return np.array([np.abs(found - right).max() / np.abs(right).max() for found, right in pairs])
 
 
-@pytest.mark.parametrize("name", CASES)
+# Most of a minute each, for the reference integrates the branches as they stand.
+LONG = {"branches", "second mechanisms act together"}
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in CASES])
 def test_motion_is_that_of_the_reference(name: str) -> None:
     """Within 1e-4 at 1e-4 s, and four times less at half the step where nothing has corners; accelerations within 1e-3,
     as their parts that follow a load at once are read from averages.
