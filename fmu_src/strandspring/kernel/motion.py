@@ -138,6 +138,7 @@ class MotionSolver:
         velocity: FloatArray,
         settled: int = 0,
         stride: int | None = None,
+        ends_at_turns: bool = True,
     ) -> tuple[MotionFigures, Histories]:
         """Motion from rest in a pose under channel values that are averages over the steps.
 
@@ -151,9 +152,12 @@ class MotionSolver:
         omega : ndarray, shape (A,)         Of each axis' springs at the beginning.
         settled : int                       The step from which means are taken.
         stride : int or None                Steps between rows of the histories; None: the beginning only.
+        ends_at_turns : bool                Whether steps end early where springs turn or meet stops: without, the error
+                                            has jumps.
         """
         system, state = self._begun(channels, (gravity, pose, omega, velocity))
-        return self._run(system, state, values, step, settled, values.shape[1] + 1 if stride is None else stride)
+        stride = values.shape[1] + 1 if stride is None else stride
+        return self._run(system, state, values, step, settled, stride, ends_at_turns)
 
     def repeated(
         self,
@@ -189,7 +193,14 @@ class MotionSolver:
         return system, state
 
     def _run(
-        self, system: Structure, state: _State, values: FloatArray, step: float, settled: int, stride: int
+        self,
+        system: Structure,
+        state: _State,
+        values: FloatArray,
+        step: float,
+        settled: int,
+        stride: int,
+        ends_at_turns: bool = True,
     ) -> tuple[MotionFigures, Histories]:
         """A run from a state, which goes on."""
         values, row_count = floats(values), values.shape[1] // stride + 1
@@ -210,7 +221,10 @@ class MotionSolver:
         workspace = np.empty(library().motion_workspace(self.bodies, self.mounts, self.axes, self.points))
         arrays = {**figures, **histories, "workspace": workspace}
         record = structures()["MotionRecord"](
-            stride=stride, settled=settled, **{name: address(array) for name, array in arrays.items()}
+            stride=stride,
+            settled=settled,
+            turns=ends_at_turns * (self.axes + 1),
+            **{name: address(array) for name, array in arrays.items()},
         )
         steps = int(
             library().motion_run(byref(system), state.address, values.shape[1], step, address(values), byref(record))

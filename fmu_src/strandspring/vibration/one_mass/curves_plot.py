@@ -16,7 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
-from scipy.signal import find_peaks
 
 from .response import FrequencyResponse
 from .system import Excitation
@@ -139,6 +138,8 @@ def _mark_superharmonics(axes: Axes, curves: Sequence[Curve]) -> list[int]:
 
 def _superharmonics(response: FrequencyResponse) -> dict[int, tuple[float, float]]:
     """Frequency [Hz] and amplitude [m] of superharmonic peaks by their order."""
+    from scipy.signal import find_peaks  # slow to import, and only this needs it
+
     frequency, amplitude = response.column("frequency"), response.column("amplitude")
     highest: dict[int, tuple[float, float]] = {}
     for k in find_peaks(np.log(amplitude), prominence=_PROMINENT)[0].tolist():

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import welch
-from scipy.signal.windows import hann
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
@@ -87,6 +85,9 @@ def power_spectrum(samples: ArrayLike, interval: float, resolution: float) -> Po
             f"A power spectrum with a resolution of {resolution:g} Hz needs segments of {1.0 / resolution:g} s within "
             f"the history of {history.size * interval:g} s, each of 8 samples or more; take another resolution."
         )
+    from scipy.signal import welch  # slow to import, and only this needs it
+    from scipy.signal.windows import hann
+
     segment = min(round(length), history.size)
     overlap = segment // 2
     frequency, density = welch(history, 1.0 / interval, "hann", segment, overlap, detrend="constant")

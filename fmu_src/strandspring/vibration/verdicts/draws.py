@@ -22,6 +22,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import nctdtrit, ndtri
 
 from ...errors import ModelError, MountedSystemError
 from ...kernel.arrays import FloatArray
@@ -33,7 +34,7 @@ from .drawn_springs import Drawn
 
 DRAWS, LEAST_DRAWS = 64, 16
 CONTENT, CONFIDENCE = 0.975, 0.99  # of either end of the range of a figure
-_TOLERANCE = 3e-3  # numerical error of draws, relative to the largest of its kind
+_TOLERANCE, _RANDOM_TOLERANCE = 3e-3, 2e-2  # numerical error of draws, relative to the largest of its kind
 _OF_STABLE = 0.5  # step of draws
 _ALIKE = 0.1  # the least value over the largest, from which logarithms are taken
 _LEAST_GROUPED = 3  # values of which a scatter is known
@@ -184,7 +185,7 @@ def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unkno
 
 def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> CheckedRun:
     """The nominal run with the largest step of 2, 4, 8... times its own whose errors are within the tolerance."""
-    chosen = nominal
+    chosen, tolerance = nominal, _RANDOM_TOLERANCE if case.is_random else _TOLERANCE
     while 2.0 * chosen.step <= _OF_STABLE * nominal.stable:
         try:
             longer = run_case(system, case, nominal.start, 2.0 * chosen.step)
@@ -192,7 +193,7 @@ def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> Ch
             break
         changes = longer.figures.combined(nominal.figures, lambda new, old: np.abs(new - old))
         errors = changes.combined(nominal.errors, np.add)
-        if not within(nominal.figures, errors, _TOLERANCE):
+        if not within(nominal.figures, errors, tolerance):
             break
         chosen = CheckedRun(longer.start, longer.step, longer.figures, longer.energies, errors, nominal.stable)
     return chosen
@@ -228,7 +229,5 @@ def tolerance_factor(count: int, freedom: int, content: float = CONTENT) -> floa
     """k of the one-sided tolerance interval of a normal sample with a standard deviation of so many degrees of freedom
     (Owen 1963, by the noncentral t distribution).
     """
-    from scipy.stats import nct, norm  # the start of programs that draw nothing does not wait for it
-
     root = math.sqrt(count)
-    return float(nct.ppf(CONFIDENCE, freedom, root * norm.ppf(content)) / root)
+    return float(nctdtrit(freedom, root * ndtri(content), CONFIDENCE) / root)

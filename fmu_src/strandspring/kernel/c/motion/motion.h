@@ -147,11 +147,11 @@ int motion_rest(
  * `stride` steps
  * workspace   motion_workspace doubles
  *
- * Means are taken from step `settled` on, by the trapezoidal rule. */
+ * Means are taken from step `settled` on, by the trapezoidal rule. A step may end early at so many `turns` of springs. */
 typedef struct {
     double *of_points, *of_axes, *of_bodies, *of_mounts, *of_base, *energies;
     double *accelerations, *sway, *displacements, *forces, *workspace;
-    size_t stride, settled;
+    size_t stride, settled, turns;
 } MotionRecord;
 
 /* Doubles of workspace of a record. */

@@ -411,7 +411,7 @@ size_t motion_run(
         motion_of_base(system, change, 1.0, state->spin_slope);
         for (int i = 0; i < 3; i++)
             state->spin_slope[i] /= h;
-        size_t turns = system->axes + 1;
+        size_t turns = record->turns;
         for (double left = h; left > 0.0;) {
             motion_of_base(system, loads, 1.0, state->end_spin);
             double part = motion_part(system, state, now, left, &turns);
