@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -18,11 +18,12 @@ from scipy.integrate import solve_ivp
 
 from branched_springs import BRANCHED, oracle_force, uneven_motion
 from native_tools import ERROR, Native, library
-from strandspring import Spring, SpringParameters, StrandspringError
+from strandspring import Spring, SpringParameters
 from strandspring.core.branch_variables import OF_BRANCH
 from strandspring.core.branches import MaxwellBranch
 from strandspring.fmu.checks.check import described_spring, examine_fmu, running
 from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import ModelFile
@@ -85,6 +86,9 @@ def test_every_form_is_valid_and_answers_as_the_model(name: str, fmi: int, tmp_p
     if fmi == 3:
         report = examine_fmu(build_native_fmu(model, tmp_path, fmi=3, arrays=True))
         assert report.problems == ()
+    else:
+        report = examine_fmu(build_python_fmu(model, tmp_path))
+        assert (report.problems, report.not_run) == ((), None)
 
 
 @pytest.mark.parametrize(
@@ -112,12 +116,13 @@ def test_steps_of_any_size_give_the_force_of_an_independent_ode(name: str, tmp_p
     p, starts = BRANCHED[name], (0.3, -0.2)
     expected = oracle_force(p, PATH, TIME, starts)
     values = {"omega_start": starts[0]} | ({"second_omega_start": starts[1]} if p.second else {})
-    for fmi in (2, 3):
-        fmu = build_native_fmu(ModelFile(name, p), tmp_path, zero="rig", fmi=fmi)
+    model = ModelFile(name, p)
+    native = [build_native_fmu(model, tmp_path, zero="rig", fmi=fmi) for fmi in (2, 3)]
+    for fmu in (*native, build_python_fmu(model, tmp_path, zero="rig")):
         with begun(fmu, float(PATH[0]), **values) as run:
             found = [run.get("force")[0], *run.along(PATH, TIME)]
         # The solver; tables of W: 1e-13.
-        assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max()), fmi
+        assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max()), fmu.name
 
 
 def test_energies_and_states_are_those_of_the_model(both: Path) -> None:
@@ -333,9 +338,44 @@ def test_the_form_with_states_is_the_ode(tmp_path: Path) -> None:
     assert y[0] == pytest.approx(Spring(p).absorbed_energy(path, time=time)[-1], rel=1e-7)
 
 
-def test_other_forms_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(StrandspringError, match=r"Python-backed FMU cannot take .* build the native one"):
-        Spring(BOTH, "both").build_fmu(tmp_path, backend="python")
+def test_python_answers_as_machine_code_call_by_call(both: Path, tmp_path: Path) -> None:
+    """Trials, dwells, tuned parameters and states in all variables; others hold the native FMU to other oracles."""
+    python = build_python_fmu(ModelFile("both", BOTH), tmp_path, zero="rig")
+    names = [v.name for v in fmpy.read_model_description(str(python)).modelVariables if v.type == "Real"]
+    tuned = {
+        20: ("branch_1_stiffness", 400.0),
+        40: ("branch_0_time_constant", 0.2),
+        60: ("second_n", 2.5),
+        80: ("rho", 700.0),
+    }
+    starts = {"omega_start": 0.3, "second_omega_start": -0.2}
+    with begun(both, float(PATH[0]), **starts) as native, begun(python, float(PATH[0]), **starts) as run:
+
+        def each(call: Callable[[Run], Any]) -> list[Any]:
+            answers = [call(one) for one in (native, run)]
+            expected, found = (np.array(one.get(*names)) for one in (native, run))
+            # Forces of some 100 N; tables of W: 1e-13, and energies are sums of strokes.
+            np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-10)
+            return answers
+
+        for k, (displacement, size) in enumerate(zip(PATH[1:].tolist(), np.diff(TIME).tolist(), strict=True)):
+            each(lambda one, x=0.9 * displacement: one.set(displacement=x))  # type: ignore[misc]
+            each(lambda one, x=displacement, h=size: one.step(x, h))  # type: ignore[misc]
+            if k == 30:
+                kept = each(lambda one: one.slave.serializeFMUstate(one.slave.getFMUstate()))
+            if k in tuned:
+                each(lambda one, setting=tuned[k]: one.set(**dict([setting])))  # type: ignore[misc]
+        for one, state in zip((native, run), kept, strict=True):
+            one.slave.setFMUstate(one.slave.deSerializeFMUstate(state))
+        each(lambda one: one.step(float(PATH[31]), 0.1))
+
+
+def test_python_refuses_a_second_mechanism_that_is_none_by_name(tmp_path: Path) -> None:
+    with begun(build_python_fmu(ModelFile("both", BOTH), tmp_path, zero="rig"), 0.0) as run:
+        for name, value in (("second_rho", -1.0), ("branch_1_time_constant", 0.0), ("second_omega_start", 0.5)):
+            with pytest.raises(FMICallException):
+                run.set(**{name: value})
+            assert run.get(name) != [value]
 
 
 def test_derivatives_at_a_trial_are_those_of_the_path_that_jumps_there(both: Path) -> None:

@@ -170,7 +170,7 @@ def serialized(one) -> dict:
 def damaged_states(one):
     whole = serialized(one)
     text = json.dumps(whole).encode()
-    memory = whole["memory"]
+    (memory,), elongations, work = whole["memory"]
     return [
         b"",
         b"\x80\x04junk",
@@ -192,9 +192,12 @@ def damaged_states(one):
                 {**whole, "energy_wanted": 0},
                 {**whole, "side": 2},
                 {**whole, "settings": [None]},
-                {**whole, "memory": memory[:-1]},
-                {**whole, "memory": [memory[0], 1.5, *memory[2:]]},
-                {**whole, "memory": [math.inf, *memory[1:]]},
+                {**whole, "memory": [[memory[:-1]], elongations, work]},
+                {**whole, "memory": [[[memory[0], 1.5, *memory[2:]]], elongations, work]},
+                {**whole, "memory": [[[math.inf, *memory[1:]]], elongations, work]},
+                {**whole, "memory": [[], elongations, work]},
+                {**whole, "memory": [[memory], [0.0, math.inf], work]},
+                {**whole, "memory": [[memory], elongations]},
             )
         ),
     ]

@@ -96,7 +96,7 @@ static Spring initializing(const char *path, const char *guid, const char *resou
 static void respond(const Spring *spring, double displacement, long step)
 {
     static const fmi2ValueReference input = 0, outputs[] = {1, 3}; /* force, absorbed_energy */
-    const double size = 1e-3;
+    const double size = 0x1p-9; /* as in interop/hosts/motion.py */
     double values[2];
     check(spring->set(spring->instance, &input, 1, &displacement), "fmi2SetReal");
     if (step == 0) {

@@ -11,15 +11,16 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any
 
-from . import stepper
-from .law import SpringLaw
+from . import whole
+from .branch_variables import SECOND, STORED_ENERGY
+from .branches import BRANCHES
 from .parameters import LARGEST_DISPLACEMENT, SpringParameters
 from .state import State
-from .stepper import Memory
 from .variables import Variable, spring_parameters, start_values, variables
+from .whole import WholeLaw, WholeMemory
 
 # Instances with the same parameters share the law and its tables, which take milliseconds to build.
-_law_of = lru_cache(maxsize=16)(SpringLaw)
+_law_of = lru_cache(maxsize=16)(WholeLaw)
 
 
 class RefusedCallError(ValueError):
@@ -45,14 +46,17 @@ class SpringInstance:
         settings = [v.name for v in self._table if v.causality == "parameter"]
         self._place = {name: place for place, name in enumerate(settings)}
         self._state = State(tuple(start[name] for name in settings), start["displacement"])
-        self._law: SpringLaw | None = None
-        self._trial: Memory | None = None
+        self._law: WholeLaw | None = None
+        self._trial: WholeMemory | None = None
         readers: dict[str, Callable[[], float]] = {
             "displacement": lambda: self._state.displacement,
-            "force": partial(self._output, stepper.force),
-            "stiffness": partial(self._output, stepper.stiffness),
+            "force": partial(self._output, whole.force),
+            "stiffness": partial(self._output, whole.stiffness),
             "absorbed_energy": partial(self._output, self._absorbed_energy),
-            "omega": partial(self._output, lambda _, trial: trial.omega),
+            "omega": partial(self._output, lambda _, trial: trial.mechanisms[0].omega),
+            f"{SECOND}omega": partial(self._output, lambda _, trial: trial.mechanisms[1].omega),
+            STORED_ENERGY: partial(self._output, whole.stored_energy),
+            **{f"branch_{i}_elongation": partial(self._output, partial(_elongation, i)) for i in range(BRANCHES)},
             "extrapolating": lambda: self._side() != 0,
             **{name: partial(self._setting, name) for name in settings},
         }
@@ -65,7 +69,7 @@ class SpringInstance:
 
     def revert(self, state: State) -> None:
         """Return to a state of this instance or of another one of the same FMU."""
-        if not isinstance(state, State) or len(state.settings) != len(self._place):
+        if not (isinstance(state, State) and len(state.settings) == len(self._place) and self._fits(state.memory)):
             raise RefusedCallError("The state must come from an instance of the same FMU.")
         if state.memory is None:
             self._change(state)
@@ -126,8 +130,16 @@ class SpringInstance:
             raise RefusedCallError(f"The step at time {time!r} s was requested before the end of initialization.")
         if not (math.isfinite(size) and size >= 0.0):
             raise RefusedCallError(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
-        trial = self._current_trial()
-        self._commit(stepper.integrate(self._require_law(), trial) if state.energy_wanted else trial)
+        law = self._require_law()
+        # What branches do in a step depends on its size, and until then on none.
+        path = whole.trial(law, state.memory, state.displacement, size) if law.branches else self._current_trial()
+        self._commit(whole.integrate(law, path) if state.energy_wanted else path)
+
+    def _fits(self, memory: WholeMemory | None) -> bool:
+        """Whether the memory may be one of this FMU."""
+        *_, second, branches = self._counts
+        counts = (1 + (second > 0), branches)
+        return memory is None or (len(memory.mechanisms), len(memory.elongations)) == counts
 
     def _variable(self, reference: int, kind: str) -> Variable:
         if not 0 <= reference < len(self._table):
@@ -154,13 +166,13 @@ class SpringInstance:
             self._trial = None
         self._state = state
 
-    def _tune(self, state: State, memory: Memory) -> None:
+    def _tune(self, state: State, memory: WholeMemory) -> None:
         """Change parameters of a path that has begun, if the spring that they make is physically possible."""
         previous = self._require_law()
         law = self._change_to_possible(state)
-        self._state = state._replace(memory=stepper.change(previous, law, memory))
+        self._state = state._replace(memory=whole.change(previous, law, memory))
 
-    def _change_to_possible(self, state: State) -> SpringLaw:
+    def _change_to_possible(self, state: State) -> WholeLaw:
         """The law of a state; where its parameters make no spring, nothing has changed."""
         before = self._state
         self._change(state)
@@ -170,12 +182,12 @@ class SpringInstance:
             self._change(before)
             raise
 
-    def _require_law(self) -> SpringLaw:
+    def _require_law(self) -> WholeLaw:
         """The law of the present parameters; RefusedCallError says why they are not physically possible."""
         if self._law is None:
-            omega_start = self._setting("omega_start")
-            if not -1.0 <= omega_start <= 1.0:
-                raise RefusedCallError(f"`omega_start` must be within [-1, 1], got {omega_start!r}.")
+            for name, omega_start in self._starts().items():
+                if not -1.0 <= omega_start <= 1.0:
+                    raise RefusedCallError(f"`{name}` must be within [-1, 1], got {omega_start!r}.")
             values = dict(zip(self._place, self._state.settings, strict=True))
             try:
                 self._law = _law_of(spring_parameters(values, *self._counts))
@@ -183,22 +195,27 @@ class SpringInstance:
                 raise RefusedCallError(str(problem)) from None
         return self._law
 
-    def _current_trial(self) -> Memory:
+    def _starts(self) -> dict[str, float]:
+        """Where omega of each mechanism starts."""
+        names = ("omega_start", f"{SECOND}omega_start")
+        return {name: self._setting(name) for name in names if name in self._place}
+
+    def _current_trial(self) -> WholeMemory:
         """The memory after the path from the last commit to the displacement set last."""
         if self._trial is None:
             state = self._state
             if state.memory is None:
-                self._trial = stepper.start(state.displacement, self._setting("omega_start"))
+                self._trial = whole.start(state.displacement, tuple(self._starts().values()), self._counts[-1])
             else:
-                self._trial = stepper.trial(self._require_law(), state.memory, state.displacement)
+                self._trial = whole.trial(self._require_law(), state.memory, state.displacement)
         return self._trial
 
-    def _commit(self, memory: Memory) -> None:
+    def _commit(self, memory: WholeMemory) -> None:
         side = self._side()
         if side not in (0, self._state.side):
             low, high = self._setting("displacement_min"), self._setting("displacement_max")
             self._warn(
-                f"`displacement` {memory.displacement!r} m is outside the identified range "
+                f"`displacement` {self._state.displacement!r} m is outside the identified range "
                 f"[{low!r}, {high!r}] m; the force is extrapolated until it returns."
             )
         self._state = self._state._replace(memory=memory, side=side)
@@ -207,17 +224,21 @@ class SpringInstance:
     def _setting(self, name: str) -> float:
         return self._state.settings[self._place[name]]
 
-    def _output(self, output: Callable[[SpringLaw, Memory], float]) -> float:
+    def _output(self, output: Callable[[WholeLaw, WholeMemory], float]) -> float:
         return output(self._require_law(), self._current_trial())
 
-    def _absorbed_energy(self, law: SpringLaw, trial: Memory) -> float:
+    def _absorbed_energy(self, law: WholeLaw, trial: WholeMemory) -> float:
         if not self._state.energy_wanted:
             self._state = self._state._replace(energy_wanted=True)
-        self._trial = stepper.integrate(law, trial)
-        return self._trial.energy
+        self._trial = whole.integrate(law, trial)
+        return whole.absorbed_energy(law, self._trial)
 
     def _side(self) -> int:
         """Where the displacement is: -1 below the identified range, +1 above it, 0 inside."""
         displacement = self._state.displacement
         above = displacement > self._setting("displacement_max")
         return above - (displacement < self._setting("displacement_min"))
+
+
+def _elongation(branch: int, _: WholeLaw, trial: WholeMemory) -> float:
+    return trial.elongations[branch]

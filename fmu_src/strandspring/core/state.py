@@ -7,11 +7,13 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from .branches import BRANCHES, MECHANISMS
 from .parameters import LARGEST_DISPLACEMENT, LARGEST_START_XI, LARGEST_SUM
 from .stepper import Memory
+from .whole import WholeMemory
 
 _FORMAT = "strandspring-state"
-_FORMAT_VERSION = 4
+_FORMAT_VERSION = 5
 
 
 class State(NamedTuple):
@@ -21,14 +23,14 @@ class State(NamedTuple):
     ----------
     settings : tuple of float   Values of the FMU's parameters, in the order of the variable table.
     displacement : float        As set last [m].
-    memory : Memory or None     The committed path; None before initialization ends.
+    memory : WholeMemory or None   The committed path; None before initialization ends.
     energy_wanted : bool        Whether absorbed_energy has been read, so that each step integrates it.
     side : int                  Where the path ended: -1 below the identified range, +1 above it, 0 inside.
     """
 
     settings: tuple[float, ...]
     displacement: float
-    memory: Memory | None = None
+    memory: WholeMemory | None = None
     energy_wanted: bool = False
     side: int = 0
 
@@ -64,7 +66,9 @@ def from_bytes(data: bytes, guid: str) -> State:
     if len(content) != len(_FIELDS):
         raise ValueError("The serialized state is damaged: it has unknown fields.")
     memory = content["memory"]
-    content["memory"] = None if memory is None else Memory(*memory)
+    if memory is not None:
+        mechanisms, elongations, work = memory
+        content["memory"] = WholeMemory(tuple(Memory(*of_one) for of_one in mechanisms), tuple(elongations), work)
     content["settings"] = tuple(content["settings"])
     return State(**content)
 
@@ -73,9 +77,21 @@ def _is_finite(value: Any) -> bool:
     return type(value) is float and math.isfinite(value)
 
 
-def _is_memory(value: Any) -> bool:
+def _is_whole_memory(value: Any) -> bool:
     if value is None:
         return True
+    if not (isinstance(value, list) and [type(part) for part in value] == [list, list, float]):
+        return False
+    mechanisms, elongations, work = value
+    return (
+        1 <= len(mechanisms) <= MECHANISMS
+        and len(elongations) <= BRANCHES
+        and all(map(_is_memory, mechanisms))
+        and all(_is_finite(part) and abs(part) <= LARGEST_SUM for part in (*elongations, work))
+    )
+
+
+def _is_memory(value: Any) -> bool:
     types = [float, float, int, float, float, float, float]
     if not (isinstance(value, list) and [type(part) for part in value] == types):
         return False
@@ -92,7 +108,7 @@ def _is_memory(value: Any) -> bool:
 _FIELDS: dict[str, Callable[[Any], bool]] = {
     "settings": lambda value: isinstance(value, list) and all(map(_is_finite, value)),
     "displacement": lambda value: _is_finite(value) and abs(value) <= LARGEST_DISPLACEMENT,
-    "memory": _is_memory,
+    "memory": _is_whole_memory,
     "energy_wanted": lambda value: type(value) is bool,
     "side": lambda value: type(value) is int and value in (-1, 0, 1),
 }

@@ -12,7 +12,6 @@ from pathlib import Path
 
 from ..core.facade import INSIDE_FMU
 from ..errors import BuildError
-from ..kernel.branches import require_plain
 from ..model.coordinates import placed
 from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
@@ -30,6 +29,7 @@ PYTHON_PLATFORMS = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-exp
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""
 
+from <package>.core.branches import MaxwellBranch, Mechanism
 from <package>.core.parameters import SpringParameters
 from <package>.core.slave import SpringSlave
 
@@ -99,7 +99,6 @@ def fmu_contents(
 ) -> dict[str, bytes]:
     """Every file of the Python-backed FMU by its path inside it."""
     of_record = model
-    require_plain(model.parameters, "The Python-backed FMU", "build the native one")
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
     backend = _backend(needs_execution_tool, author, version_of(of_record.to_json()))
