@@ -54,6 +54,30 @@ def test_it_is_no_effect_of_the_rig_as_well(with_branch: Identification) -> None
     assert "strokes took 0.2 to 1 s" in with_branch.findings[Outcome.RATES]
 
 
+def test_a_mount_without_friction_is_an_elastic_one_with_a_branch() -> None:
+    """Whatever friction is left in the noise, and none without it; figures of the loops count the branch's height."""
+    stiffness, time_constant = 2e4, 0.05
+    for noise in (0.0, 0.02):
+        found = identify([viscoelastic(rate, size, noise) for rate in (0.1, 1.0, 10.0) for size in (1e-3, 2e-3, 4e-3)])
+        assert kind(found) == (1, 1)
+        (branch,) = found.parameters.branches
+        # Straight lines between 400 samples a cycle.
+        assert (branch.stiffness, branch.time_constant) == pytest.approx((stiffness, time_constant), rel=1e-3)
+        assert found.parameters.kappa_omega < 0.01
+        assert found.lack_of_fit is not None
+        # The loops are some 80 N high.
+        assert 0.0 <= found.lack_of_fit.of_height < 1e-3
+        assert abs(found.lack_of_fit.energy) < 1e-3
+
+
+def viscoelastic(rate: float, size: float, noise: float) -> Record:
+    """A cubic spring of 1e4 N/m with a branch of 2e4 N/m and 0.05 s."""
+    time = np.linspace(0.0, 4.0 / rate, 1600)
+    path = size * np.sin(2.0 * np.pi * rate * time)
+    elastic = 1e4 * path + 1e9 * path**3 + noise * np.random.default_rng(1).standard_normal(time.size)
+    return Record(path, elastic + maxwell(time, path, 2e4, 0.05), time)
+
+
 def test_intervals_of_what_was_added_hold_the_truth(with_branch: Identification) -> None:
     further = with_branch.uncertainty["further"]
     for name, true in (("branches[0].stiffness", BRANCH[0]), ("branches[0].time_constant", BRANCH[1])):

@@ -22,7 +22,7 @@ from ..core.parameters import (
 )
 from ..ground.tables import TAG, StrictTable
 from .joint import LARGEST_SPREAD, LEVEL
-from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES
+from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES, VERSION_OF_TABLES
 
 Value = TypeVar("Value")
 
@@ -225,9 +225,12 @@ class Fit(_Open):
     )
 
 
+_VERSIONS = (VERSION, VERSION_OF_TABLES, VERSION_OF_BRANCHES)
+
+
 def _check_version(version: int) -> int:
-    if version not in (VERSION, VERSION_OF_BRANCHES):
-        raise ValueError(f"must be {VERSION} or {VERSION_OF_BRANCHES}, got {version}; correct it, or identify again")
+    if version not in _VERSIONS:
+        raise ValueError(f"must be 1, 2 or 3, got {version}; correct it, or identify again")
     return version
 
 
@@ -239,9 +242,7 @@ class FileTable(StrictTable):
     """
 
     format: Literal["strandspring-model"]
-    format_version: Annotated[int, AfterValidator(_check_version)] = Field(
-        json_schema_extra={"enum": [VERSION, VERSION_OF_BRANCHES]}
-    )
+    format_version: Annotated[int, AfterValidator(_check_version)] = Field(json_schema_extra={"enum": list(_VERSIONS)})
     name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
     description: str = Field("", max_length=MAX_DESCRIPTION)
     parameters: Annotated[

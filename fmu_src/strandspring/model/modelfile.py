@@ -20,7 +20,7 @@ from ..ground.quoting import shown
 from ..ground.strict_json import parse, plain
 from ..ground.unpacking import unpacked_text
 from .joint import JointCovariance
-from .names import FORMAT, MAX_DESCRIPTION, VERSION, VERSION_OF_BRANCHES, check_name
+from .names import FORMAT, MAX_DESCRIPTION, VERSION, VERSION_OF_BRANCHES, VERSION_OF_TABLES, check_name
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -94,9 +94,10 @@ class ModelFile:
 
     def to_json(self) -> str:
         """Text of the file; the same model gives the same text."""
+        of_elastic_force = VERSION_OF_TABLES if self.parameters.FE_knots else VERSION
         content = {
             "format": FORMAT,
-            "format_version": VERSION if self.parameters.is_plain else VERSION_OF_BRANCHES,
+            "format_version": of_elastic_force if self.parameters.is_plain else VERSION_OF_BRANCHES,
             "name": self.name,
             "description": self.description,
             "parameters": self.parameters.as_dict(),

@@ -30,7 +30,7 @@ class LackOfFit:
     over_noise : float             rms misfit over the rms that noise alone gives [-].
     autocorrelation_time : float   Of the residuals [points].
     of_height : float              rms misfit as a share of the mean height of the loops [-].
-    beyond_noise : float           rms misfit that noise does not explain, as a share of the rms hysteretic force [-].
+    beyond_noise : float           rms misfit that noise does not explain, as a share of the rms of all force but FE [-].
     energy : float                 Energy that the misfit makes of the loops, as a share of the model's [-].
     elastic, loop, changes : float Shares of the mean squared misfit: shape of the elastic force, shape of the loop, and
                                    what differs from cycle to cycle, noise included [-].
@@ -46,10 +46,11 @@ class LackOfFit:
     changes: float
 
     @classmethod
-    def from_fit(cls, loops: SamplePoints, fit: Refinement, noise: float) -> LackOfFit:
-        """The misfit of a refined fit, given the rms that noise alone gives the residuals [N]."""
+    def from_fit(cls, loops: SamplePoints, fit: Refinement, hysteretic: FloatArray, noise: float) -> LackOfFit:
+        """The misfit of a refined fit, given all force but FE at the points and the rms that noise alone gives the
+        residuals [N].
+        """
         residuals = fit.backbone.misfit(loops.force, fit.omega)
-        hysteretic = fit.omega * fit.backbone.G
         misfit, height = loops.rms(residuals), loops.rms(hysteretic)
         elastic, loop = _repeated(loops, residuals)
         square = max(misfit**2, 1e-300)

@@ -26,6 +26,7 @@ from .positive import is_positive_series, non_negative, positive_rays
 
 _INSIDE = 1e-6  # distance of omega_start from +-1, where it has no effect
 _DEPENDENT = 1e-10  # singular value in the largest below which a combination of columns is none
+_LEAST_FRICTION = 1e-6  # of a mechanism, share of the force (rms): a model file has some
 _TOLERANCE, _EVALUATIONS = 1e-5, 40
 _SHORTEST = 0.5  # of time constants, in sample intervals
 _LONGEST = 3.0  # of them, in durations of the longest record
@@ -179,13 +180,16 @@ class ClassProblem:
         rows = values[:count].reshape(-1, 3)
         hysteresis = tuple(Hysteresis(rho, max(sigma, SIGMA_BOUNDS[0]), n) for rho, sigma, n in rows.tolist())
         elastic = self.elastic_of(self.loops.force - trial.moving @ trial.coefficients)
+        amplified, stiffness = self.separated(trial.coefficients)
+        least = _LEAST_FRICTION * self.loops.rms(self.loops.force)
         return ClassFit(
             self.basis,
             self.degrees,
             Shape(hysteresis, tuple(values[count:].tolist())),
             theta[count + self.branches :],
             elastic,
-            *self.separated(trial.coefficients),
+            tuple(series if series.any() else np.eye(1, series.size)[0] * least for series in amplified),
+            stiffness,
             trial.squares,
             converged,
         )

@@ -200,7 +200,10 @@ class RefinedOptions(Method):
         content = self._uncertainty(linear, interval, where)
         more = () if added is None else (added.second, added.branches)
         spring = spring_of(basis, refinement.backbone, refinement.hysteresis, where, *more)
-        lack = LackOfFit.from_fit(loops, refinement, samples.noise_rms)
+        hysteretic = refinement.omega * refinement.backbone.G
+        if added is not None:
+            hysteretic += added.force_beside(final_rig, loops)
+        lack = LackOfFit.from_fit(loops, refinement, hysteretic, samples.noise_rms)
         effects = described(sizes)
         cautions = self._cautions(linear, interval, sizes, content)
         findings = found.causes | {outcome: detail(outcome, effects) for outcome in cautions}
@@ -222,7 +225,7 @@ class RefinedOptions(Method):
         if rig_or_mount:
             findings[Outcome.RIG_OR_MOUNT] = "; ".join(rig_or_mount)
         rivals = [] if added else rival_springs(self._alternatives(found.states))
-        misfit = lack.beyond_noise * loops.rms(refinement.omega * refinement.backbone.G) if lack.is_structured else 0.0
+        misfit = lack.beyond_noise * loops.rms(hysteretic) if lack.is_structured else 0.0
         doubts = one_amplitude_doubts(rig, best, cautions, content["interval_95"]) if loops.has_one_amplitude else []
         period = parts[0].cycle_time
         doubts += [f"undecided is {sentence}" for sentence in rig_or_mount]
