@@ -30,7 +30,7 @@ class LackOfFit:
     over_noise : float             rms misfit over the rms that noise alone gives [-].
     autocorrelation_time : float   Of the residuals [points].
     of_height : float              rms misfit as a share of the mean height of the loops [-].
-    beyond_noise : float           rms misfit that noise does not explain, as a share of the rms of all force but FE [-].
+    beyond_noise : float           rms misfit that noise does not explain, as a share of the rms force but FE [-].
     energy : float                 Energy that the misfit makes of the loops, as a share of the model's [-].
     elastic, loop, changes : float Shares of the mean squared misfit: shape of the elastic force, shape of the loop, and
                                    what differs from cycle to cycle, noise included [-].
