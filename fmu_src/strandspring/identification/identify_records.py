@@ -30,12 +30,12 @@ from .certainty.prediction_interval import ForceInterval
 from .certainty.saved_spring import differences, is_worse_than_a_line, recorded_energies
 from .identified_model import IdentifiedModel
 from .methods.method import Method, checked_method
+from .methods.progress import Stage, begin
 from .methods.refined import RefinedOptions
 from .points.sample_points import SamplePoints, join
 from .points.steady_part import SteadyRecord, find_steady_part
 from .points.turns import turns_between_samples
 from .points.unit_check import refuse_differing_units
-from .progress import Stage, begin
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9

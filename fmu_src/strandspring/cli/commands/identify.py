@@ -11,7 +11,7 @@ from ...api.common.text import verdict_json
 from ...api.identification import Identification
 from ...api.identification import identify as identify_records
 from ...identification.methods.method import Method
-from ...identification.progress import heard_by
+from ...identification.methods.progress import heard_by
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
 from ...peers.rivals.ranking import Ranking

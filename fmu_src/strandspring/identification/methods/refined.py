@@ -31,7 +31,6 @@ from ..least_squares.refinement import Samples, refine
 from ..points.noise import force_noise
 from ..points.polynomials import Basis
 from ..points.steady_part import SteadyRecord
-from ..progress import Stage, begin
 from ..rig.corrected import Corrected, rms_in, spring_alone
 from ..rig.effect_columns import Rig, Sizes
 from ..rig.effect_search import other_effects
@@ -45,6 +44,7 @@ from ..unrecorded.small_loops import loop_energy, one_amplitude_doubts, rival_sp
 from ..unrecorded.wider_class import unrecorded
 from .fitted import Fitted
 from .method import Method
+from .progress import Stage, begin
 from .searching import final_points, searched
 
 # Points in all, and at least in a stroke, on which minima are looked for.

@@ -24,7 +24,7 @@ class Stage(Enum):
 
         Examples
         --------
-        >>> from strandspring.identification.progress import Stage
+        >>> from strandspring.identification.methods.progress import Stage
         >>> Stage.REFINING.words
         'refining (4 of 6)'
         """
