@@ -112,7 +112,7 @@ class Classes:
     """
 
     def __init__(self, rig: Rig, loops: SamplePoints, fit: Candidate, noise: float) -> None:
-        self._rig, self.loops, self._noise, self._basis = rig, loops, noise, fit.basis
+        self._rig, self.loops, self._noise = rig, loops, noise
         self.is_timed = is_timed(rig)
         h = fit.refinement.hysteresis
         problem = self.problem(fit.basis, (fit.basis.amplifier,), 0)
