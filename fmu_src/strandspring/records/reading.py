@@ -189,7 +189,8 @@ def _refuse_useless(adjustments: Mapping[Quantity, tuple[float, float]]) -> None
 
 
 def _is_a_clock(time: FloatArray) -> bool:
-    return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
+    with np.errstate(invalid="ignore"):  # numbers may be infinite
+        return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
 def _spike_notes(values: Mapping[Quantity, FloatArray], table: Table) -> list[str]:
@@ -234,8 +235,9 @@ def _refuse_impossible(
     for quantity, (size, limit, rule) in sizes.items():
         if size > limit:
             series, unit = values[quantity], units[quantity]
-            middle = np.median(series) if quantity == "displacement" else 0.0
-            (row,) = table.places([int(np.argmax(np.abs(0.5 * series - 0.5 * middle)))])
+            with np.errstate(invalid="ignore"):  # numbers may be infinite
+                middle = np.median(series) if quantity == "displacement" else 0.0
+                (row,) = table.places([int(np.argmax(np.abs(0.5 * series - 0.5 * middle)))])
             raise RecordError(
                 f"{where}, {table.row} {row}, {columns[quantity]}: the {quantity} must {rule} at most "
                 f"{limit:g} {_SI[quantity]}, found {size:.6g} {_SI[quantity]} with the unit {unit}; "

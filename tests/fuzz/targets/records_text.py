@@ -74,7 +74,8 @@ def _mismatch(values: np.ndarray, series: np.ndarray) -> float:
         if values.size != series.size or not np.isfinite(series).all():
             return np.inf
         scale = np.dot(values, series / np.abs(series).max()) / np.dot(series, series / np.abs(series).max())
-        return float(np.abs(values - scale * series).max() / np.abs(values).max())
+        mismatch = float(np.abs(values - scale * series).max() / np.abs(values).max())
+        return mismatch if np.isfinite(mismatch) else np.inf
 
 
 def _text(random: np.random.Generator, pieces: list[Piece]) -> tuple[str, bool]:
