@@ -29,14 +29,13 @@ PYTHON_PLATFORMS = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-exp
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""
 
-from <package>.core.branches import MaxwellBranch, Mechanism
 from <package>.core.parameters import SpringParameters
 from <package>.core.slave import SpringSlave
 
 
 class Spring(SpringSlave):
     fmu_guid = "<guid>"
-    identified = {parameters!r}
+    identified = SpringParameters(**{parameters!r})
 
     def __init__(self, **options):  # a class without methods would leave this module one reference short
         super().__init__(**options)
@@ -102,7 +101,7 @@ def fmu_contents(
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
     backend = _backend(needs_execution_tool, author, version_of(of_record.to_json()))
-    slave = _SLAVE_MODULE.format(name=model.name, parameters=model.parameters)
+    slave = _SLAVE_MODULE.format(name=model.name, parameters={"kE": (), **model.parameters.as_dict()})
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))
     common = common_contents(model, zero, model_description(model, guid, tool, backend), backend, ("pythonfmu",))
