@@ -98,7 +98,7 @@ def integrate(law: WholeLaw, memory: WholeMemory) -> WholeMemory:
 
 
 def change(before: WholeLaw, after: WholeLaw, memory: WholeMemory) -> WholeMemory:
-    """The memory of a path that goes on with other parameters, at the same displacement, omegas and elongations."""
+    """The memory of a path that goes on with other parameters: displacement, omega and elongations stay."""
     changed = map(stepper.change, before.mechanisms, after.mechanisms, memory.mechanisms)
     return memory._replace(mechanisms=tuple(changed))
 

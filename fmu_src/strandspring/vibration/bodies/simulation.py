@@ -5,8 +5,7 @@ run where the term in h^2 rules. The printed error is the whole change: a bound,
 term in h^2 happens to cancel in part, and for a peak at a corner of its course, whose error depends on where the steps
 fall. The step is halved until a third of the changes of acceleration, sway, tilt and stroke is within the tolerance.
 
-Of random vibration no two realisations are alike within per cents: errors of half a per cent are let pass, and the
-steps of a single run do not end where springs turn.
+Of random vibration no two realisations are alike within per cents: errors of half a per cent are let pass.
 
 Where corners of a record lie within steps, because its samples are uneven or `step` does not divide their interval, the
 forces of dampers and what follows from them err in the first order, by chance more or less at each step: the printed
@@ -104,14 +103,16 @@ def simulate_case(
     return CheckedRun(start, h, fine.figures, fine.energies, _bounds(fine.figures, changes), stable)
 
 
-def run_case(system: MountedSystem, case: LoadCase, start: RestPose, step: float) -> CaseRun:
-    """One run of a load case with a given step.
+def run_case(
+    system: MountedSystem, case: LoadCase, start: RestPose, step: float, ends_at_turns: bool = True
+) -> CaseRun:
+    """One run of a load case with a given step, which ends early where springs turn unless it is not to.
 
     Raises
     ------
     MountedSystemError       If the motion diverges, or its energy balance is off.
     """
-    run = _run_with_step(system, case, start, step, ends_at_turns=not case.is_random)
+    run = _run_with_step(system, case, start, step, ends_at_turns)
     check_balance(case, run.energies, step)
     return run
 

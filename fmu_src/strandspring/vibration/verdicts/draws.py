@@ -105,8 +105,10 @@ class Unknowns:
             signs = random.integers(0, 2, axes)
         return rest(system, 0.0, weightless, np.asarray(2.0 * signs - 1.0))
 
-    def run(self, system: MountedSystem, case: LoadCase, step: float, number: int) -> DrawnRun:
-        """A draw.
+    def run(
+        self, system: MountedSystem, case: LoadCase, step: float, number: int, ends_at_turns: bool = True
+    ) -> DrawnRun:
+        """A draw; `ends_at_turns` as of `run_case`.
 
         Raises
         ------
@@ -116,7 +118,7 @@ class Unknowns:
         drawn, realisation = self.springs.system(system, self.seed, number), case.redrawn(number)
         drawn = replace(drawn, coupled=self.is_coupled(system, number))
         start = self.rest(drawn, number, case.weightless)
-        return DrawnRun(drawn, realisation, run_case(drawn, realisation, start, step))
+        return DrawnRun(drawn, realisation, run_case(drawn, realisation, start, step, ends_at_turns))
 
     def poses(self, system: MountedSystem) -> list[RestPose]:
         """Static equilibria of the draws that can rest."""
@@ -173,10 +175,12 @@ def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unkno
     given : bool             Whether the step of the nominal run was asked for; it is that of the draws then.
     """
     coarse = nominal if given else _coarsened(system, case, nominal)
+    # As the run whose errors are those of the draws.
+    ends_at_turns = coarse is nominal or not case.is_random
     runs, refusals = [], []
     for number in range(unknowns.count(system, case)):
         try:
-            runs.append(unknowns.run(system, case, coarse.step, number))
+            runs.append(unknowns.run(system, case, coarse.step, number, ends_at_turns))
         except (ModelError, MountedSystemError) as problem:
             refusals.append(str(problem))
     reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
@@ -184,11 +188,14 @@ def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unkno
 
 
 def _coarsened(system: MountedSystem, case: LoadCase, nominal: CheckedRun) -> CheckedRun:
-    """The nominal run with the largest step of 2, 4, 8... times its own whose errors are within the tolerance."""
+    """The nominal run with the largest step of 2, 4, 8... times its own whose errors are within the tolerance.
+
+    Of random vibration such steps do not end where springs turn.
+    """
     chosen, tolerance = nominal, _RANDOM_TOLERANCE if case.is_random else _TOLERANCE
     while 2.0 * chosen.step <= _OF_STABLE * nominal.stable:
         try:
-            longer = run_case(system, case, nominal.start, 2.0 * chosen.step)
+            longer = run_case(system, case, nominal.start, 2.0 * chosen.step, not case.is_random)
         except MountedSystemError:
             break
         changes = longer.figures.combined(nominal.figures, lambda new, old: np.abs(new - old))
