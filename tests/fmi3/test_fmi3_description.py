@@ -59,7 +59,7 @@ def test_variables_of_the_design(pair: tuple[Any, Any, Any, bool]) -> None:
     spring, before, description, with_states = pair
     coefficients = [v.name for v in before.modelVariables if re.match(r"(kE|kA|FE_knots|FE_forces)_\d", v.name)]
     names = list(dict.fromkeys(folded(name, description) for name in coefficients))
-    own = ["velocity", "der(absorbed_energy)", "der(omega)"] if with_states else ["omega_start"]
+    own = ["velocity", "der(absorbed_energy)", "der(omega)"] if with_states else ["omega_start", "input_resolution"]
     expected = [
         "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega",
         "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max",

@@ -57,7 +57,7 @@ def test_table_is_what_fmpy_reads(description):
 def test_names_of_the_design(description):
     of = {v.name: v for v in description.modelVariables}
     coefficients = [f"{k}_{i}" for k, values in (("kE", SPRING.kE), ("kA", SPRING.kA)) for i in range(len(values))]
-    parameters = [*SCALARS, *coefficients, "omega_start"]
+    parameters = [*SCALARS, *coefficients, "omega_start", "input_resolution"]
     assert list(of) == [
         "displacement", "force", "stiffness", "absorbed_energy", "extrapolating", "omega", *parameters,
     ]  # fmt: skip
@@ -66,7 +66,7 @@ def test_names_of_the_design(description):
     assert of["omega"].causality == "local"
     assert float(of["displacement"].start) == 0.0
     assert {v.name for v in of.values() if v.variability == "tunable"} == {
-        *coefficients, "kappa_omega", "rho", "sigma", "n"
+        *coefficients, "kappa_omega", "rho", "sigma", "n", "input_resolution"
     } - {"kA_0"}  # fmt: skip
     assert {v.type for v in of.values() if v.causality == "output"} == {"Real"}
     assert of["extrapolating"].causality == "local"
@@ -149,7 +149,7 @@ def test_dependencies(description):
         assert unknown.dependenciesKind == ["dependent"]
     initially = {u.variable.name: {v.name for v in u.dependencies} for u in description.initialUnknowns}
     assert set(initially) == {"force", "stiffness", "absorbed_energy"}
-    parameters = {v.name for v in description.modelVariables if v.causality == "parameter"}
+    parameters = {v.name for v in description.modelVariables if v.causality == "parameter"} - {"input_resolution"}
     assert initially["stiffness"] == {"displacement", *parameters}
     assert initially["force"] == {"displacement", *parameters} - {"rho", "sigma", "n"}
     assert initially["absorbed_energy"] == set()

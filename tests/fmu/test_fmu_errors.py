@@ -170,7 +170,7 @@ def serialized(one) -> dict:
 def damaged_states(one):
     whole = serialized(one)
     text = json.dumps(whole).encode()
-    (memory,), elongations, work = whole["memory"]
+    (memory,), elongations, work, at = whole["memory"]
     return [
         b"",
         b"\x80\x04junk",
@@ -192,12 +192,15 @@ def damaged_states(one):
                 {**whole, "energy_wanted": 0},
                 {**whole, "side": 2},
                 {**whole, "settings": [None]},
-                {**whole, "memory": [[memory[:-1]], elongations, work]},
-                {**whole, "memory": [[[memory[0], 1.5, *memory[2:]]], elongations, work]},
-                {**whole, "memory": [[[math.inf, *memory[1:]]], elongations, work]},
-                {**whole, "memory": [[], elongations, work]},
-                {**whole, "memory": [[memory], [0.0, math.inf], work]},
-                {**whole, "memory": [[memory], elongations]},
+                {**whole, "memory": [[memory[:-1]], elongations, work, at]},
+                {**whole, "memory": [[[memory[0], 1.5, *memory[2:]]], elongations, work, at]},
+                {**whole, "memory": [[[math.inf, *memory[1:]]], elongations, work, at]},
+                {**whole, "memory": [[], elongations, work, at]},
+                {**whole, "memory": [[memory], [0.0, math.inf], work, at]},
+                {**whole, "memory": [[memory], elongations, work]},
+                {**whole, "memory": [[memory], elongations, work, at[:-1]]},
+                {**whole, "memory": [[memory], elongations, work, [math.nan, *at[1:]]]},
+                {**whole, "memory": [[memory], elongations, work, [at[0], 0.5, *at[2:]]]},
             )
         ),
     ]

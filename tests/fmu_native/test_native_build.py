@@ -175,7 +175,7 @@ def test_sizes(native_fmu: Path) -> None:
     for platform in PLATFORMS:
         # Two images with pages of 16 KiB make the largest one.
         assert 10_000 < len(binary(native_fmu, platform)) < 380_000, platform
-    assert native_fmu.stat().st_size < 520_000
+    assert native_fmu.stat().st_size < 545_000
 
 
 @pytest.mark.slow

@@ -81,8 +81,8 @@ def test_derivatives_by_parameters(parameters, path):
         for displacement in path[1:]:
             one.step(displacement)
         values = one.get(*UNKNOWNS)
-        found = {name: one.derivatives(UNKNOWNS, **{name: 1.0}) for name in start}
-    for name in (name for name in start if name not in ("displacement", "kA_0")):
+        found = {name: one.derivatives(UNKNOWNS, **{name: 1.0}) for name in start if name != "input_resolution"}
+    for name in (name for name in start if name not in ("displacement", "kA_0", "input_resolution")):
 
         def outputs(value: float, name: str = name) -> list[float]:
             return along(parameters, path, *UNKNOWNS, **{"omega_start": 0.25, name: value})
@@ -160,7 +160,8 @@ def test_derivatives_in_initialization_mode(spring, start):
     spring.enter_initialization()
     spring.set(displacement=start, omega_start=-0.3)
     values = spring.get(*OUTPUTS)
-    for name in (name for name in given if name != "kA_0"):
+    assert spring.derivatives(OUTPUTS, input_resolution=1.0) == [0.0] * len(OUTPUTS)
+    for name in (name for name in given if name not in ("kA_0", "input_resolution")):
 
         def outputs(value: float, name: str = name) -> list[float]:
             spring.set(**{name: value})
@@ -215,7 +216,8 @@ def test_derivatives_by_parameters_go_on_from_a_state(spring):
         ("displacement", "displacement", "`displacement` is not an output"),
         ("omega", "displacement", "`omega` is not an output"),
         ("rho", "displacement", "`rho` is not an output"), ("force", "stiffness", "`stiffness` is calculated"),
-        ("force", "omega", "`omega` is calculated"), ("extrapolating", "displacement", "is Boolean, not Real"),
+        ("force", "omega", "`omega` is calculated"), ("force", "input_resolution", "respect to `input_resolution`"),
+        ("extrapolating", "displacement", "is Boolean, not Real"),
         ("force", "extrapolating", "is Boolean, not Real"),
     ],
 )  # fmt: skip

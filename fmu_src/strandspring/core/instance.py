@@ -16,7 +16,7 @@ from .branch_variables import SECOND, STORED_ENERGY
 from .branches import BRANCHES
 from .parameters import LARGEST_DISPLACEMENT, SpringParameters
 from .state import State
-from .variables import Variable, spring_parameters, start_values, variables
+from .variables import INPUT_RESOLUTION, Variable, spring_parameters, start_values, variables
 from .whole import WholeLaw, WholeMemory
 
 # Instances with the same parameters share the law and its tables, which take milliseconds to build.
@@ -132,7 +132,7 @@ class SpringInstance:
             raise RefusedCallError(f"The step size at time {time!r} s must be finite and >= 0 [s], got {size!r}.")
         law = self._require_law()
         # What branches do in a step depends on its size, and until then on none.
-        path = whole.trial(law, state.memory, state.displacement, size) if law.branches else self._current_trial()
+        path = self._path(state.memory, size) if law.branches else self._current_trial()
         self._commit(whole.integrate(law, path) if state.energy_wanted else path)
 
     def _fits(self, memory: WholeMemory | None) -> bool:
@@ -169,8 +169,12 @@ class SpringInstance:
     def _tune(self, state: State, memory: WholeMemory) -> None:
         """Change parameters of a path that has begun, if the spring that they make is physically possible."""
         previous = self._require_law()
+        resolution = self._setting(INPUT_RESOLUTION)
         law = self._change_to_possible(state)
-        self._state = state._replace(memory=whole.change(previous, law, memory))
+        memory = whole.change(previous, law, memory)
+        if self._setting(INPUT_RESOLUTION) != resolution:
+            memory = whole.caught_up(law, memory)
+        self._state = state._replace(memory=memory)
 
     def _change_to_possible(self, state: State) -> WholeLaw:
         """The law of a state; where its parameters make no spring, nothing has changed."""
@@ -189,6 +193,11 @@ class SpringInstance:
                 if not -1.0 <= omega_start <= 1.0:
                     raise RefusedCallError(f"`{name}` must be within [-1, 1], got {omega_start!r}.")
             values = dict(zip(self._place, self._state.settings, strict=True))
+            if not 0.0 <= values[INPUT_RESOLUTION] <= LARGEST_DISPLACEMENT:
+                raise RefusedCallError(
+                    f"`{INPUT_RESOLUTION}` must be within [0, {LARGEST_DISPLACEMENT:g}] m, got "
+                    f"{values[INPUT_RESOLUTION]!r}."
+                )
             try:
                 self._law = _law_of(spring_parameters(values, *self._counts))
             except ValueError as problem:
@@ -207,8 +216,13 @@ class SpringInstance:
             if state.memory is None:
                 self._trial = whole.start(state.displacement, tuple(self._starts().values()), self._counts[-1])
             else:
-                self._trial = whole.trial(self._require_law(), state.memory, state.displacement)
+                self._trial = self._path(state.memory, 0.0)
         return self._trial
+
+    def _path(self, memory: WholeMemory, duration: float) -> WholeMemory:
+        """The memory after the path from a committed one to the displacement set last."""
+        resolution = self._setting(INPUT_RESOLUTION)
+        return whole.trial(self._require_law(), memory, self._state.displacement, duration, resolution)
 
     def _commit(self, memory: WholeMemory) -> None:
         side = self._side()

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 
 from .branches import BRANCHES, MECHANISMS
 from .parameters import LARGEST_DISPLACEMENT, LARGEST_START_XI, LARGEST_SUM
+from .resolution import Resolver
 from .stepper import Memory
 from .whole import WholeMemory
 
 _FORMAT = "strandspring-state"
-_FORMAT_VERSION = 5
+_FORMAT_VERSION = 6
 
 
 class State(NamedTuple):
@@ -67,8 +68,9 @@ def from_bytes(data: bytes, guid: str) -> State:
         raise ValueError("The serialized state is damaged: it has unknown fields.")
     memory = content["memory"]
     if memory is not None:
-        mechanisms, elongations, work = memory
-        content["memory"] = WholeMemory(tuple(Memory(*of_one) for of_one in mechanisms), tuple(elongations), work)
+        mechanisms, elongations, work, at = memory
+        memories = tuple(Memory(*of_one) for of_one in mechanisms)
+        content["memory"] = WholeMemory(memories, tuple(elongations), work, Resolver(*at))
     content["settings"] = tuple(content["settings"])
     return State(**content)
 
@@ -80,15 +82,24 @@ def _is_finite(value: Any) -> bool:
 def _is_whole_memory(value: Any) -> bool:
     if value is None:
         return True
-    if not (isinstance(value, list) and [type(part) for part in value] == [list, list, float]):
+    if not (isinstance(value, list) and [type(part) for part in value] == [list, list, float, list]):
         return False
-    mechanisms, elongations, work = value
+    mechanisms, elongations, work, at = value
     return (
         1 <= len(mechanisms) <= MECHANISMS
         and len(elongations) <= BRANCHES
         and all(map(_is_memory, mechanisms))
         and all(_is_finite(part) and abs(part) <= LARGEST_SUM for part in (*elongations, work))
+        and _is_resolver(at)
+        and all(of_one[0] == at[1] for of_one in mechanisms)
     )
+
+
+def _is_resolver(value: list[Any]) -> bool:
+    if [type(part) for part in value] != [float, float, float, float, float, int, bool]:
+        return False
+    *places, direction, _ = value
+    return all(abs(place) <= LARGEST_DISPLACEMENT for place in places) and direction in (-1, 0, 1)
 
 
 def _is_memory(value: Any) -> bool:

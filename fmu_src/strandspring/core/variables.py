@@ -27,6 +27,8 @@ from .parameters import (
     SpringParameters,
 )
 
+INPUT_RESOLUTION = "input_resolution"
+
 
 @dataclass(frozen=True)
 class FmiUnit:
@@ -80,7 +82,7 @@ def variables(
     if with_states:
         return _variables_with_states(variables(elastic, amplifier, knots))
     coefficients = _coefficients(elastic, amplifier, knots)
-    parameters = (*_SCALAR_PARAMETERS, *coefficients, _OMEGA_START)
+    parameters = (*_SCALAR_PARAMETERS, *coefficients, *_OWN_OF_USUAL_FORM)
     point = ("displacement", "displacement_offset", "displacement_min", "displacement_max")
     of_force = (*point, *(c.name for c in coefficients), "kappa_omega", "omega_start")
     of_stiffness = (*of_force, "rho", "sigma", "n")
@@ -134,7 +136,7 @@ def start_values(parameters: SpringParameters, with_states: bool = False) -> dic
     values |= added_values(parameters, with_states)
     if with_states:
         return {**values, "omega": 0.0, "absorbed_energy": 0.0, "velocity": 0.0}
-    return {**values, "omega_start": 0.0}
+    return {**values, "omega_start": 0.0, INPUT_RESOLUTION: 0.0}
 
 
 def spring_parameters(
@@ -159,7 +161,8 @@ def spring_parameters(
 
 
 def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
-    parameters = tuple(variable.name for variable in usual if variable.causality == "parameter")[:-1]
+    shared = [variable for variable in usual if variable not in _OWN_OF_USUAL_FORM]
+    parameters = tuple(variable.name for variable in shared if variable.causality == "parameter")
     of_slope = ("rho", "sigma", "n")
     of_force = tuple(name for name in parameters if name not in of_slope)
     moving = ("displacement", "velocity", "omega")
@@ -179,7 +182,7 @@ def _variables_with_states(usual: tuple[Variable, ...]) -> tuple[Variable, ...]:
         },
     }  # fmt: skip
     return (
-        *(replace(variable, **changes.get(variable.name, {})) for variable in usual[:-1]),
+        *(replace(variable, **changes.get(variable.name, {})) for variable in shared),
         Variable(
             "velocity",
             "input",
@@ -285,7 +288,11 @@ _SCALAR_PARAMETERS = (
     _fixed("displacement_min", "Lower end of the identified range", "m", "mm"),
     _fixed("displacement_max", "Upper end of the identified range", "m", "mm"),
 )
-_OMEGA_START = _fixed("omega_start", "omega where the path starts", "1", None, -1.0, 1.0)
+_OWN_OF_USUAL_FORM = (
+    _fixed("omega_start", "omega where the path starts", "1", None, -1.0, 1.0),
+    _parameter(INPUT_RESOLUTION, "Resolution of a sensor of the displacement: friction follows no smaller reversals",
+               "m", "mm", 0.0, LARGEST_DISPLACEMENT),
+)  # fmt: skip
 
 _UNITS = (
     FmiUnit("1"),

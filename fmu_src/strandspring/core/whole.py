@@ -15,9 +15,10 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
-from . import stepper
+from . import resolution, stepper
 from .law import SpringLaw
 from .parameters import SpringParameters
+from .resolution import Resolver
 from .stepper import Memory
 
 _SMALL_DECAY, _TERMS = 0.34, 14  # of q, below which the series of ramp has so many terms
@@ -28,14 +29,16 @@ class WholeMemory(NamedTuple):
 
     Attributes
     ----------
-    mechanisms : tuple of Memory     Of one or two, all at the same displacement.
+    mechanisms : tuple of Memory     Of one or two, all where friction is.
     elongations : tuple of float     Of the branches' springs [m].
     work : float                     Absorbed by the branches since the beginning [J].
+    at : Resolver                    Where the path ends and, with a resolution of the input, the friction.
     """
 
     mechanisms: tuple[Memory, ...]
     elongations: tuple[float, ...]
     work: float
+    at: Resolver
 
 
 class WholeLaw:
@@ -53,23 +56,30 @@ class WholeLaw:
 
 def start(displacement: float, omegas: Sequence[float], branches: int) -> WholeMemory:
     """The memory at the start of a path, with an omega for each mechanism; the branches have no force."""
-    return WholeMemory(tuple(stepper.start(displacement, omega) for omega in omegas), (0.0,) * branches, 0.0)
+    mechanisms = tuple(stepper.start(displacement, omega) for omega in omegas)
+    return WholeMemory(mechanisms, (0.0,) * branches, 0.0, resolution.start(displacement, 0))
 
 
-def trial(law: WholeLaw, memory: WholeMemory, displacement: float, duration: float = 0.0) -> WholeMemory:
-    """The memory after a straight path to `displacement` [m] in a duration [s]; `memory` is left as it was."""
-    travel, work, elongations = displacement - memory.mechanisms[0].displacement, memory.work, []
+def trial(
+    law: WholeLaw, memory: WholeMemory, displacement: float, duration: float = 0.0, input_resolution: float = 0.0
+) -> WholeMemory:
+    """The memory after a straight path to `displacement` [m] in a duration [s]; `memory` is left as it was.
+
+    Friction follows no reversals below a resolution of the input [m].
+    """
+    travel, work, elongations = displacement - memory.at.displacement, memory.work, []
+    at = resolution.resolve(memory.at, displacement, input_resolution)
     for branch, before in zip(law.branches, memory.elongations, strict=True):
         rest, mean, ramp = _decay(duration / branch.time_constant)
         elongations.append(rest * before + mean * travel)
         work += branch.stiffness * travel * (mean * before + ramp * travel)
     pairs = zip(law.mechanisms, memory.mechanisms, strict=True)
-    return WholeMemory(tuple(stepper.trial(*pair, displacement) for pair in pairs), tuple(elongations), work)
+    return WholeMemory(tuple(stepper.trial(*pair, at.followed) for pair in pairs), tuple(elongations), work, at)
 
 
 def force(law: WholeLaw, memory: WholeMemory) -> float:
     """Restoring force [N] where the path ends."""
-    of_mechanisms = sum(map(stepper.force, law.mechanisms, memory.mechanisms))
+    of_mechanisms = sum(map(stepper.force, law.mechanisms, _shown(memory)))
     return of_mechanisms + sum(
         branch.stiffness * elongation for branch, elongation in zip(law.branches, memory.elongations, strict=True)
     )
@@ -77,7 +87,7 @@ def force(law: WholeLaw, memory: WholeMemory) -> float:
 
 def stiffness(law: WholeLaw, memory: WholeMemory) -> float:
     """Tangent stiffness against sudden motion [N/m] in the direction of the last one, of loading before the first."""
-    of_mechanisms = sum(map(stepper.stiffness, law.mechanisms, memory.mechanisms))
+    of_mechanisms = sum(map(stepper.stiffness, law.mechanisms, _shown(memory)))
     return of_mechanisms + sum(branch.stiffness for branch in law.branches)
 
 
@@ -101,6 +111,17 @@ def change(before: WholeLaw, after: WholeLaw, memory: WholeMemory) -> WholeMemor
     """The memory of a path that goes on with other parameters: displacement, omega and elongations stay."""
     changed = map(stepper.change, before.mechanisms, after.mechanisms, memory.mechanisms)
     return memory._replace(mechanisms=tuple(changed))
+
+
+def caught_up(law: WholeLaw, memory: WholeMemory) -> WholeMemory:
+    """The memory after friction has gone to where the path is."""
+    memory = trial(law, memory, memory.at.displacement)
+    return memory._replace(at=resolution.start(memory.at.displacement, memory.mechanisms[0].direction))
+
+
+def _shown(memory: WholeMemory) -> list[Memory]:
+    """The mechanisms where the path is, with the omega that they have where friction is."""
+    return [of_one._replace(displacement=memory.at.displacement) for of_one in memory.mechanisms]
 
 
 @lru_cache(maxsize=16)  # most hosts take steps of one size

@@ -100,6 +100,8 @@ static double extreme_value(fmi2ValueReference reference)
         return sign > 0.0 ? 1000.0 : 0.5;
     if (strcmp(name, "n") == 0)
         return sign > 0.0 ? 100.0 : 0.01;
+    if (strcmp(name, "input_resolution") == 0)
+        return sign > 0.0 ? 1e9 : 5e-324;
     if (strncmp(name, "FE_forces", 9) == 0)
         return sign * 1e15;
     if (strncmp(name, "kE_", 3) == 0)
@@ -125,6 +127,8 @@ static double usual_value(fmi2ValueReference reference)
                 (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
     if (chance(50) || fixed)
         return start;
+    if (strcmp(name, "input_resolution") == 0)
+        return described[variable("displacement_max")].start * pow(10.0, uniform(-4.0, 0.0));
     if (start == 0.0)
         return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);
     return start * (chance(80) ? uniform(0.9, 1.1) : pow(10.0, uniform(-1.9, 1.9)));

@@ -107,6 +107,9 @@ int variable(const char *name); /* its value reference */
 Twin twin_of(fmi2Type type);
 Answer may_call(const Twin *twin, Call call); /* by the state machine */
 Answer possible(Twin *twin);
+
+/* Whether the spring has derivatives: not where friction follows no small reversals. */
+Answer is_smooth(const Twin *twin);
 int side_of(const Twin *twin);
 void twin_set(Twin *twin, fmi2ValueReference reference, double value);
 /* Whether a step may be done; and what a step that was done changes. */

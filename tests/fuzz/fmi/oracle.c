@@ -174,6 +174,8 @@ static Answer asked(const Twin *twin)
             return NO;
     double low = named(twin, "displacement_min"), high = named(twin, "displacement_max");
     double offset = named(twin, "displacement_offset"), sigma = named(twin, "sigma"), n = named(twin, "n");
+    if (!MODEL_STATES && !(0.0 <= named(twin, "input_resolution") && named(twin, "input_resolution") <= 1e9))
+        return NO;
     if ((!MODEL_STATES && fabs(named(twin, "omega_start")) > 1.0) || named(twin, "kA_0") != 1.0 ||
         named(twin, "kappa_omega") <= 0.0 || named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 ||
         n > 100.0)
@@ -192,6 +194,13 @@ Answer possible(Twin *twin)
         twin->possible = asked(twin);
     twin->asked = 1;
     return twin->possible;
+}
+
+Answer is_smooth(const Twin *twin)
+{
+    if (MODEL_STATES || twin->mode == INITIALIZATION)
+        return YES;
+    return twin->mode == UNKNOWN ? UNSURE : named(twin, "input_resolution") > 0.0 ? NO : YES;
 }
 
 /* ---- the path ---------------------------------------------------------------------------------------------------- */

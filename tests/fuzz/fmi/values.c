@@ -149,7 +149,10 @@ void directional_derivative(Trial *trial)
     must(trial, all_have(&unknown, UNKNOWNS) && all_have(&known, SETTABLE) ? YES : NO);
     if (!MODEL_STATES && any_is(&unknown, "absorbed_energy") && !all_have(&known, "i"))
         must(trial, twin->mode == INITIALIZATION ? YES : twin->mode == UNKNOWN ? UNSURE : NO);
+    if (!MODEL_STATES && any_is(&known, "input_resolution"))
+        must(trial, twin->mode == INITIALIZATION ? YES : twin->mode == UNKNOWN ? UNSURE : NO);
     must(trial, possible(twin));
+    must(trial, is_smooth(twin));
     must_be_seeds(trial, seed, known.count);
     fmi2Status status =
         fmi2GetDirectionalDerivative(trial->component, unknown.at, unknown.count, known.at, known.count, seed, found);
@@ -212,8 +215,10 @@ void output_derivatives(Trial *trial)
     must_be_given(trial, order, of.count);
     must_be_given(trial, values, of.count);
     must(trial, all_have(&of, OUTPUTS) && orders_sound(order, of.count, 1) ? YES : NO);
-    if (of.count > 0)
+    if (of.count > 0) {
+        must(trial, is_smooth(twin));
         or_discard(trial, twin->mode == UNKNOWN ? UNSURE : rate_possible(twin));
+    }
     fmi2Status status = fmi2GetRealOutputDerivatives(trial->component, of.at, of.count, order, values);
     if (judged(trial, status, LOOKS))
         for (size_t i = 0; i < of.count; i++)

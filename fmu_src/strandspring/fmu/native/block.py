@@ -12,16 +12,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...core.parameters import ARRAYS, SCALARS, SpringParameters
-from ...core.variables import start_values
+from ...core.variables import INPUT_RESOLUTION, start_values
 from ...errors import BuildError
 from ...kernel.branches import added_fields
 from ...kernel.path import packed
 from ...kernel.structures import structures
 from .macho import is_macho, with_new_hashes
 
-# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start and the form.
+# Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start,
+# input_resolution and the form.
 _MARKER = struct.Struct("<16sII")
-_MAGIC, _VERSION = b"strandspringfmu", 7
+_MAGIC, _VERSION = b"strandspringfmu", 8
 _SECOND_START = 0.0  # where the omega of a second mechanism begins
 
 # What counts the values of each array.
@@ -52,7 +53,8 @@ def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeFo
     """
     start = start_values(parameters)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters.mechanisms[0])
-    values += struct.pack("<dqqqq", start["omega_start"], form.with_states, form.real_time, form.no_energy, form.arrays)
+    values += struct.pack("<2d", start["omega_start"], start[INPUT_RESOLUTION])
+    values += struct.pack("<4q", form.with_states, form.real_time, form.no_energy, form.arrays)
     values += bytes(structures()["SpringAdded"](**added_fields(parameters))) + struct.pack("<d", _SECOND_START)
     return with_block(image, _MAGIC, _VERSION, values)
 
@@ -92,6 +94,7 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
 {scalars}
     }},
     .omega_start = {start["omega_start"].hex()},
+    .input_resolution = {start[INPUT_RESOLUTION].hex()},
     .has_states = {int(form.with_states)},
     .real_time = {int(form.real_time)},
     .no_energy = {int(form.no_energy)},

@@ -1,5 +1,7 @@
 #include "path.h"
 
+#include "../../core/c/spring/resolution.h"
+
 #include <math.h>
 
 /* W(xi), most often on the piece where the last one was. */
@@ -128,23 +130,7 @@ void spring_on_records(const SpringTable *table, size_t rates, const double *rho
 
 void spring_resolved_path(size_t count, const double *displacement, double resolution, double *resolved)
 {
-    double furthest = count > 0 ? displacement[0] : 0.0, turn = furthest, at_turn = furthest, direction = 0.0;
-    int has_met = 1;
-    for (size_t i = 0; i < count; i++) {
-        double way = displacement[i] - furthest, last = i > 0 ? resolved[i - 1] : furthest;
-        if (direction == 0.0 && way != 0.0)
-            direction = copysign(1.0, way);
-        if (way * direction >= 0.0) {
-            furthest = displacement[i];
-        } else if (fabs(way) >= resolution) {
-            turn = furthest;
-            at_turn = last;
-            direction = -direction;
-            furthest = displacement[i];
-            has_met = 0;
-        }
-        double share = fabs(furthest - turn) / resolution - 1.0, end = turn + 2.0 * resolution * direction;
-        has_met |= share >= 1.0;
-        resolved[i] = has_met ? furthest : at_turn + fmax(share, 0.0) * (end - at_turn);
-    }
+    SpringResolver at = spring_resolver_start(count > 0 ? displacement[0] : 0.0, 0);
+    for (size_t i = 0; i < count; i++)
+        resolved[i] = spring_resolve(&at, displacement[i], resolution);
 }

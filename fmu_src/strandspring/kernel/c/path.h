@@ -13,9 +13,7 @@
 void spring_path(const SpringLaw *law, size_t count, const double *displacement, double omega_start, double *omega,
                  double *force, double *stiffness, double *energy);
 
-/* The displacement that friction follows where reversals of less than `resolution` [m] are none, at each sample [m]. It
- * turns when the path has come back by that from the furthest place, catches up with the path over as much again, and is
- * the furthest place from there on. It is never further than `resolution` from the path. */
+/* The displacement that friction follows where reversals of less than `resolution` [m] are none, at each sample [m]. */
 void spring_resolved_path(size_t count, const double *displacement, double resolution, double *resolved);
 
 /* Force at samples with given omega [N], and its derivatives by displacement [N/m] and omega [N]. */

@@ -51,9 +51,19 @@ SPRING_NOINLINE static void add_gradients(const Instance *instance, const Spring
     at->force += spring_added_force(added, instance->second.law, memory);
 }
 
+/* The memory where the path ends, if the force has derivatives there. */
+static const SpringMemory *reach_smooth(Instance *instance)
+{
+    const State *state = &instance->state;
+    if (state->settings.input_resolution > 0.0 && !(state->mode & INITIALIZATION))
+        return FMU_REFUSE_POINTER(&instance->log, "There are no derivatives while `input_resolution` is above 0: where "
+                                                  "the displacement turns, friction stands still within it.");
+    return fmu_reach(instance);
+}
+
 static FmuStatus gradients(Instance *instance, Gradients *at)
 {
-    const SpringMemory *reached = fmu_reach(instance);
+    const SpringMemory *reached = reach_smooth(instance);
     if (reached == NULL)
         return FMU_ERROR;
     int is_kept = !instance->has_states && !instance->state.settings.real_time;
@@ -120,6 +130,8 @@ static double partial_of_usual_form(const Gradients *at, unsigned unknown, unsig
     AddedVariable added = fmu_added(settings, known);
     if (added.kind != ADDED_NONE)
         return partial_by_added(at, settings, unknown == SPRING_FORCE, added);
+    if (known == fmu_input_resolution(settings))
+        return 0.0; /* where a path begins */
     if (known != SPRING_DISPLACEMENT)
         return fmu_derivative_by(gradient, settings, known);
     /* Where a path begins omega is given. */
@@ -182,6 +194,8 @@ static FmuStatus require_known(const Instance *instance, unsigned known)
     if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
         return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
                           fmu_name(settings, known).text);
+    if (known == fmu_input_resolution(settings) && !settings->has_states && !(instance->state.mode & INITIALIZATION))
+        return FMU_REFUSE(&instance->log, "There are no derivatives with respect to `input_resolution`.");
     /* With states there is no path since the beginning, of which derivatives would be kept: omega is given. */
     if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
         fmu_shapes_path(settings, known))
@@ -304,7 +318,7 @@ static FmuStatus require_rate(const Instance *instance, unsigned output, int ord
 static FmuStatus gradients_of_path(Instance *instance, Gradients *at)
 {
     const State *state = &instance->state;
-    if (fmu_reach(instance) == NULL) /* makes the law */
+    if (reach_smooth(instance) == NULL) /* makes the law */
         return FMU_ERROR;
     if (fabs(state->rate) > LARGEST_VELOCITY)
         return fmu_report(&instance->log, FMU_DISCARD,

@@ -94,6 +94,7 @@ void fmu_begin(Instance *instance, int mode)
     instance->has_added = fmu_has_added(&start.settings);
     start.memory = spring_start(start.displacement, start.settings.omega_start);
     start.added = spring_added_start(start.displacement, start.settings.second_omega_start);
+    start.resolver = spring_resolver_start(start.displacement, 0);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
 }
@@ -148,6 +149,9 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
     if (!(fabs(settings->omega_start) <= 1.0))
         return FMU_REFUSE(&instance->log, "`omega_start` must be within [-1, 1], got %s.",
                           spring_number(settings->omega_start).text);
+    if (!fmu_is_resolution(settings->input_resolution))
+        return FMU_REFUSE(&instance->log, "`input_resolution` must be within [0, %g] m, got %s.", LARGEST_DISPLACEMENT,
+                          spring_number(settings->input_resolution).text);
     if (spring_problem(&settings->spring, problem, sizeof problem) ||
         (instance->has_added && fmu_added_problem(settings, problem, sizeof problem)))
         return FMU_REFUSE(&instance->log, "%s", problem);
@@ -159,6 +163,21 @@ SPRING_COLD FmuStatus make_law(Instance *instance, const Settings *settings)
 FmuStatus fmu_require_law(Instance *instance)
 {
     return instance->first.law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
+}
+
+/* Where friction goes with the displacement set last. */
+static double followed(const State *state)
+{
+    if (!(state->settings.input_resolution > 0.0))
+        return state->displacement;
+    SpringResolver resolver = state->resolver;
+    return spring_resolve(&resolver, state->displacement, state->settings.input_resolution);
+}
+
+/* Branches follow the displacement itself: their way as one that ends where friction does. */
+static double start_of_way(const State *state, double end)
+{
+    return state->resolver.displacement + (end - state->displacement);
 }
 
 /* What a trial makes of a second mechanism and of branches: time stands still, so that branches follow as springs. */
@@ -173,9 +192,34 @@ SPRING_COLD void make_added_trial(Instance *instance)
         instance->added_trial = state->added;
         const SpringDecay jump = {1.0, 1.0, 0.5}, jumps[SPRING_MAXWELLS] = {jump, jump, jump};
         /* A jump leaves the derivatives of elongations, and those of omega are made where they are asked for. */
+        double end = instance->trial.displacement;
         spring_added_commit(&state->settings.added, instance->second.law, &instance->added_trial, 0,
-                            state->memory.displacement, state->displacement, 0.0, jumps);
+                            start_of_way(state, end), end, 0.0, jumps);
     }
+}
+
+/* A memory with its omega and its energy at another displacement. */
+static SpringMemory shown_at(const Instance *instance, const SpringLaw *law, SpringMemory memory)
+{
+    const State *state = &instance->state;
+    if (!state->settings.no_energy)
+        spring_integrate(law, &memory);
+    memory.displacement = memory.energy_at = state->displacement;
+    return memory;
+}
+
+/* The trial where the friction is not at the displacement set last, with the omega that it has where it is. */
+SPRING_COLD void show_trial(Instance *instance)
+{
+    SpringMemory *second = &instance->added_trial.second;
+    instance->shown = shown_at(instance, instance->first.law, instance->trial);
+    if (instance->second.law != NULL)
+        *second = shown_at(instance, instance->second.law, *second);
+}
+
+static const SpringMemory *trial_of(const Instance *instance)
+{
+    return instance->state.settings.input_resolution > 0.0 ? &instance->shown : &instance->trial;
 }
 
 /* Computes the response to the displacement set last. */
@@ -189,19 +233,21 @@ SPRING_APART const SpringMemory *make_trial(Instance *instance)
     else if (state->mode & (INSTANTIATED | INITIALIZATION))
         instance->trial = spring_start(state->displacement, state->settings.omega_start);
     else
-        instance->trial = spring_trial(instance->first.law, &state->memory, state->displacement);
+        instance->trial = spring_trial(instance->first.law, &state->memory, followed(state));
     if (instance->has_added)
         make_added_trial(instance);
+    if (state->settings.input_resolution > 0.0)
+        show_trial(instance);
     instance->has_trial = 1;
-    return &instance->trial;
+    return trial_of(instance);
 }
 
 const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
     int committed = instance->first.law != NULL && !(state->mode & (INSTANTIATED | INITIALIZATION)) &&
-                    state->displacement == state->memory.displacement;
-    return instance->has_trial ? &instance->trial : committed ? &state->memory : make_trial(instance);
+                    state->displacement == state->memory.displacement && !(state->settings.input_resolution > 0.0);
+    return instance->has_trial ? trial_of(instance) : committed ? &state->memory : make_trial(instance);
 }
 
 SpringSensitivity fmu_sensitivity(const Instance *instance, const SpringMemory *reached)
@@ -315,6 +361,19 @@ FmuStatus fmu_read(Instance *instance, const unsigned references[], size_t count
     return FMU_OK;
 }
 
+/* Takes friction to where the path is. */
+SPRING_COLD void catch_up(Instance *instance)
+{
+    State *state = &instance->state;
+    int is_kept = !state->settings.real_time;
+    spring_commit(instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL,
+                  state->resolver.displacement);
+    if (instance->second.law != NULL)
+        spring_commit(instance->second.law, &state->added.second, is_kept ? &state->added.sensitivity : NULL,
+                      state->resolver.displacement);
+    state->resolver = spring_resolver_start(state->resolver.displacement, state->memory.direction);
+}
+
 /* Changes parameters of a path that has begun. */
 SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *settings)
 {
@@ -344,6 +403,8 @@ SPRING_COLD FmuStatus change_parameters(Instance *instance, const Settings *sett
         for (int i = 0; i < settings->added.branches; i++)
             if (settings->added.time_constant[i] != state->settings.added.time_constant[i])
                 state->added.by_log[i] = 0.0; /* counts from here on */
+        if (settings->input_resolution != state->settings.input_resolution)
+            catch_up(instance);
         state->settings = *settings;
     }
     release(&instance->first, kept);
@@ -513,14 +574,14 @@ static const SpringDecay *decays_over(Instance *instance, double duration)
 
 /* Makes the way to the displacement set last part of the path of a second mechanism and of branches, which take the time
  * that it lasted; before the memory of the first mechanism goes on. */
-SPRING_APART void commit_added(Instance *instance, double duration)
+SPRING_APART void commit_added(Instance *instance, double end, double duration)
 {
     State *state = &instance->state;
     const SpringLaw *second = instance->second.law;
     if (instance->has_states)
         return;
     spring_added_commit(&state->settings.added, second, &state->added, !state->settings.real_time,
-                        state->memory.displacement, state->displacement, duration, decays_over(instance, duration));
+                        start_of_way(state, end), end, duration, decays_over(instance, duration));
     if (state->energy_wanted && second != NULL)
         spring_integrate(second, &state->added.second);
 }
@@ -530,15 +591,20 @@ static void commit(Instance *instance, double duration)
 {
     State *state = &instance->state;
     int at = side(state);
+    double end = followed(state);
     if (instance->has_added)
-        commit_added(instance, duration);
+        commit_added(instance, end, duration);
     if (instance->has_trial) {
         take_trial(instance);
     } else {
         /* Within a deadline sensitivities are not kept. */
         SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
-        spring_commit(instance->first.law, &state->memory, sensitivity, state->displacement);
+        spring_commit(instance->first.law, &state->memory, sensitivity, end);
     }
+    if (state->settings.input_resolution > 0.0)
+        spring_resolve(&state->resolver, state->displacement, state->settings.input_resolution);
+    state->resolver.displacement = state->displacement;
+    state->resolver.followed = end;
     if (state->energy_wanted)
         spring_integrate(instance->first.law, &state->memory);
     if (at != state->side) {
@@ -573,6 +639,7 @@ FmuStatus fmu_end_initialization(Instance *instance)
         state->memory = instance->trial;
         state->added = instance->added_trial;
     }
+    state->resolver = spring_resolver_start(state->displacement, 0);
     commit(instance, 0.0);
     state->watch = fmu_watch_from(state->time, state->displacement);
     state->mode = fmu_of_kind(state->mode, ME_EVENT | CS_STEP);
@@ -634,7 +701,7 @@ static void commit_line(Instance *instance, double size)
 {
     State *state = &instance->state;
     if (size > 0.0)
-        state->rate = clip((state->displacement - state->memory.displacement) / size, -DBL_MAX, DBL_MAX);
+        state->rate = clip((state->displacement - state->resolver.displacement) / size, -DBL_MAX, DBL_MAX);
     commit(instance, size);
 }
 

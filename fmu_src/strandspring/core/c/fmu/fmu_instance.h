@@ -40,6 +40,7 @@ typedef struct {
     int has_trial;
     int has_states; /* as settings say */
     SpringMemory trial;   /* after the path from the last commit to the displacement set last, if has_trial */
+    SpringMemory shown;   /* with input_resolution: the same at that displacement, where the friction is not */
     int has_added; /* whether there is a second mechanism or a branch */
     HeldLaw first, second; /* of the first mechanism, and of the second, if there is one */
     State state;
@@ -110,7 +111,7 @@ SPRING_LOCAL const SpringMemory *fmu_reach(Instance *instance);
 /* The memory of a second mechanism and of branches that belongs to what fmu_reach has returned. */
 static inline const SpringAddedMemory *fmu_added_at(const Instance *instance, const SpringMemory *reached)
 {
-    return reached == &instance->trial ? &instance->added_trial : &instance->state.added;
+    return reached == &instance->state.memory ? &instance->state.added : &instance->added_trial;
 }
 
 /* The sensitivity at a memory that fmu_reach has returned. */

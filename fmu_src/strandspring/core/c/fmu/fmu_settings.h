@@ -19,14 +19,15 @@ enum {
 
 enum { SPRING_SCALARS = 7 }; /* parameters of both forms besides the coefficients */
 
-/* What follows the parameters of both forms: omega_start, or velocity and derivatives. */
-enum { OWN_OMEGA_START = 0, OWN_OF_USUAL_FORM = 1 };
+/* What follows the parameters of both forms: omega_start and input_resolution, or velocity and derivatives. */
+enum { OWN_OMEGA_START = 0, OWN_INPUT_RESOLUTION, OWN_OF_USUAL_FORM };
 enum { OWN_VELOCITY = 0, OWN_POWER, OWN_OMEGA_RATE, OWN_OF_STATES_FORM };
 
 /* The values of all parameters, and the form of the FMU. */
 typedef struct {
     SpringParameters spring;
     double omega_start;
+    double input_resolution; /* of the displacement [m]; 0 in the form with states */
     int64_t has_states;
     int64_t real_time; /* whether nothing may be allocated after instantiation */
     int64_t no_energy; /* whether absorbed_energy is left out */
@@ -47,6 +48,12 @@ static inline unsigned fmu_first_own(const Settings *settings)
 {
     const SpringParameters *p = &settings->spring;
     return (unsigned)(SPRING_FIRST_PARAMETER + p->elastic + p->knots + p->forces + p->amplifier + SPRING_SCALARS);
+}
+
+/* The parameter input_resolution, which the form with states does not have. */
+static inline unsigned fmu_input_resolution(const Settings *settings)
+{
+    return settings->has_states ? 0 : fmu_first_own(settings) + OWN_INPUT_RESOLUTION;
 }
 
 /* The first variable of a second mechanism or of branches, if there are any. */

@@ -32,6 +32,17 @@ static void sensitivity_fields(Cursor *cursor, SpringSensitivity *sensitivity)
     fmu_double_field(cursor, &sensitivity->by_omega_start);
 }
 
+static void resolver_fields(Cursor *cursor, SpringResolver *resolver)
+{
+    fmu_double_field(cursor, &resolver->displacement);
+    fmu_double_field(cursor, &resolver->followed);
+    fmu_double_field(cursor, &resolver->furthest);
+    fmu_double_field(cursor, &resolver->turn);
+    fmu_double_field(cursor, &resolver->at_turn);
+    fmu_int_field(cursor, &resolver->direction);
+    fmu_int_field(cursor, &resolver->has_met);
+}
+
 /* Of a second mechanism and of branches, if there are any. */
 static void added_fields(Cursor *cursor, State *state)
 {
@@ -60,12 +71,14 @@ void fmu_state_fields(Cursor *cursor, State *state)
     for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_first_own(&state->settings); i++)
         fmu_double_field(cursor, fmu_setting(&state->settings, i));
     fmu_double_field(cursor, &state->settings.omega_start);
+    fmu_double_field(cursor, &state->settings.input_resolution);
     fmu_double_field(cursor, &state->displacement);
     fmu_double_field(cursor, &state->velocity);
     fmu_double_field(cursor, &state->acceleration);
     fmu_int_field(cursor, &state->interpolated);
     memory_fields(cursor, &state->memory);
     sensitivity_fields(cursor, &state->sensitivity);
+    resolver_fields(cursor, &state->resolver);
     fmu_double_field(cursor, &state->rate);
     fmu_int_field(cursor, &state->energy_wanted);
     fmu_int_field(cursor, &state->side);
@@ -95,6 +108,18 @@ static int has_no_path(const SpringMemory *memory, double displacement)
 {
     return memory->displacement == displacement && memory->start == displacement && memory->energy_at == displacement &&
            memory->start_xi == 0.0;
+}
+
+/* Whether friction can be where it is with what is remembered of the displacement. */
+static int resolver_is_sound(const State *state)
+{
+    const SpringResolver *resolver = &state->resolver;
+    const double places[] = {resolver->displacement, resolver->furthest, resolver->turn, resolver->at_turn};
+    for (size_t i = 0; i < sizeof places / sizeof *places; i++)
+        if (!(fabs(places[i]) <= LARGEST_DISPLACEMENT))
+            return 0;
+    return resolver->followed == state->memory.displacement && fmu_is_side(resolver->direction) &&
+           fmu_is_flag(resolver->has_met);
 }
 
 /* Whether what is remembered of a second mechanism and of branches is such that nothing made of it overflows. */
@@ -134,18 +159,22 @@ static const char *damaged_field(const State *state)
     if (!(fabs(memory->omega) <= largest) || !is_sound(memory, &state->sensitivity) ||
         (settings.has_states && !has_no_path(memory, state->displacement)))
         return "memory";
+    if (!settings.has_states && !resolver_is_sound(state))
+        return "resolver";
     if (!added_is_sound(state, largest))
         return "memory of a second mechanism or a branch";
     for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&settings); i++)
         if (fmu_causality(&settings, i) == VARIABLE_PARAMETER && !isfinite(*fmu_setting(&settings, i)))
             return "settings";
-    if (!isfinite(settings.omega_start))
+    if (!isfinite(settings.omega_start) || !isfinite(settings.input_resolution))
         return "settings";
     if (!fmu_is_flag(state->energy_wanted) || !fmu_is_side(state->side) || !fmu_is_flag(state->extrapolating))
         return "flags";
     if (!fmu_watch_is_sound(&state->watch))
         return "watch";
     int begun = state->mode & (INITIALIZED | TERMINATED);
+    if (begun && !fmu_is_resolution(settings.input_resolution))
+        return "input_resolution";
     return begun && !(fabs(settings.omega_start) <= 1.0) ? "omega_start" : NULL;
 }
 

@@ -24,6 +24,7 @@ static const Parameter SCALARS[SPRING_SCALARS] = {
 static const Parameter LISTS[] = {PARAMETER(kE), PARAMETER(FE_knots), PARAMETER(FE_forces), PARAMETER(kA)};
 #undef PARAMETER
 
+static const char *const OWN_USUAL_NAMES[OWN_OF_USUAL_FORM] = {"omega_start", "input_resolution"};
 static const char *const OWN_NAMES[OWN_OF_STATES_FORM] = {"velocity", "der(absorbed_energy)", "der(omega)"};
 
 /* Those up to n. */
@@ -45,6 +46,8 @@ static ParameterPlace parameter_place(const Settings *settings, unsigned referen
     int index = (int)reference - SPRING_FIRST_PARAMETER, list = SCALAR;
     while (list < OWN && index >= counts[list])
         index -= counts[list++];
+    if (list == OWN && index == OWN_INPUT_RESOLUTION) /* of which there are no derivatives */
+        return (ParameterPlace){.list = list, .index = index, .value = offsetof(Settings, input_resolution)};
     if (list == OWN)
         return (ParameterPlace){
             list, index, offsetof(Settings, omega_start), offsetof(SpringGradient, by_omega_start)};
@@ -74,7 +77,9 @@ int fmu_is_tunable(const Settings *settings, unsigned reference)
     ParameterPlace place = parameter_place(settings, reference);
     if (place.list == AMPLIFIER && !settings->arrays)
         return place.index > 0; /* kA_0 is 1 */
-    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT && place.list != OWN;
+    if (place.list == OWN)
+        return reference == fmu_input_resolution(settings);
+    return place.list == SCALAR ? place.index < TUNABLE_SCALARS : place.list != KNOT;
 }
 
 int fmu_shapes_path(const Settings *settings, unsigned reference)
@@ -83,7 +88,7 @@ int fmu_shapes_path(const Settings *settings, unsigned reference)
     if (added.kind != ADDED_NONE)
         return fmu_added_shapes_path(added);
     ParameterPlace place = parameter_place(settings, reference);
-    return place.list == OWN || (place.list == SCALAR && place.index > 0 && place.index < TUNABLE_SCALARS);
+    return (place.list == OWN && place.index == OWN_OMEGA_START) || (place.list == SCALAR && place.index > 0 && place.index < TUNABLE_SCALARS);
 }
 
 VariableName fmu_name(const Settings *settings, unsigned reference)
@@ -98,7 +103,7 @@ VariableName fmu_name(const Settings *settings, unsigned reference)
     else if (place.list == SCALAR)
         snprintf(name.text, sizeof name.text, "%s", SCALARS[place.index].name);
     else if (place.list == OWN)
-        snprintf(name.text, sizeof name.text, "%s", settings->has_states ? OWN_NAMES[place.index] : "omega_start");
+        snprintf(name.text, sizeof name.text, "%s", (settings->has_states ? OWN_NAMES : OWN_USUAL_NAMES)[place.index]);
     else
         snprintf(name.text, sizeof name.text, "%s_%d", LISTS[place.list - ELASTIC].name, place.index);
     return name;

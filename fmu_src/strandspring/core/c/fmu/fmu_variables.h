@@ -47,6 +47,12 @@ SPRING_LOCAL int fmu_shapes_path(const Settings *settings, unsigned reference);
 
 SPRING_LOCAL VariableName fmu_name(const Settings *settings, unsigned reference);
 
+/* Whether a value is one of input_resolution. */
+static inline int fmu_is_resolution(double value)
+{
+    return 0.0 <= value && value <= LARGEST_DISPLACEMENT;
+}
+
 /* The value of a parameter. */
 SPRING_LOCAL double *fmu_setting(Settings *settings, unsigned reference);
 
