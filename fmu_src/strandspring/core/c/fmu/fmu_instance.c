@@ -94,7 +94,6 @@ void fmu_begin(Instance *instance, int mode)
     instance->has_added = fmu_has_added(&start.settings);
     start.memory = spring_start(start.displacement, start.settings.omega_start);
     start.added = spring_added_start(start.displacement, start.settings.second_omega_start);
-    start.resolver = spring_resolver_start(start.displacement, 0);
     start.watch = fmu_watch_from(start.time, start.displacement);
     fmu_restore(instance, &start);
 }
@@ -165,19 +164,28 @@ FmuStatus fmu_require_law(Instance *instance)
     return instance->first.law != NULL ? FMU_OK : make_law(instance, &instance->state.settings);
 }
 
-/* Where friction goes with the displacement set last. */
-static double followed(const State *state)
+static int is_resolved(const State *state)
 {
-    if (!(state->settings.input_resolution > 0.0))
-        return state->displacement;
+    return state->settings.input_resolution > 0.0;
+}
+
+/* Where friction goes with the displacement set last, where it is not always that. */
+SPRING_COLD double followed(const State *state)
+{
     SpringResolver resolver = state->resolver;
     return spring_resolve(&resolver, state->displacement, state->settings.input_resolution);
+}
+
+/* Where the path ends. */
+static double path_end(const State *state)
+{
+    return is_resolved(state) ? state->resolver.displacement : state->memory.displacement;
 }
 
 /* Branches follow the displacement itself: their way as one that ends where friction does. */
 static double start_of_way(const State *state, double end)
 {
-    return state->resolver.displacement + (end - state->displacement);
+    return path_end(state) + (end - state->displacement);
 }
 
 /* What a trial makes of a second mechanism and of branches: time stands still, so that branches follow as springs. */
@@ -219,7 +227,7 @@ SPRING_COLD void show_trial(Instance *instance)
 
 static const SpringMemory *trial_of(const Instance *instance)
 {
-    return instance->state.settings.input_resolution > 0.0 ? &instance->shown : &instance->trial;
+    return is_resolved(&instance->state) ? &instance->shown : &instance->trial;
 }
 
 /* Computes the response to the displacement set last. */
@@ -233,10 +241,11 @@ SPRING_APART const SpringMemory *make_trial(Instance *instance)
     else if (state->mode & (INSTANTIATED | INITIALIZATION))
         instance->trial = spring_start(state->displacement, state->settings.omega_start);
     else
-        instance->trial = spring_trial(instance->first.law, &state->memory, followed(state));
+        instance->trial = spring_trial(instance->first.law, &state->memory,
+                                       is_resolved(state) ? followed(state) : state->displacement);
     if (instance->has_added)
         make_added_trial(instance);
-    if (state->settings.input_resolution > 0.0)
+    if (is_resolved(state))
         show_trial(instance);
     instance->has_trial = 1;
     return trial_of(instance);
@@ -246,7 +255,7 @@ const SpringMemory *fmu_reach(Instance *instance)
 {
     const State *state = &instance->state;
     int committed = instance->first.law != NULL && !(state->mode & (INSTANTIATED | INITIALIZATION)) &&
-                    state->displacement == state->memory.displacement && !(state->settings.input_resolution > 0.0);
+                    state->displacement == state->memory.displacement && !is_resolved(state);
     return instance->has_trial ? trial_of(instance) : committed ? &state->memory : make_trial(instance);
 }
 
@@ -366,12 +375,11 @@ SPRING_COLD void catch_up(Instance *instance)
 {
     State *state = &instance->state;
     int is_kept = !state->settings.real_time;
-    spring_commit(instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL,
-                  state->resolver.displacement);
+    double end = path_end(state);
+    spring_commit(instance->first.law, &state->memory, is_kept ? &state->sensitivity : NULL, end);
     if (instance->second.law != NULL)
-        spring_commit(instance->second.law, &state->added.second, is_kept ? &state->added.sensitivity : NULL,
-                      state->resolver.displacement);
-    state->resolver = spring_resolver_start(state->resolver.displacement, state->memory.direction);
+        spring_commit(instance->second.law, &state->added.second, is_kept ? &state->added.sensitivity : NULL, end);
+    state->resolver = spring_resolver_start(end, state->memory.direction);
 }
 
 /* Changes parameters of a path that has begun. */
@@ -591,7 +599,7 @@ static void commit(Instance *instance, double duration)
 {
     State *state = &instance->state;
     int at = side(state);
-    double end = followed(state);
+    double end = is_resolved(state) ? followed(state) : state->displacement;
     if (instance->has_added)
         commit_added(instance, end, duration);
     if (instance->has_trial) {
@@ -601,10 +609,8 @@ static void commit(Instance *instance, double duration)
         SpringSensitivity *sensitivity = state->settings.real_time ? NULL : &state->sensitivity;
         spring_commit(instance->first.law, &state->memory, sensitivity, end);
     }
-    if (state->settings.input_resolution > 0.0)
+    if (is_resolved(state))
         spring_resolve(&state->resolver, state->displacement, state->settings.input_resolution);
-    state->resolver.displacement = state->displacement;
-    state->resolver.followed = end;
     if (state->energy_wanted)
         spring_integrate(instance->first.law, &state->memory);
     if (at != state->side) {
@@ -701,7 +707,7 @@ static void commit_line(Instance *instance, double size)
 {
     State *state = &instance->state;
     if (size > 0.0)
-        state->rate = clip((state->displacement - state->resolver.displacement) / size, -DBL_MAX, DBL_MAX);
+        state->rate = clip((state->displacement - path_end(state)) / size, -DBL_MAX, DBL_MAX);
     commit(instance, size);
 }
 

@@ -114,11 +114,12 @@ static int has_no_path(const SpringMemory *memory, double displacement)
 static int resolver_is_sound(const State *state)
 {
     const SpringResolver *resolver = &state->resolver;
-    const double places[] = {resolver->displacement, resolver->furthest, resolver->turn, resolver->at_turn};
+    const double places[] = {resolver->displacement, resolver->followed, resolver->furthest, resolver->turn, resolver->at_turn};
     for (size_t i = 0; i < sizeof places / sizeof *places; i++)
         if (!(fabs(places[i]) <= LARGEST_DISPLACEMENT))
             return 0;
-    return resolver->followed == state->memory.displacement && fmu_is_side(resolver->direction) &&
+    int is_used = state->settings.input_resolution > 0.0 && state->mode & (INITIALIZED | TERMINATED);
+    return (!is_used || resolver->followed == state->memory.displacement) && fmu_is_side(resolver->direction) &&
            fmu_is_flag(resolver->has_met);
 }
 

@@ -16,7 +16,7 @@ typedef struct {
     int interpolated;                   /* whether they were set */
     SpringMemory memory;                /* the committed path, once initialization has ended; or what the states say */
     SpringSensitivity sensitivity;      /* that belongs to it */
-    SpringResolver resolver;            /* where that path is, and with input_resolution the friction */
+    SpringResolver resolver;            /* with input_resolution: where that path is and the friction */
     double rate;                        /* of the displacement at the end of the last step [m/s]; absurd after a jump */
     int energy_wanted;                  /* whether absorbed_energy has been read, so that each step pays for it */
     int side;                           /* where the path ended: -1 below the range, +1 above it, 0 inside */
