@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import re
@@ -209,7 +210,10 @@ def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path) -> None:
     here = f"binaries/{host_folder()}/mount.so"
     for content, said in (
         (compiled("sources/fmi2_all.c"), None),
-        (compiled("../abort.c"), "Its binary for this computer ends the process that runs it; compile it again."),
+        (
+            compiled("../abort.c"),
+            "Its binary for this computer ends the process that runs it; build or compile it again.",
+        ),
         (b"no library", "It cannot be run: "),
     ):
         found = verify_fmu(edited(fmu, tmp_path, lambda c, content=content: c.update({here: content})))
@@ -234,6 +238,22 @@ def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path) -> None:
         fmu, tmp_path, lambda c: c.update({here: b"x", "modelDescription.xml": c["modelDescription.xml"] + b" "})
     )
     assert problems(law) == [f"'modelDescription.xml' has been changed, or its hash in {HASHES}."]
+
+
+def test_python_code_that_ends_the_process_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Even if the list of hashes has been made to fit."""
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+
+    def edit(contents: dict[str, bytes]) -> None:
+        (slave,) = [name for name in contents if name.endswith("_slave.py")]
+        contents[slave] = b"import os\nos.abort()\n"
+        hashes = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items() if name != HASHES}
+        contents[HASHES] = json.dumps(hashes).encode()
+
+    bad = problems(edited(build_python_fmu(MODEL, tmp_path), tmp_path, edit))
+    assert bad == ["Its binary for this computer ends the process that runs it; build or compile it again."]
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
 def test_missing_added_and_unlisted_files_are_found(fmu: Path, tmp_path: Path) -> None:

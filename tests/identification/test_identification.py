@@ -242,6 +242,12 @@ def test_short_strokes_are_cautioned() -> None:
     assert Outcome.NO_STEADY_SECTION in outcomes or Outcome.SIGMA_AT_BOUND in outcomes
 
 
+def test_strokes_within_a_digit_of_the_sensor_are_no_drift() -> None:
+    """All samples at three displacements: some strokes begin and end at one of them."""
+    path = 0.01 * np.random.default_rng(1).integers(-1, 2, 200)
+    identify(record_of(spring_of(1.0, 1.0), path, noise=0.01), CUBIC)
+
+
 def test_drift_between_cycles_is_cautioned() -> None:
     record = record_of(spring_of(1.0, 1.0), sine(8, 4000))
     drifting = Record(record.displacement, record.force + np.linspace(0.0, 15.0, 4000))

@@ -336,8 +336,10 @@ def test_a_row_of_another_study_is_damage(half_done: Path, expected: bytes, tmp_
         lambda content: content[: len(content) // 2],
         lambda content: content[:8192] + bytes(4096) + content[12288:],
         lambda content: content[:4096] + bytes(range(256)) * 16 + content[8192:],
+        lambda content: content.replace(b"CREATE TABLE", b"CREATE \xbdABLE"),
+        lambda content: content.replace(b"CREATE TABLE", b"CREATE TABL\xbd").replace(b"table", b"\xbdable"),
     ],
-    ids=["cut off", "half", "empty page", "other page"],
+    ids=["cut off", "half", "empty page", "other page", "other statement", "other text"],
 )
 def test_a_damaged_file_is_refused_and_left_as_it_is(half_done: Path, damage: Callable[[bytes], bytes]) -> None:
     journal = journal_path(half_done)

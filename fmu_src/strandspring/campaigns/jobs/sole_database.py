@@ -58,6 +58,9 @@ def open_alone(path: Path) -> sqlite3.Connection:
             database.close()  # it is new, or was removed before the lock by the program that had locked it
     except OSError as problem:
         raise JobError(f"{name} cannot be written: {reason_of(problem)}; check the path and its rights.") from None
+    except UnicodeDecodeError:
+        # SQLite's message quotes bytes of the file.
+        raise sqlite3.DatabaseError("malformed database schema") from None
     except sqlite3.OperationalError as problem:
         if "locked" in str(problem):
             raise JobError(

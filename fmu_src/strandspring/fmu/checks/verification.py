@@ -7,7 +7,8 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Iterator
+import tempfile
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from fmpy.validation import validate_fmu
 from ...errors import StrandspringError
 from ...ground.files import read_bytes
 from ...ground.isolated import isolated_processes
+from ...ground.scratch import TemporaryFolder
 from ...ground.unpacking import unpacked
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import MAXIMUM_FMU_BYTES, MODEL_IN_FMU
@@ -54,7 +56,8 @@ def verify_fmu(path: Path) -> list[Finding]:
     """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
 
     An FMU whose files are not as they were built is not run. Only binaries of an FMU with sources may have been added
-    or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth.
+    or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth. Of a
+    Python-backed FMU, too, whose code says what happens in the process.
     """
     try:
         contents = _contents(path)
@@ -64,20 +67,31 @@ def verify_fmu(path: Path) -> list[Finding]:
     if not any(finding.is_problem for finding in findings):
         which = f"All other {len(contents) - len(findings)}" if findings else f"All {len(contents)}"
         findings.append(Finding("files", f"{which} files are as they were built.", is_problem=False))
-    is_as_built = len(findings) == 1
+    is_sure = len(findings) == 1 and _has_sources(contents)
     findings += _against_rules(path, contents)
     if any(finding.is_problem for finding in findings):
         return [*findings, Finding("run", "It was not run.", is_problem=False)]
-    return [*findings, *(_against_reference(path, contents) if is_as_built else _apart(path))]
+    return [*findings, *(_against_reference(path, contents) if is_sure else _apart(path))]
 
 
 def _apart(path: Path) -> list[Finding]:
-    """Run it in a process of its own, which a damaged binary may end."""
-    with isolated_processes(), ProcessPoolExecutor(1, get_context("spawn")) as pool:
+    """Run it in a process of its own, which a damaged binary may end, and whose temporary files are removed then."""
+    process = get_context("spawn")
+    with (
+        TemporaryFolder() as folder,
+        isolated_processes(),
+        ProcessPoolExecutor(1, process, _work_in, (folder,)) as pool,
+    ):
         try:
             return pool.submit(_alone, path).result()
         except BrokenProcessPool:
-            return [Finding("run", "Its binary for this computer ends the process that runs it; compile it again.")]
+            return [
+                Finding("run", "Its binary for this computer ends the process that runs it; build or compile it again.")
+            ]
+
+
+def _work_in(folder: Path) -> None:
+    tempfile.tempdir = str(folder)
 
 
 def _alone(path: Path) -> list[Finding]:
@@ -109,7 +123,7 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
         hashes = None
     if not isinstance(hashes, dict):
         raise _DamagedError(f"{HASHES} has been changed: it is no list of hashes.")
-    has_sources = any(name.startswith("sources/") for name in hashes)
+    has_sources = _has_sources(hashes)
     libraries = {PurePosixPath(name).stem for name in hashes if name.startswith("binaries/")}
     folder = host_folder(3 if b'fmiVersion="3' in contents.get(_DESCRIPTION, b"") else 2)
     for name in sorted({*hashes, *contents} - {HASHES}):
@@ -128,6 +142,11 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
                 yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
             else:
                 yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
+
+
+def _has_sources(names: Iterable[str]) -> bool:
+    """Whether an FMU is native: those with Python have none."""
+    return any(name.startswith("sources/") for name in names)
 
 
 def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:

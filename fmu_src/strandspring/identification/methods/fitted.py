@@ -107,7 +107,7 @@ def drifts(loops: SamplePoints) -> bool:
     full = {
         int(stroke): _mean(loops.travel[at : at + n], loops.force[at : at + n])
         for stroke, at, n in zip(used, first, samples, strict=True)
-        if n > 1 and loops.length[stroke] >= _FULL * loops.longest
+        if loops.travel[at + n - 1] > loops.travel[at] and loops.length[stroke] >= _FULL * loops.longest
     }
     for record, side in product(range(int(loops.record.max()) + 1), (1, -1)):
         means = [mean for k, mean in full.items() if loops.record[k] == record and loops.direction[k] == side]

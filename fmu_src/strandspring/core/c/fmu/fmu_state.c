@@ -167,7 +167,8 @@ static const char *damaged_field(const State *state)
     for (unsigned i = SPRING_FIRST_PARAMETER; i < fmu_variables(&settings); i++)
         if (fmu_causality(&settings, i) == VARIABLE_PARAMETER && !isfinite(*fmu_setting(&settings, i)))
             return "settings";
-    if (!isfinite(settings.omega_start) || !isfinite(settings.input_resolution))
+    if (!isfinite(settings.omega_start) || !isfinite(settings.input_resolution) ||
+        (settings.has_states && settings.input_resolution != 0.0))
         return "settings";
     if (!fmu_is_flag(state->energy_wanted) || !fmu_is_side(state->side) || !fmu_is_flag(state->extrapolating))
         return "flags";
