@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from ...core.parameters import KNOTS, LEAST_SPACING
 from ...core.spline import pieces
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 Curve = Sequence[tuple[float, float]]  # deflections [m] and forces [N]
 
@@ -61,6 +64,8 @@ def knots_of(points: Curve, low: float, high: float) -> tuple[tuple[float, ...],
                                  them.
     """
     deflections, forces = np.array(points).T
+    from scipy.interpolate import PchipInterpolator  # slow to import, and only this needs it
+
     monotone = PchipInterpolator(deflections, forces)
     knots = sorted({low, high, *(x for x in deflections.tolist() if low < x < high)})
     if len(knots) > MOST_POINTS:
