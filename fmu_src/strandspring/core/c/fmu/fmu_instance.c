@@ -206,23 +206,18 @@ SPRING_COLD void make_added_trial(Instance *instance)
     }
 }
 
-/* A memory with its omega and its energy at another displacement. */
-static SpringMemory shown_at(const Instance *instance, const SpringLaw *law, SpringMemory memory)
-{
-    const State *state = &instance->state;
-    if (!state->settings.no_energy)
-        spring_integrate(law, &memory);
-    memory.displacement = memory.energy_at = state->displacement;
-    return memory;
-}
-
-/* The trial where the friction is not at the displacement set last, with the omega that it has where it is. */
+/* The trial at the displacement set last, where the friction is not, with omega and energy as they are there. */
 SPRING_COLD void show_trial(Instance *instance)
 {
+    const State *state = &instance->state;
     SpringMemory *second = &instance->added_trial.second;
-    instance->shown = shown_at(instance, instance->first.law, instance->trial);
-    if (instance->second.law != NULL)
-        *second = shown_at(instance, instance->second.law, *second);
+    instance->shown = instance->trial;
+    instance->shown.displacement = state->displacement;
+    if (instance->second.law == NULL)
+        return;
+    if (!state->settings.no_energy)
+        spring_integrate(instance->second.law, second);
+    second->displacement = second->energy_at = state->displacement;
 }
 
 static const SpringMemory *trial_of(const Instance *instance)
@@ -284,7 +279,7 @@ static double absorbed_energy(Instance *instance, const SpringMemory *reached)
     /* A trial is integrated once; the committed memory by steps only, or reading it would change their last bits. */
     if (instance->has_trial)
         spring_integrate(instance->first.law, &instance->trial);
-    double energy = spring_absorbed_energy(instance->first.law, reached);
+    double energy = spring_absorbed_energy(instance->first.law, instance->has_trial ? &instance->trial : reached);
     /* The form with states keeps the sum in the first memory. */
     return instance->has_added && !instance->has_states ? with_added(instance, reached, SPRING_ABSORBED_ENERGY, energy)
                                                         : energy;
