@@ -28,7 +28,7 @@ import fuzzing  # noqa: E402
 import instrumented  # noqa: E402
 
 COUNTING = ("-O0", "--coverage", "-fprofile-update=atomic")
-FORMS = ("native", "table", "states", "fmi3", "system", "system-fmi3")
+FORMS = ("native", "table", "states", "fmi3", "fmi3-branches", "fmi3-branches-states", "system", "system-fmi3")
 SEQUENCES = 500
 SETTINGS = """\
 [run]
@@ -38,6 +38,7 @@ source_pkgs = strandspring
 patch = subprocess
 data_file = {data}
 [report]
+include = {package}/*
 show_missing = true
 skip_covered = true
 exclude_also =
@@ -51,7 +52,7 @@ def python_tests(arguments: list[str], folder: Path) -> str:
     (folder / "kernel").mkdir()
     kernel = instrumented.build(folder / "kernel", COUNTING)
     settings = folder / "settings"
-    settings.write_text(SETTINGS.format(data=folder / "data"))
+    settings.write_text(SETTINGS.format(data=folder / "data", package=PACKAGE))
     environment = {**os.environ, instrumented.VARIABLE: str(kernel), "COVERAGE_RCFILE": str(settings)}
     command = [sys.executable, "-m", "coverage"]
     subprocess.run(

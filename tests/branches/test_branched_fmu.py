@@ -250,6 +250,15 @@ def test_the_rate_of_the_force_counts_what_decays(both: Path) -> None:
     assert rate == pytest.approx((forces[1] - forces[0]) / step, rel=1e-4)  # one-sided difference
 
 
+def test_a_step_longer_than_any_memory_leaves_finite_derivatives(both: Path) -> None:
+    """Its duration over a time constant overflows."""
+    with begun(both, float(PATH[0])) as run:
+        run.along(PATH[:30], TIME[:30])
+        run.step(float(PATH[31]), 1e305)
+        force, known = [run.references["force"]], [run.references["branch_2_time_constant"]]
+        assert run.slave.getDirectionalDerivative(force, known, [1.0]) == [0.0]
+
+
 def test_a_changed_stiffness_keeps_the_elongation(both: Path) -> None:
     with begun(both, float(PATH[0])) as run:
         run.along(PATH[:30], TIME[:30])

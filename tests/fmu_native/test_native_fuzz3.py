@@ -17,6 +17,12 @@ FIRST_SEED = 1
 NEVER_REFUSED = {"Terminate", "Reset", "GetBoolean", "GetFMUState", "FreeFMUState"}
 # The form with states is for model exchange alone.
 OF_CO_SIMULATION = {"DoStep", "GetOutputDerivatives"}
+# The usual form of a spring with branches is for co-simulation alone.
+OF_MODEL_EXCHANGE = {
+    "SetTime", "EnterEventMode", "UpdateDiscreteStates", "EnterContinuousTimeMode", "CompletedIntegratorStep",
+    "EvaluateDiscreteStates", "SetContinuousStates", "GetContinuousStates", "GetContinuousStateDerivatives",
+    "GetNominalsOfContinuousStates", "GetNumberOfContinuousStates", "GetEventIndicators", "GetNumberOfEventIndicators",
+}  # fmt: skip
 NUMBERS = {"GetNumberOfContinuousStates", "GetNumberOfEventIndicators"}
 
 # What the fuzzer must find: the form, the file, what stands there, and what is put in its place.
@@ -117,13 +123,14 @@ def test_random_lives_of_both_versions(form: str, folders: dict[str, Path]) -> N
     assert total["sequences"] == SEQUENCES
     calls = set(total["done"])
     assert len(calls) == 31
-    with_states = form == "fmi3-states"
-    assert {call for call in calls if total["done"][call] == 0} == (OF_CO_SIMULATION if with_states else set())
+    with_states = form.endswith("states")
+    never = OF_CO_SIMULATION if with_states else OF_MODEL_EXCHANGE if form == "fmi3-branches" else set()
+    assert {call for call in calls if total["done"][call] == 0} == never
     assert {call for call in calls if total["refused"][call] == 0} == NEVER_REFUSED | (
         NUMBERS if with_states else set()
     )
     assert min(total["hostile"], total["compared"]) > 5000
-    assert min(total["damaged"], total["transposed"]) > 100
+    assert min(total["damaged"], total["transposed"]) > 80
 
 
 @pytest.mark.slow

@@ -26,6 +26,7 @@ from typing import Any
 
 import fmpy
 
+from branched_springs import BRANCHED
 from fmu_tools import OTHER, SPRING
 from kernel_tools import compiled
 from native_tools import library, write_file, write_native
@@ -67,6 +68,8 @@ FORMS3 = {
     "fmi3-states": (SPRING, NativeForm(arrays=True, with_states=True)),
     "fmi3-real-time": (SPRING, NativeForm(arrays=True, real_time=True)),
     "fmi3-no-energy": (SPRING, NativeForm(arrays=True, real_time=True, no_energy=True)),
+    "fmi3-branches": (BRANCHED["both"], NativeForm(arrays=True)),
+    "fmi3-branches-states": (BRANCHED["table"], NativeForm(arrays=True, with_states=True)),
 }
 
 # How often each call was done, discarded and refused, and other counts.
@@ -133,7 +136,12 @@ def _description(folder: Path) -> str:
         "VARIABLES": len(variables),
         **{
             name: sum(v.name.startswith(array) for v in variables)
-            for name, array in (("ELASTIC", "kE_"), ("AMPLIFIER", "kA_"), ("KNOTS", "FE_knots_"))
+            for name, array in (
+                ("ELASTIC", "kE_"),
+                ("AMPLIFIER", "kA_"),
+                ("KNOTS", "FE_knots_"),
+                ("BRANCHES", "branch_"),
+            )
         },
         "INPUTS": sum(v.causality == "input" for v in variables),
         "STATES": len(states),

@@ -343,7 +343,9 @@ static void set_time(Pair *pair)
 
 static void set_continuous_states(Pair *pair)
 {
-    double states[2] = {careless() ? awkward() : uniform(-1.0, 1.0), careless() ? awkward() : uniform(-1.2, 1.2)};
+    double states[MODEL_STATES + 1];
+    for (size_t i = 0; i <= MODEL_STATES; i++)
+        states[i] = careless() ? awkward() : uniform(-1.2, 1.2);
     fmi3Status three = fmi3SetContinuousStates(pair->three, states, MODEL_STATES);
     BOTH(pair, SetContinuousStates, three, fmi2SetContinuousStates(pair->two, states, MODEL_STATES));
 }

@@ -214,7 +214,7 @@ static void others(Pair *pair)
     fmi3Boolean *given[5] = {&flags[0], &flags[1], &flags[2], &flags[3], &flags[4]};
     double numbers[3] = {0.0, 0.0, 0.0}, number;
     int which = below(5);
-    size_t wrong = (size_t)(3 + below(3));
+    size_t wrong = (size_t)(MODEL_STATES + 2 + below(3)); /* number of states or of event indicators */
     switch (below(10)) {
     case 0:
         given[which % 3] = NULL;

@@ -195,7 +195,9 @@ static fmi3Instance instantiate_three(Pair *pair, const char *name, const char *
 int begin_pair(Pair *pair)
 {
     int wrong = careless() ? 1 + below(6) : 0;
-    *pair = (Pair){.exchange = !OF_SYSTEM && (MODEL_STATES || below(2)), .logger = chance(90), .mode = INSTANTIATED};
+    /* The usual form of a spring with branches is for co-simulation alone. */
+    int has_exchange = !OF_SYSTEM && (MODEL_STATES || MODEL_BRANCHES == 0);
+    *pair = (Pair){.exchange = has_exchange && (MODEL_STATES || below(2)), .logger = chance(90), .mode = INSTANTIATED};
     pair->warns = pair->logger && below(2);
     trace("%ld: instantiate, wrong %d", (long)(pair - pairs), wrong);
     listen(pair);

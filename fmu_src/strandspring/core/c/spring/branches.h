@@ -58,7 +58,9 @@ static inline double spring_maxwell_by_log(
 {
     /* d(rest)/d(ln tau) = q*rest and d(mean)/d(ln tau) = mean - rest, without cancellation where q is small. */
     double of_mean = q < 1.0 ? q * (decay->mean - decay->ramp) : decay->mean - decay->rest;
-    return decay->rest * (by_log + q * elongation) + of_mean * travel;
+    /* q overflows where nothing is left. */
+    double of_rest = decay->rest > 0.0 ? decay->rest * (by_log + q * elongation) : 0.0;
+    return of_rest + of_mean * travel;
 }
 
 /* What unit harmonic motion of angular frequency Omega [rad/s] makes of a branch of stiffness 1, the share of a spring and
