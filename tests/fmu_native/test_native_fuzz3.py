@@ -147,5 +147,5 @@ def test_planted_faults_are_found(fault: str, folders: dict[str, Path], tmp_path
     # FMI 2.0 stays sound beside it.
     flags = (*SANITIZED, *COUNTED, "-Wno-unused", "-Wno-unused-parameter")
     objects["fmi3_all"] = compiled(tmp_path / "faulty.o", *flags, "-c", folder / "fmi3_all.c")
-    outcome = run_alone(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, SEQUENCES)
+    outcome = run_alone(link(list(objects.values()), tmp_path / "fuzz"), FIRST_SEED, 8 * SEQUENCES)  # to the first find
     assert "with the seed" in outcome.found
