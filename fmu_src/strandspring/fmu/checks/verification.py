@@ -56,8 +56,8 @@ def verify_fmu(path: Path) -> list[Finding]:
     """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
 
     An FMU whose files are not as they were built is not run. Only binaries of an FMU with sources may have been added
-    or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth. Of a
-    Python-backed FMU, too, whose code says what happens in the process.
+    or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth. A
+    Python-backed FMU runs in such a process, too: its own code may end it.
     """
     try:
         contents = _contents(path)
@@ -67,11 +67,11 @@ def verify_fmu(path: Path) -> list[Finding]:
     if not any(finding.is_problem for finding in findings):
         which = f"All other {len(contents) - len(findings)}" if findings else f"All {len(contents)}"
         findings.append(Finding("files", f"{which} files are as they were built.", is_problem=False))
-    is_sure = len(findings) == 1 and _has_sources(contents)
+    runs_here = len(findings) == 1 and _has_sources(contents)
     findings += _against_rules(path, contents)
     if any(finding.is_problem for finding in findings):
         return [*findings, Finding("run", "It was not run.", is_problem=False)]
-    return [*findings, *(_against_reference(path, contents) if is_sure else _apart(path))]
+    return [*findings, *(_against_reference(path, contents) if runs_here else _apart(path))]
 
 
 def _apart(path: Path) -> list[Finding]:

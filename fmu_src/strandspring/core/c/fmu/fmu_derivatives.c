@@ -194,8 +194,9 @@ static FmuStatus require_known(const Instance *instance, unsigned known)
     if (causality != VARIABLE_INPUT && causality != VARIABLE_PARAMETER && !fmu_is_state(settings, known))
         return FMU_REFUSE(&instance->log, "`%s` is calculated; there are no derivatives with respect to it.",
                           fmu_name(settings, known).text);
-    if (known == fmu_input_resolution(settings) && !settings->has_states && !(instance->state.mode & INITIALIZATION))
-        return FMU_REFUSE(&instance->log, "There are no derivatives with respect to `input_resolution`.");
+    if (known == fmu_input_resolution(settings) && !(instance->state.mode & INITIALIZATION))
+        return FMU_REFUSE(
+            &instance->log, "There are no derivatives with respect to `input_resolution` after initialization.");
     /* With states there is no path since the beginning, of which derivatives would be kept: omega is given. */
     if (settings->real_time && !settings->has_states && !(instance->state.mode & INITIALIZATION) &&
         fmu_shapes_path(settings, known))

@@ -50,10 +50,10 @@ static inline unsigned fmu_first_own(const Settings *settings)
     return (unsigned)(SPRING_FIRST_PARAMETER + p->elastic + p->knots + p->forces + p->amplifier + SPRING_SCALARS);
 }
 
-/* The parameter input_resolution, which the form with states does not have. */
+/* The parameter input_resolution; no variable has this reference in the form with states, which has no such parameter. */
 static inline unsigned fmu_input_resolution(const Settings *settings)
 {
-    return settings->has_states ? 0 : fmu_first_own(settings) + OWN_INPUT_RESOLUTION;
+    return settings->has_states ? ~0u : fmu_first_own(settings) + OWN_INPUT_RESOLUTION;
 }
 
 /* The first variable of a second mechanism or of branches, if there are any. */
