@@ -269,8 +269,7 @@ class _Trial:
         free = self._columns @ self._directions
         change = problem.beside(self.changes() * -problem.root[:, None])
         R = triangle_of(np.column_stack([free, change, problem.target]))
-        n = free.shape[1]
-        return Reduced(R[n:, n:-1], R[n:, -1], np.zeros(0), np.zeros((0, R.shape[0])))
+        return Reduced.without_own(R[free.shape[1] :, free.shape[1] :])
 
 
 def _directions(matrix: FloatArray) -> FloatArray:

@@ -3,8 +3,8 @@
 FE and FA enter linearly: for given rho, sigma, n (and omega_start of each record) their coefficients follow from one
 linear least-squares problem, so only those few parameters are iterated on. With P the projection on the columns of that
 problem the residuals are (1 - P) r, and their Jacobian in Kaufman's form is -(1 - P) (d omega/d theta)*G, with the
-exact derivatives of `kernel.points`. The column of an omega_start is zero at the points of other records and is kept
-apart: `trust_region` eliminates it.
+exact derivatives of `kernel.points`. The column of an omega_start is zero at the points of other records: where there
+are many records it is kept apart, and `trust_region` eliminates it.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ _TRUST = 10.0
 _EVALUATIONS = 100
 _INSIDE = 1e-6  # distance of omega_start from +-1, where it has no effect
 _DEPENDENT = 1e-13  # of a column's length is left, and it is a combination of those before it
+_FEW = 8  # records up to which omega_start is a variable like the others, which is quicker
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,11 +195,16 @@ class _Fit:
         """The residuals and their derivatives by theta in Kaufman's form."""
         weighted, loops = self._weighted, self._weighted.problem.loops
         *shared, own = self.derivatives * -(weighted.moving @ self._amplified)
+        records = weighted.problem.records
+        if records <= _FEW:
+            shared.extend(np.where(loops.record[loops.stroke] == np.arange(records)[:, None], own, 0.0))
         # Of exact records the residuals are tiny: as a column they keep all their digits.
         residuals = weighted.target - self._columns @ self._amplified[self._kept]
         columns = np.column_stack([self._columns, weighted.beside(np.column_stack(shared)), residuals])
         R = triangle_of(columns)
         n = self._kept.size
+        if records <= _FEW:
+            return Reduced.without_own(R[n:, n:])
         length = np.sqrt(loops.sums_of_records(own**2))
         along = loops.sums_of_records(own[:, None] * np.hstack([weighted.frame, columns]))
         along /= np.where(length > 0.0, length, 1.0)[:, None]

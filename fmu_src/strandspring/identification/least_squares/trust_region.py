@@ -45,6 +45,11 @@ class Reduced(NamedTuple):
     length: FloatArray
     along: FloatArray
 
+    @classmethod
+    def without_own(cls, triangle: FloatArray) -> Reduced:
+        """All of r depends on every variable: their columns and r, in k rows."""
+        return cls(triangle[:, :-1], triangle[:, -1], np.zeros(0), np.zeros((0, triangle.shape[0])))
+
 
 class Trial(Protocol):
     """The problem at one point."""
@@ -139,6 +144,10 @@ def _joint_step(
     z'z + 2*s'h*z + s's. Own variables that are not at a bound take s = -h*z.
     """
     J, r, length, along = at
+    if not length.size:
+        step, is_full = _step(J / unit, r, radius, low * unit, high * unit)
+        z = r + J @ (step / unit)
+        return step / unit, is_full, float(r @ r - z @ z)
     size, (rows, shared) = along.shape[1], J.shape
     reach = radius / float(np.linalg.norm(unit))
     least, most = np.maximum(low[shared:], -reach), np.minimum(high[shared:], reach)
