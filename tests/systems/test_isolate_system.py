@@ -208,7 +208,7 @@ def test_motions_in_which_bodies_turn_are_compared_with_time_integration() -> No
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("level", "degrees"), [(1.0, 1.0), (3.2, 3.0), (5.4, 6.0)])
+@pytest.mark.parametrize(("level", "degrees"), [(1.0, 1.0), (5.4, 6.0)])
 def test_motions_in_which_bodies_turn_err_by_no_more_than_is_printed(level: float, degrees: float) -> None:
     """Of the exact equations by LSODA over 20 periods from rest, after which periods are alike within 1e-4; a peak of
     512 samples misses 2e-5 of a harmonic, and more of those above it.

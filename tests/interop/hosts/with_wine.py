@@ -16,7 +16,9 @@ def run(fmu: str, _kind: str) -> tuple[np.ndarray, ...]:
     assert program is not None
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        library = unpacked(Path(fmu), "win64", folder / "fmu")
+        # Both copies want the same address, so one of them is moved.
+        libraries = [unpacked(Path(fmu), "win64", folder / copy) for copy in ("one", "two")]
         host, settings = windows_host(folder, program)
-        values = responses(host, Path(fmu), [library], displacement(TIMES), env=settings)
+        values = responses(host, Path(fmu), libraries, displacement(TIMES), env=settings)
+    np.testing.assert_array_equal(values[:, 0], values[:, 1])
     return TIMES, *values[:, 0].T
