@@ -46,6 +46,7 @@ COMMANDS = {
     "limits": "limits.py",
     "kernel": "kernel.py",
     "bulk": "bulk.py",
+    "growth": "growth.py records cycles",
     "isolation": "isolation.py",
     "study": "study.py --draws 500",
     "many-workers": "many_workers.py",
