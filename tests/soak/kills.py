@@ -66,6 +66,8 @@ directions = ["+z", "-z"]
 UNWANTED = ("Traceback", "leaked", "Exception ignored", "Warning")
 # What everybody has to know whose command has kept what it had finished.
 RESUMED = "the same command continues from there"
+# What Python itself says that is ended while it loads.
+LOADING = ("Could not import runpy module", "Fatal Python error: init_")
 
 
 @dataclass(frozen=True)
@@ -308,7 +310,7 @@ def trial(
             break
     has_answered = process.returncode in (0, 128 + number)
     # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python itself says where it was.
-    is_loading = "Could not import runpy module" in place.printed()
+    is_loading = any(words in place.printed() for words in LOADING)
     if not has_answered and process.returncode != -number and not is_loading:
         remains.wrong.append(f"ended with {process.returncode}: {place.printed()}")
     if has_answered:
