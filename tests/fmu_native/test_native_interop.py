@@ -1,6 +1,6 @@
-"""The native FMU in other programs: fmpy's solver, a host without Python, and CMake.
+"""The native FMU in other programs: fmpy's solver, a host without Python, CMake, and Windows by wine.
 
-What other tools make of both back ends, and Windows by wine, is in tests/interop.
+What other tools make of both back ends is in tests/interop.
 
 The macOS binary cannot be run here; test_native_build.py looks into it.
 """
@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import SPRING, check_fmu, wandering_path
-from portable_host import compiled_host, environment, responses, run, unpacked
+from portable_host import compiled_host, environment, responses, run, unpacked, windows_host, wine
 from strandspring import Spring
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
@@ -81,3 +81,14 @@ def test_fmpy_compiles_it_from_its_own_sources(tmp_path: Path) -> None:
     report = check_fmu(fmu)
     assert report.not_run is None
     assert report.problems == ()
+
+
+@pytest.mark.slow
+def test_wine_runs_the_windows_binary(native_fmu: Path, path: np.ndarray, tmp_path: Path) -> None:
+    program = wine()
+    if program is None:
+        pytest.skip("wine is not installed: the Windows binary was looked into (test_native_build.py) but not run")
+    host, settings = windows_host(tmp_path, program)
+    # Both copies want the same address, so one of them is moved.
+    libraries = [unpacked(native_fmu, "win64", tmp_path / name) for name in ("one", "two")]
+    assert_host(host, libraries, native_fmu, path, env=settings)

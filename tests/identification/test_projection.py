@@ -26,9 +26,9 @@ ONES = np.ones(STROKE.size)
 FEW = [0, 1]  # records up to which omega_start is a variable like the others; beyond it is eliminated
 
 
-def loops(force: FloatArray) -> SamplePoints:
+def loops(force: FloatArray, record: tuple[int, ...] = (0, 0, 0, 0)) -> SamplePoints:
     return SamplePoints(
-        PLACE, force, ONES, TRAVEL, STROKE, np.arange(float(PLACE.size)), DIRECTION, BEGIN, LENGTH, np.zeros(4, np.intp)
+        PLACE, force, ONES, TRAVEL, STROKE, np.arange(float(PLACE.size)), DIRECTION, BEGIN, LENGTH, np.array(record)
     )
 
 
@@ -101,6 +101,30 @@ def test_minimum_against_scipy(few: int, monkeypatch: pytest.MonkeyPatch) -> Non
     assert np.sum(left(theta) ** 2) == pytest.approx(2.0 * expected.cost, rel=1e-9)
     np.testing.assert_allclose(theta, expected.x, rtol=0.0, atol=1e-4)  # its differences are not exact
     np.testing.assert_allclose(fit.omega, given.omega(theta)[0], rtol=0.0, atol=1e-12)
+
+
+def test_records_have_their_omega_start_whether_few_or_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two records that begin at different omega, which are variables like the others or eliminated."""
+    columns, true = problem(ONES).columns, vector(Hysteresis(4.0, 2.0, 1.5), np.array([-0.5, 0.6]))
+    basis, record = Basis(PLACE.min(), PLACE.max(), 3, 2), (0, 0, 1, 1)
+    omega, _ = Problem(loops(ONES, record), basis, START).omega(true)
+    force = columns.elastic @ [1.0, 2.0, 0.3, 0.2] + omega * (columns.amplifier @ [1.0, 0.1, 0.2])
+    force += 0.003 * np.random.default_rng(12).standard_normal(ONES.size)
+    fits = []
+    for few in (0, 2):
+        monkeypatch.setattr(projection, "_FEW", few)
+        fits.append(Problem(loops(force, record), basis, START).solve(START, np.zeros(2), ONES, 1e-13))
+    eliminated, shared = fits
+    assert eliminated.converged
+    assert shared.converged
+    # The sum of squares is level at its least: its last digits tell a parameter to their root.
+    np.testing.assert_allclose(
+        vector(shared.hysteresis, shared.omega_start),
+        vector(eliminated.hysteresis, eliminated.omega_start),
+        rtol=0.0,
+        atol=1e-5,
+    )
+    np.testing.assert_allclose(shared.omega_start, [-0.5, 0.6], rtol=0.0, atol=0.05)
 
 
 @settings(derandomize=True, deadline=None, max_examples=200)

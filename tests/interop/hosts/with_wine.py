@@ -16,9 +16,7 @@ def run(fmu: str, _kind: str) -> tuple[np.ndarray, ...]:
     assert program is not None
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
-        # Both copies want the same address, so one of them is moved.
-        libraries = [unpacked(Path(fmu), "win64", folder / copy) for copy in ("one", "two")]
+        library = unpacked(Path(fmu), "win64", folder / "fmu")
         host, settings = windows_host(folder, program)
-        values = responses(host, Path(fmu), libraries, displacement(TIMES), env=settings)
-    np.testing.assert_array_equal(values[:, 0], values[:, 1])
+        values = responses(host, Path(fmu), [library], displacement(TIMES), env=settings)
     return TIMES, *values[:, 0].T
