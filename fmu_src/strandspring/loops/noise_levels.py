@@ -53,8 +53,10 @@ def across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
     if len(turns) * (order + 1) <= few:
         return np.empty(0, np.intp)
     places = (np.asarray(turns, np.intp)[:, None] - np.arange(order + 1)).ravel()
-    unique = np.unique(places[(places >= 0) & (places < samples - order)])
-    return unique if unique.size > few else unique[:0]
+    reaches = np.zeros(samples - order, np.bool_)
+    reaches[places[(places >= 0) & (places < reaches.size)]] = True
+    found = np.flatnonzero(reaches)
+    return found if found.size > few else found[:0]
 
 
 def _level_of(differences: FloatArray, order: int) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Literal
 
@@ -149,7 +150,7 @@ class Record:
     def __len__(self) -> int:
         return self.displacement.size
 
-    @property
+    @cached_property
     def rising_time(self) -> FloatArray | None:
         """Times [s], shape (K,); None without a time column or where it does not rise from sample to sample."""
         if self.time is None:

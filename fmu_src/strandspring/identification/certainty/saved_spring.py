@@ -119,8 +119,9 @@ def _cycles(solver: PathSolver, part: SteadyRecord, fit: RecordFit) -> FloatArra
         )
     ]
     # The longer stroke counts, since the first and the last of a record are often cut.
-    amplitudes = 0.5 * np.array([strokes.length[begin : begin + 2].max() for begin in begins])
-    before = np.array([strokes.length[max(begin - 1, 0)] for begin in begins])
+    stroke = np.array(begins)
+    after, before = strokes.length[np.minimum(stroke + 1, strokes.count - 1)], strokes.length[np.maximum(stroke - 1, 0)]
+    amplitudes = 0.5 * np.maximum(strokes.length[stroke], after)
     is_settled = np.abs(before - 2.0 * amplitudes) <= 2.0 * (1.0 - ONE_AMPLITUDE) * amplitudes
     return np.stack([amplitudes, is_settled, *rows])
 

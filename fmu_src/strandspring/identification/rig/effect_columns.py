@@ -108,9 +108,10 @@ class _Course:
         """Velocity of the same path [m/s]; at a reversal that before it."""
         interval, share = self._within(place)
         early, late = self.bend[:, interval]
-        moved = np.diff(self.strokes.displacement)[interval]
+        path, time = self.strokes.displacement, self.time
+        moved = path[interval + 1] - path[interval]
         moved = moved - early * (1.0 - share) * (1.0 - 3.0 * share) - late * share * (2.0 - 3.0 * share)
-        return np.asarray(moved / np.maximum(np.diff(self.time)[interval], 1e-300))
+        return np.asarray(moved / np.maximum(time[interval + 1] - time[interval], 1e-300))
 
     def branch(self, time_constant: float) -> tuple[FloatArray, FloatArray]:
         """Deflection of the spring of a Maxwell branch at the samples, and its derivative by ln(time constant) [m]."""

@@ -21,11 +21,12 @@ import numpy as np
 from ...model.outcomes import IdentificationError
 from ..least_squares.projection import Problem
 from ..least_squares.refinement import FAIR_TOLERANCE
+from ..least_squares.stages import Hysteresis
 from ..points.polynomials import Basis
 from ..points.steady_part import find_steady_part
 from ..points.table import TableBasis
 from ..search.scan import scan_minima
-from ..search.search import CLOSE, PILOT, WHITE, Candidate, is_explained, other_splits, refined, search
+from ..search.search import CLOSE, PILOT, WHITE, Candidate, are_alike, is_explained, other_splits, refined, search
 from .corrected import Corrected, Gain, best_of, rms_in
 from .delay_and_play import CARRIED, best_size, searched_beside, with_moving_effect, with_other_sizes
 from .effect_columns import LOCKED, Effect, Rig, Sizes, transferred
@@ -248,15 +249,19 @@ def _all_at_once(rig: Rig, degrees: tuple[int, int]) -> list[Corrected]:
     loops = rig.loops
     basis = Basis(*loops.reach, *degrees)
     states = []
-    for effects in _LINEAR:
-        columns = {e: rig.plain_columns(e, loops) for e in effects if e in rig.effects}
-        if not columns:
+    for effects in dict.fromkeys(tuple(e for e in effects if e in rig.effects) for effects in _LINEAR):
+        if not effects:
             continue
+        columns = {e: rig.plain_columns(e, loops) for e in effects}
+        minima: list[Hysteresis] = []
         further = np.hstack(list(columns.values()))
         ends = np.cumsum([column.shape[1] for column in columns.values()])[:-1]
         for start in scan_minima(loops, basis.columns(loops.displacement, further))[:CARRIED]:
             problem = Problem(loops, basis, start, further)
             solved = problem.solve(start, np.zeros(problem.records), loops.weight, FAIR_TOLERANCE)
+            if any(are_alike(solved.hysteresis, other) for other in minima):
+                continue
+            minima.append(solved.hysteresis)
             sizes = dict(zip(columns, np.split(solved.backbone.elastic[basis.elastic + 1 :], ends), strict=True))
             fit = refined(rig.corrected(sizes, None), basis, solved.hysteresis)
             settled = None if fit is None else fitted_with(rig, fit, sizes)

@@ -79,6 +79,11 @@ class Candidate:
     criterion: float = np.inf
 
     @property
+    def hysteresis(self) -> Hysteresis:
+        """rho, sigma, n."""
+        return self.refinement.hysteresis
+
+    @property
     def coefficients(self) -> int:
         """Number of coefficients of FE and FA."""
         return self.basis.elastic + self.basis.amplifier + 2
@@ -123,7 +128,7 @@ def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[
     pilots: list[Candidate] = []
     for start in _starts(loops, degrees or PILOT):
         pilot = refined(loops, Basis(*loops.reach, *(degrees or PILOT)), start, _PILOT_TOLERANCE, _PILOT_EVALUATIONS)
-        if pilot is None or any(_alike(pilot, other) for other in pilots):
+        if pilot is None or any(are_alike(pilot.hysteresis, other.hysteresis) for other in pilots):
             continue
         pilots.append(pilot)
     if not pilots:
@@ -143,7 +148,8 @@ def _distinct(loops: SamplePoints, fits: Sequence[Candidate]) -> list[Candidate]
     """The distinct ones of some fits by their criterion, the best first."""
     criterion = Criterion.from_points(loops, min(fits, key=lambda fit: fit.misfit).autocorrelation_time)
     ranked = sorted(map(criterion.ranked, fits), key=lambda fit: fit.criterion)
-    return [fit for k, fit in enumerate(ranked) if not any(_alike(fit, other) for other in ranked[:k])]
+    found = [fit.hysteresis for fit in ranked]
+    return [fit for k, fit in enumerate(ranked) if not any(are_alike(found[k], other) for other in found[:k])]
 
 
 def _starts(loops: SamplePoints, degrees: tuple[int, int]) -> Iterator[Hysteresis]:
@@ -338,8 +344,7 @@ def force_floor(loops: SamplePoints) -> float:
     return _FLOOR * loops.force_deviation
 
 
-def _alike(fit: Candidate, other: Candidate) -> bool:
+def are_alike(a: Hysteresis, b: Hysteresis) -> bool:
     """Whether two fits are the same minimum."""
-    a, b = fit.refinement.hysteresis, other.refinement.hysteresis
     logs = np.log([a.rho / b.rho, a.sigma / b.sigma, a.n / b.n])
     return bool(np.abs(logs).max() <= _SAME)
