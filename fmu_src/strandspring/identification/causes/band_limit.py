@@ -17,6 +17,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import Strokes
+from ..points.residuals import fft_length
 from ..points.steady_part import SteadyRecord
 
 _LOWEST = 6.0  # harmonic above which polynomials of the elastic force add little
@@ -99,8 +100,9 @@ def _octave_bands(values: FloatArray, strokes: Strokes) -> tuple[FloatArray, Flo
     angle = 2.0 * np.pi * (np.arange(values.size) + 0.5) / values.size
     window = sum(weight * np.cos(k * angle) for k, weight in enumerate(_WINDOW))
     level = values - np.linspace(values[0], values[-1], values.size)
-    power = np.abs(np.fft.rfft((level - level.mean()) * window)) ** 2
-    fundamental = values.size / strokes.period  # the number of its line
+    length = fft_length(values.size)
+    power = np.abs(np.fft.rfft((level - level.mean()) * window, length)) ** 2
+    fundamental = length / strokes.period  # the number of its line
     # The last line is the Nyquist frequency; anti-aliasing filters act just below.
     count = max(0, math.floor(_BANDS * math.log2(max(power.size / (_LOWEST * fundamental), 1e-3))))
     edges = _LOWEST * fundamental * 2.0 ** (np.arange(count + 1) / _BANDS)

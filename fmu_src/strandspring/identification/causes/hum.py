@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kernel.arrays import FloatArray
+from ..points.residuals import fft_length
 from ..points.steady_part import SteadyRecord
 from ..rig.corrected import Corrected
 from ..rig.effect_columns import Rig, transferred
@@ -148,8 +149,9 @@ def _line(part: SteadyRecord, residuals: FloatArray) -> Hum | None:
         return None
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(size) + 0.5) / size)
     windowed = (residuals - np.average(residuals, weights=window)) * window
-    power = np.abs(np.fft.rfft(windowed)) ** 2
-    fundamental = size / part.strokes.period
+    length = fft_length(size)
+    power = np.abs(np.fft.rfft(windowed, length)) ** 2
+    fundamental = length / part.strokes.period
     first = math.ceil(_FIRST * fundamental)
     if power.size < first + 4 * _WIDTH:
         return None
@@ -163,7 +165,7 @@ def _line(part: SteadyRecord, residuals: FloatArray) -> Hum | None:
     harmonic = place / fundamental
     if harmonic < _LOW.stop and abs(harmonic - round(harmonic)) < _WHOLE:
         return None
-    angle = 2.0 * np.pi * place * np.arange(size) / size
+    angle = 2.0 * np.pi * place * np.arange(size) / length
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=1) * window[:, None]
     size_of = np.linalg.lstsq(waves, windowed, rcond=None)[0]
     period = part.cycle_time

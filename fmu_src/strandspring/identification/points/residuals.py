@@ -9,6 +9,7 @@ from .sample_points import IndexArray, SamplePoints
 
 CELLS = 24  # over the range, on each branch
 _WINDOW = 5.0  # autocorrelation times summed over, beyond which the estimate is noise (Sokal's window)
+_LONG = 1 << 16  # samples of a series whose length matters to its transform
 
 
 def autocorrelation_time(series: FloatArray) -> float:
@@ -30,6 +31,14 @@ def autocorrelation_time(series: FloatArray) -> float:
     sums = 2.0 * np.cumsum(correlation) - 1.0
     inside = np.flatnonzero(np.arange(series.size) >= _WINDOW * sums)
     return max(1.0, float(sums[inside[0]] if inside.size else sums[-1]))
+
+
+def fft_length(samples: int) -> int:
+    """Length to which a long series is filled up with zeros, by 1/64 at most, lest its transform takes 20 times as
+    long: that of a length with large prime factors does. A short one is left as it is.
+    """
+    step = 1 << (samples.bit_length() - 7) if samples > _LONG else 1
+    return -(-samples // step) * step
 
 
 def repetition(loops: SamplePoints, residuals: FloatArray) -> float:
