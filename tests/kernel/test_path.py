@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -245,6 +246,24 @@ def test_outside_the_range_fe_goes_on_linearly_and_fa_is_held(parameters: Spring
         step = 1e-9 * np.ptp(along(parameters, [-1.0, 1.0]))
         steepest = np.max(np.abs(solved.stiffness(near)[1:]))
         assert abs(beyond - inside) <= 2.0 * steepest * step + 1e-13 * force_scale(parameters, near)
+
+
+def test_a_path_that_leaves_the_range_is_warned_of_and_the_noise_of_a_record_is_not() -> None:
+    parameters = spring(n=1.0, sigma=1.0, saturations=40.0, amplifier=())
+    solved = Spring(parameters)
+    calls = (solved.response, solved.stiffness, solved.absorbed_energy, solved.responses)
+    inside, outside = along(parameters, [0.0, 1.01, -1.01]), along(parameters, [0.0, 0.5, 1.1, -1.1, 0.0])
+    for call in calls:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            call(inside)
+        with pytest.warns(UserWarning, match="at index 2: in 2 of 5 rows the force is extrapolated") as caught:
+            call(outside)
+        assert [each.filename for each in caught] == [__file__]
+    # omega has no range.
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        solved.omega(outside)
 
 
 def test_the_slope_of_the_elastic_force_is_continuous_at_the_ends() -> None:

@@ -18,7 +18,7 @@ from ..ground.arguments import flag, workers_of
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import require_plain
 from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields, spring_rows
-from ..kernel.path import as_path
+from ..kernel.path import as_path, warn_outside
 from .common.model_source import ModelSource, model_of
 
 Quantity: TypeAlias = Literal["force", "stiffness", "absorbed_energy"]
@@ -104,6 +104,10 @@ def responses(
     -------
     Responses
 
+    Warns
+    -----
+    UserWarning  If a path leaves the identified range of the model by more than 1 % of it: forces are extrapolated.
+
     Raises
     ------
     ModelError   If a set of parameters is not a possible spring, unless its rows are to be NaN; sets count from 0.
@@ -130,7 +134,7 @@ def responses(
     paths = np.asarray(displacement, dtype=np.float64)
     if paths.ndim not in (1, 2) or not paths.size:
         raise ValueError(f"`displacement` must have shape (K,) or (S, K), got shape {paths.shape}.")
-    as_path(paths.ravel())
+    warn_outside(as_path(paths.ravel()), base.displacement_min, base.displacement_max, stacklevel=2)
     columns = _columns(base, parameters or {}, omega_start)
     rows = _rows(columns, paths)
     starts = np.broadcast_to(columns.pop("omega_start"), rows)

@@ -16,7 +16,7 @@ from ..ground.arguments import number
 from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import as_times
-from ..kernel.path import OmegaStart, PathSolver, as_path
+from ..kernel.path import OmegaStart, PathSolver, as_path, warn_outside
 from ..loops.modelled import steady_loop
 from ..model.modelfile import ModelFile, load_model, save_model
 
@@ -146,6 +146,11 @@ class Spring:
         -------
         ndarray, shape (K,)                     Force [N].
 
+        Warns
+        -----
+        UserWarning                             If the path leaves the identified range by more than 1 % of it: FE, and
+                                                with it the force, is extrapolated there.
+
         Raises
         ------
         ValueError                              If a displacement or time is not finite, omega_start out of bounds, the
@@ -154,7 +159,7 @@ class Spring:
         resolution = number("input_resolution", input_resolution, "m")
         if not 0.0 <= resolution < math.inf:
             raise ValueError(f"`input_resolution` must be finite and >= 0 [m], got {resolution!r}.")
-        return self._solver.force(*_checked(displacement, omega_start, time), resolution)
+        return self._solver.force(*self._within(displacement, omega_start, time), resolution)
 
     def omega(self, displacement: ArrayLike, omega_start: OmegaStart = 0.0) -> FloatArray:
         """Normalized hysteretic variable of the first mechanism, shape (K,) [-]; arguments as for `response`."""
@@ -166,19 +171,27 @@ class Spring:
 
         It is that of fast motion, to which each Maxwell branch adds its stiffness.
         """
-        path, start, _ = _checked(displacement, omega_start, None)
+        path, start, _ = self._within(displacement, omega_start, None)
         return self._solver.stiffness(path, start)
 
     def absorbed_energy(
         self, displacement: ArrayLike, omega_start: OmegaStart = 0.0, time: ArrayLike | None = None
     ) -> FloatArray:
         """Integral of the force over the displacement, shape (K,) [J]; arguments as for `response`."""
-        return self._solver.absorbed_energy(*_checked(displacement, omega_start, time))
+        return self._solver.absorbed_energy(*self._within(displacement, omega_start, time))
 
     def stored_energy(self, displacement: ArrayLike, time: ArrayLike | None = None) -> FloatArray:
         """The part of `absorbed_energy` that the springs of the Maxwell branches hold, shape (K,) [J]."""
         path, _, times = _checked(displacement, 0.0, time)
         return self._solver.stored_energy(path, times)
+
+    def _within(
+        self, displacement: ArrayLike, omega_start: OmegaStart, time: ArrayLike | None
+    ) -> tuple[FloatArray, OmegaStart, FloatArray | None]:
+        """As `_checked`, with a warning to the caller's caller where the path leaves the identified range."""
+        path, start, times = _checked(displacement, omega_start, time)
+        warn_outside(path, self.parameters.displacement_min, self.parameters.displacement_max, stacklevel=3)
+        return path, start, times
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw steady loops over the identified range, and over three quarters, a half and a quarter of it.

@@ -7,7 +7,6 @@ the displacement at the end of a step is set before the step.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,12 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
-from ..kernel.path import as_path
+from ..kernel.path import as_path, warn_outside
 from .fmu_spring import FmuSpring
 
 _MODEL_VALUES: Mapping[str, ArrayLike] = {}
 _STEP = 1e-3  # s
-_NOISE = 0.01  # of the identified range, by which the samples of a record may leave it
 
 
 @dataclass(frozen=True)
@@ -94,15 +92,7 @@ def simulate_fmu(
         steps = zip(times[:-1].tolist(), np.diff(times).tolist(), path[1:].tolist(), strict=True)
         responses += [spring.commit(*step) for step in steps]
         low, high = spring.displacement_min, spring.displacement_max
-    noise = _NOISE * (high - low)
-    outside = np.flatnonzero((path < low - noise) | (path > high + noise))
-    if outside.size:
-        warnings.warn(
-            f"`displacement` must be within the identified range, {low:.6g} to {high:.6g} m, got "
-            f"{path[outside[0]]:.6g} m at index {outside[0]}: in {outside.size} of {path.size} rows the force is "
-            "extrapolated. Check the unit of the displacement and its zero.",
-            stacklevel=2,
-        )
+    warn_outside(path, low, high, stacklevel=2)
     force, energy, stiffness = np.array(responses).T
     return PrescribedMotion(times, path, force, stiffness, energy)
 

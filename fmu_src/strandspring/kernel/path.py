@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
@@ -21,6 +22,7 @@ from .structures import structures
 # omega where a path starts: of both mechanisms, or of each.
 OmegaStart: TypeAlias = "float | tuple[float, float]"
 
+_NOISE = 0.01  # of the identified range, by which the samples of a record may leave it
 _COPIED = ("kE", "kA", "FE_knots", "FE_forces", *SCALARS)
 
 
@@ -35,6 +37,19 @@ def as_path(displacement: ArrayLike) -> FloatArray:
         what = f"within +-{LARGEST_DISPLACEMENT:g}" if np.isfinite(path[bad]) else "finite"
         raise ValueError(f"`displacement` must be {what} [m], got {path[bad]} at index {bad}.")
     return path
+
+
+def warn_outside(displacement: FloatArray, low: float, high: float, stacklevel: int) -> None:
+    """Warn where a displacement leaves the identified range [m] by more than the samples of a record may."""
+    noise = _NOISE * (high - low)
+    if displacement.min() < low - noise or displacement.max() > high + noise:
+        outside = np.flatnonzero((displacement < low - noise) | (displacement > high + noise))
+        warnings.warn(
+            f"`displacement` must be within the identified range, {low:.6g} to {high:.6g} m, got "
+            f"{displacement.flat[outside[0]]:.6g} m at index {outside[0]}: in {outside.size} of {displacement.size} "
+            "rows the force is extrapolated. Check the unit of the displacement and its zero.",
+            stacklevel=stacklevel + 1,
+        )
 
 
 def packed(parameters: SpringParameters) -> bytes:
