@@ -27,6 +27,7 @@ from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import ModelFile
+from tools import slow_but
 
 TIME, PATH = uneven_motion()
 BOTH = BRANCHED["both"]
@@ -77,7 +78,7 @@ def both(folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.parametrize("name", BRANCHED)
+@pytest.mark.parametrize("name", slow_but(BRANCHED, ("both", "table")))
 def test_every_form_is_valid_and_answers_as_the_model(name: str, fmi: int, tmp_path: Path) -> None:
     model = ModelFile(name, BRANCHED[name])
     for form in ({}, {"with_states": True}, {"real_time": True}, {"no_energy": True}):
@@ -111,7 +112,7 @@ def test_its_page_states_the_equation_and_what_the_form_can_do(
     assert ("There is no output <code>absorbed_energy" in page) == ("no_energy" in form)
 
 
-@pytest.mark.parametrize("name", ["second", "branches", "both"])
+@pytest.mark.parametrize("name", slow_but(["second", "branches", "both"], ("both",)))
 def test_steps_of_any_size_give_the_force_of_an_independent_ode(name: str, tmp_path: Path) -> None:
     p, starts = BRANCHED[name], (0.3, -0.2)
     expected = oracle_force(p, PATH, TIME, starts)

@@ -18,6 +18,7 @@ from strandspring.loops.modelled import steady_loop_figures
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
+from tools import slow_but
 
 # Branches that bend the response at its resonance of 15 Hz: omega*tau is 2 and 50 there.
 BRANCHES = (MaxwellBranch(4000.0, 0.02), MaxwellBranch(900.0, 0.5))
@@ -66,7 +67,7 @@ def simulated(p: SpringParameters, system: IsolatedMass, omega: float, periods: 
     return complex((first + LEVEL) / LEVEL)
 
 
-@pytest.mark.parametrize("name", SPRINGS)
+@pytest.mark.parametrize("name", slow_but(SPRINGS, ("both",)))
 def test_the_steady_motion_is_that_of_a_simulation_in_time(name: str) -> None:
     p = SPRINGS[name]
     system = mounted(p)

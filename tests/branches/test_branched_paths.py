@@ -14,11 +14,12 @@ from branched_springs import BASE, BRANCHED, BRANCHES, exact_maxwell, oracle_for
 from strandspring import Spring, SpringParameters, StrandspringError
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums
+from tools import slow_but
 
 TIME, PATH = uneven_motion()
 
 
-@pytest.mark.parametrize("name", ["branches", "both"])
+@pytest.mark.parametrize("name", slow_but(["branches", "both"], ("both",)))
 def test_the_force_is_that_of_an_independent_ode(name: str) -> None:
     p = BRANCHED[name]
     starts = (0.3, -0.2)

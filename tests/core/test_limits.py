@@ -14,9 +14,10 @@ from strandspring.core import stepper
 from strandspring.core.branches import TIME_CONSTANT_RANGE
 from strandspring.core.law import SpringLaw
 from strandspring.core.parameters import LARGEST_DISPLACEMENT
+from tools import slow_but
 
 # A third of these is also computed by the stepper of Python, which is what takes the time.
-SEEDS = [pytest.param(seed, marks=[pytest.mark.slow] if seed >= 75 else []) for seed in range(300)]
+SEEDS = slow_but(range(300), range(25))
 
 
 def log_uniform(random: np.random.Generator, low: float, high: float) -> float:

@@ -27,14 +27,14 @@ def test_past_findings(target: str) -> None:
 # The script, the number of trials, and the least share of them that is accepted, and refused.
 SHARES = [
     ("corners", 3, 1.0, 0.0),
-    ("models", 20, 0.2, 0.1),
-    ("models_fmus", 20, 0.3, 0.1),
-    ("identify", 10, 0.02, 0.1),
-    ("systems", 80, 0.1, 0.1),
-    ("records_text", 40, 0.02, 0.1),
-    ("records_binary", 50, 0.02, 0.1),
-    ("records_descriptions", 30, 0.02, 0.1),
-    ("journals", 40, 0.02, 0.1),
+    ("models", 10, 0.2, 0.1),
+    ("models_fmus", 8, 0.3, 0.1),
+    ("identify", 6, 0.02, 0.1),
+    ("systems", 40, 0.1, 0.1),
+    ("records_text", 20, 0.02, 0.1),
+    ("records_binary", 25, 0.02, 0.1),
+    ("records_descriptions", 20, 0.02, 0.1),
+    ("journals", 20, 0.02, 0.1),
 ]
 
 

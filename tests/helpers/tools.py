@@ -1,4 +1,4 @@
-"""Tools that some tests need and that the extra `test` does not bring.
+"""Tools that some tests need and that the extra `test` does not bring, and what is left to the slow tests.
 
 A test whose tool is missing is skipped with the reason. Where STRANDSPRING_ALL_TOOLS is set, as in CI, it fails.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Collection, Iterable
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -22,6 +23,11 @@ def tool(module: str) -> Any:
         if problem.name != module.partition(".")[0]:
             raise
     return _missing(f'{module} is not installed: pip install "strandspring[dev]"')
+
+
+def slow_but(values: Iterable[Any], kept: Collection[Any]) -> list[Any]:
+    """Values of a parameter of tests, of which all but those kept are left to `-m slow`."""
+    return [value if value in kept else pytest.param(value, marks=pytest.mark.slow) for value in values]
 
 
 def ziglang(command: str) -> tuple[str, ...]:

@@ -41,6 +41,7 @@ def test_jitter_does_not_round_the_reversals_of_triangles(repetition: int) -> No
     assert not judge_case(case, identify(case.records).spring()).wrong
 
 
+@pytest.mark.slow
 def test_the_errors_are_those_of_the_bound() -> None:
     """The covariance of n and rho with noise of the displacement, against the least possible without it."""
     fault = replace(FAULTS["displacement noise"], small=0.002)

@@ -19,6 +19,7 @@ from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.effect_columns import Effect, Rig, Sizes
 from strandspring.identification.rig.effect_texts import CAUTIONS, with_other_effects
 from strandspring.identification.search.search import Candidate, search
+from tools import slow_but
 
 ROOT = Path(__file__).resolve().parents[2]
 STEPPED = Experiment(amplitudes=(0.4, 0.7, 1.0), cycles=(3, 3, 3), noise=0.002)
@@ -55,7 +56,7 @@ SIZES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("fault", SIZES)
+@pytest.mark.parametrize("fault", slow_but(SIZES, ("force lags", "play", "linear drift", "wear of friction")))
 def test_the_size_of_an_effect_is_found(fault: str) -> None:
     share, experiment, name, truth = SIZES[fault]
     case = case_of(fault, share, experiment)

@@ -18,6 +18,7 @@ from strandspring.identification.rig.effect_columns import Rig
 from strandspring.identification.search.search import Candidate, least_points, refined, search
 from strandspring.loops.strokes import find_strokes
 from synthetic import record_of, sine, spring_of
+from tools import slow_but
 
 ROOT = Path(__file__).resolve().parents[2]
 # Cases of `python tests/benchmarks/honesty.py clean 100 --single --seed 1`, the first ones.
@@ -161,7 +162,7 @@ def test_every_cut_of_the_hinge_record_reaches_its_mark(strokes: int) -> None:
     assert min(reached) >= 0.96, reached
 
 
-@pytest.mark.parametrize("seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 12))])
+@pytest.mark.parametrize("seed", slow_but(range(12), range(4)))
 def test_records_without_noise_are_followed_to_the_end(seed: int) -> None:
     generator = np.random.default_rng([20, seed])
     case = simulate(draw_spring(generator), draw_experiment(generator, noise=0.0), generator)

@@ -10,6 +10,7 @@ import pytest
 from rig import draw_spring
 from spring_oracle import OracleSpring
 from strandspring import Spring
+from tools import slow_but
 from zoo_mounts import CALIBRATED, DRAWS, MaxwellRubber, draw_mount, plays
 from zoo_rig import RIG_FAULTS, draw_case, draw_programme, recorded
 
@@ -75,7 +76,7 @@ def test_cases_repeat() -> None:
     assert first.fault == again.fault != ""
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", slow_but(range(8), range(3)))
 def test_the_oracle_agrees_with_the_closed_form(seed: int) -> None:
     generator = np.random.default_rng([7, seed])
     parameters = draw_spring(generator)

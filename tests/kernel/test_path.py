@@ -487,7 +487,7 @@ def test_a_memory_rebuilt_from_its_numbers_continues_bit_for_bit(parameters: Spr
     rng = np.random.default_rng(9)
     law = SpringLaw(parameters)
     original = rebuilt = stepper.start(float(along(parameters, 0.1)), 0.2)
-    for position in along(parameters, rng.uniform(-1.5, 1.5, 100)).tolist():
+    for position in along(parameters, rng.uniform(-1.5, 1.5, 40)).tolist():
         rebuilt = stepper.Memory(*json.loads(json.dumps(tuple(rebuilt))))
         original, rebuilt = stepper.trial(law, original, position), stepper.trial(law, rebuilt, position)
         assert rebuilt == original
@@ -500,7 +500,7 @@ def test_trial_steps_leave_no_trace(parameters: SpringParameters) -> None:
     rng = np.random.default_rng(10)
     law = SpringLaw(parameters)
     tried = untouched = stepper.start(float(along(parameters, -0.2)), -1.0)
-    for position in along(parameters, rng.uniform(-1.5, 1.5, 60)).tolist():
+    for position in along(parameters, rng.uniform(-1.5, 1.5, 25)).tolist():
         before = tuple(tried)
         for trial in along(parameters, rng.uniform(-2.0, 2.0, 3)).tolist():
             stepper.absorbed_energy(law, stepper.trial(law, tried, trial))

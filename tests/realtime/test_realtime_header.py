@@ -21,7 +21,7 @@ from strandspring import Spring, export
 from strandspring.core.parameters import N_RANGE
 from strandspring.exchange import c_sources
 from strandspring.model.modelfile import ModelFile
-from tools import ziglang
+from tools import slow_but, ziglang
 
 HEADER = (files("strandspring.exchange") / "assets" / "strandspring.h").read_text(encoding="utf-8")
 
@@ -111,7 +111,7 @@ def test_the_exported_spring_answers_as_the_package(tmp_path: Path) -> None:
     np.testing.assert_allclose(found[1], response, rtol=0.0, atol=1e-12 * np.abs(response).max())
 
 
-@pytest.mark.parametrize("name", BRANCHED)
+@pytest.mark.parametrize("name", slow_but(BRANCHED, ("both",)))
 def test_second_mechanisms_and_branches_beside_a_plain_spring(name: str, tmp_path: Path) -> None:
     """Against an ODE solver and branches in closed form with 60 digits, and `Spring`; both springs in one program."""
     p = BRANCHED[name]

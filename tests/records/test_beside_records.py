@@ -18,6 +18,7 @@ from springs import MOUNT
 from strandspring import Spring
 from strandspring.examples import system_models
 from strandspring.ground.isolated import ISOLATED, isolated_processes
+from tools import slow_but
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(sysconfig.get_path("scripts")) / "strandspring"
@@ -88,7 +89,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Folder:
     return Folder(tmp_path_factory.mktemp("beside"))
 
 
-@pytest.mark.parametrize("arguments", COMMANDS)
+@pytest.mark.parametrize("arguments", slow_but(COMMANDS, COMMANDS[1:4]))
 def test_a_command_executes_nothing_that_lies_in_the_current_folder(folder: Folder, arguments: str) -> None:
     assert folder.executed(SCRIPT, *arguments.split()) == set()
 

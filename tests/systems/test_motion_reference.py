@@ -34,6 +34,7 @@ from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody, Stops, Vector
+from tools import slow_but
 
 DURATION, EVERY = 0.05, 2e-3
 TIMES = np.arange(0.0, DURATION + 0.5 * EVERY, EVERY)
@@ -132,11 +133,7 @@ def errors(name: str, step: float) -> FloatArray:
     return np.array([np.abs(found - right).max() / np.abs(right).max() for found, right in pairs])
 
 
-# Most of a minute each, for the reference integrates the branches as they stand.
-LONG = {"branches", "second mechanisms act together"}
-
-
-@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in CASES])
+@pytest.mark.parametrize("name", slow_but(CASES, ("stops", "inclined", "two stages", "friction acts together")))
 def test_motion_is_that_of_the_reference(name: str) -> None:
     """Within 1e-4 at 1e-4 s, and four times less at half the step where nothing has corners; accelerations within 1e-3,
     as their parts that follow a load at once are read from averages.
@@ -154,6 +151,7 @@ def test_energy_is_balanced(name: str) -> None:
     assert kernel_motion(one.system, one.case, 1e-4, one.omega).imbalance < (4e-5 if one.has_corners else 1e-5)
 
 
+@pytest.mark.slow
 def test_motion_is_that_of_lsoda() -> None:
     """Of another method of another order, six degrees of freedom on inclined hysteretic mounts under a shock."""
     one = CASES["inclined"]

@@ -60,6 +60,7 @@ def largest_response(frequency: float, quality: float) -> float:
     return found
 
 
+@pytest.mark.slow
 def test_the_share_of_a_spectrum_is_that_of_oscillators_on_the_mass() -> None:
     """Within 3e-3: steps of 5e-4 in time of the mass' period, and extrema by cubics."""
     frequencies = FALLING.frequencies()
