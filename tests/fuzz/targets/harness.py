@@ -189,6 +189,7 @@ def _do_trials(trial: Trial, seeds: range, folder: Path, keep: Path | None) -> N
     """Do trials in this process; results go to standard output, one JSON object per line."""
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
+    warnings.filterwarnings("ignore", message="`displacement` must be within the identified range")  # paths are wide
     gc.collect()
     gc.freeze()  # what has been imported is not searched for garbage after every trial
     results = os.fdopen(os.dup(1), "w")
