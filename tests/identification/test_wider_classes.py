@@ -16,6 +16,7 @@ from strandspring.errors import RecordError
 from strandspring.identification.classes.positive import is_positive_series, non_negative, positive_rays
 from strandspring.kernel.branches import maxwell_columns
 from strandspring.model.joint import JointCovariance
+from zoo_rig import draw_case
 
 DATA = Path(__file__).parents[1] / "data"
 BRANCH = (1500.0, 0.08)  # N/m, s: about a tenth of the force
@@ -164,6 +165,14 @@ def test_one_amplitude_and_rate_do_not_tell_a_branch_from_friction() -> None:
     assert "with one Maxwell branch the error" in found.findings[Outcome.RATE_OPEN]
     forced = identify(found.records, RefinedOptions(mechanisms=1, branches=1)).parameters.branches[0]
     assert (forced.stiffness, forced.time_constant) == pytest.approx((3000.0, 0.25), rel=0.02)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_a_branch_is_open_where_what_was_left_out_does_not_favour_it(index: int) -> None:
+    # Of one amplitude, and of several: all was recorded at one rate, what is left out as well.
+    found = identify(draw_case("maxwell rubber", 7, index).records)
+    assert not found.parameters.branches
+    assert "one Maxwell branch the misfit would be" in found.findings[Outcome.RATE_OPEN]
 
 
 def test_several_amplitudes_at_one_rate_leave_a_branch_open_beside_friction() -> None:

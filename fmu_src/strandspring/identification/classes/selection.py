@@ -252,9 +252,21 @@ class Classes:
         return branch if explained >= _NEARLY * (leaner.held_out**2 - least**2) else None
 
     def _open_branch(self, leaner: Tried) -> Tried | None:
-        """A class with a branch that would pay, which the records do not tell from friction."""
+        """A class with a branch that would pay, which the records do not tell from friction; where all of them are of
+        one rate, what was left out does not decide either, and a branch that takes a good part of the loops counts.
+        """
         wider = self._wider(leaner.fit, (leaner.kind[0], 1), is_forced=True)
-        return wider if wider is not None and self.pays(wider, leaner) else None
+        if wider is None:
+            return None
+        is_open = (
+            not self.shows_rate and self._share_of_branch(wider.fit) > _WORTH and self.gain(wider, leaner) > MARGIN
+        )
+        return wider if is_open or self.pays(wider, leaner) else None
+
+    def _share_of_branch(self, fit: ClassFit) -> float:
+        """Share of the loops' energy that the last branch of a fit takes."""
+        work = [abs(self.loops.work(part)) for part in self.problem_of(fit).at(fit).parts]
+        return work[-1] / max(sum(work), 1e-300)
 
     def _wider(self, leaner: ClassFit, kind: Kind, is_forced: bool = False) -> Tried | None:
         """With one more mechanism or branch; None where none promises enough."""
