@@ -12,6 +12,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
+from hypothesis import settings
 
 from fmu_tools import SPRING
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -35,6 +36,10 @@ LONG = frozenset(
     test_study_runners test_system_fmi3 test_system_fmu_command test_system_study test_wider_classes test_zoo
     """.split()  # noqa: SIM905 - as a list it is fifty lines
 )
+
+# The same examples at each run; --hypothesis-profile=default draws others.
+settings.register_profile("same", derandomize=True)
+settings.load_profile("same")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # A shell without job control starts background work so, and the programs that tests interrupt would inherit it.

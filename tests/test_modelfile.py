@@ -32,9 +32,7 @@ from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, s
 from strandspring.model.names import NAME_PATTERN
 
 # Files are rewritten example by example, so that one folder per test is enough.
-LAW = settings(
-    derandomize=True, deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+LAW = settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 SCHEMA = Path(__file__).resolve().parents[1] / "models/strandspring-model.schema.json"
 PARAMETERS = EXAMPLES["wire_rope"]

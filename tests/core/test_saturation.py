@@ -28,7 +28,7 @@ from strandspring.kernel.saturation_table import SaturationTable
 ACCURACY = 1e-13
 ROUNDING = float(np.finfo(float).eps)
 
-LAW = settings(derandomize=True, deadline=None, max_examples=150)
+LAW = settings(deadline=None, max_examples=150)
 
 # Close to 0, in the middle and close to 1, in more digits than a double holds.
 LEVELS = [

@@ -127,7 +127,7 @@ def test_records_have_their_omega_start_whether_few_or_many(monkeypatch: pytest.
     np.testing.assert_allclose(shared.omega_start, [-0.5, 0.6], rtol=0.0, atol=0.05)
 
 
-@settings(derandomize=True, deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=200)
 @given(
     st.tuples(*(st.floats(0.0, 1.0) for _ in range(4))),
     st.integers(0, 2**32 - 1),

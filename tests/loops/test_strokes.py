@@ -36,7 +36,7 @@ def test_noise_makes_no_strokes(noise: float) -> None:
     assert np.max(np.abs(strokes.turning[1:-1] - expected)) <= 1000 / np.pi * np.arccos(1.0 - 8.0 * noise)
 
 
-@settings(derandomize=True, max_examples=200, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(st.lists(st.integers(-50, 50), min_size=2, max_size=60), st.integers(1, 30))
 def test_turning_points_alternate_and_exceed_the_threshold(values: list[int], threshold: int) -> None:
     path = np.array(values, dtype=float)
@@ -55,7 +55,7 @@ def test_turning_points_alternate_and_exceed_the_threshold(values: list[int], th
         assert np.max(np.maximum.accumulate(piece) - piece) < allowed
 
 
-@settings(derandomize=True, max_examples=100, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=80))
 def test_the_cleaned_path_is_monotone_within_each_stroke(values: list[float]) -> None:
     strokes = find_strokes(np.array(values), threshold=0.3)

@@ -583,7 +583,7 @@ def systems(draw: st.DrawFn) -> Content:
     return content
 
 
-@settings(derandomize=True, deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(content=systems())
 def test_valid_systems_come_back_as_they_were_written(folder: Path, content: Content) -> None:
     VALIDATOR.validate(content)
