@@ -46,7 +46,7 @@ def warn_outside(displacement: FloatArray, low: float, high: float, stacklevel: 
         outside = np.flatnonzero((displacement < low - noise) | (displacement > high + noise))
         warnings.warn(
             f"`displacement` must be within the identified range, {low:.6g} to {high:.6g} m, got "
-            f"{displacement.flat[outside[0]]:.6g} m at index {outside[0]}: in {outside.size} of {displacement.size} "
+            f"{displacement[outside[0]]:.6g} m at index {outside[0]}: in {outside.size} of {displacement.size} "
             "rows the force is extrapolated. Check the unit of the displacement and its zero.",
             stacklevel=stacklevel + 1,
         )

@@ -114,7 +114,7 @@ class Classes:
     def __init__(self, rig: Rig, loops: SamplePoints, fit: Candidate, noise: float) -> None:
         self._rig, self.loops, self._noise = rig, loops, noise
         self.is_timed = is_timed(rig)
-        h = fit.refinement.hysteresis
+        h = fit.hysteresis
         problem = self.problem(fit.basis, (fit.basis.amplifier,), 0)
         self._plain = problem.linear(Shape((h,)), fit.refinement.omega_start)
 

@@ -69,10 +69,10 @@ class Wider:
             )
             return {Outcome.RATES: f"strokes took {low:.3g} to {high:.3g} s; branches of {sizes}"}
         if other is not None:
-            sizes = f"the misfit would be {other.misfit:.3g} N, and is {chosen.misfit:.3g} N"
+            errors = f"the misfit would be {other.misfit:.3g} N, and is {chosen.misfit:.3g} N"
             if other.held_out < chosen.held_out:
-                sizes = f"the error on what was left out would be {self._share(other)}, and is {self._share(chosen)}"
-            return {Outcome.RATE_OPEN: f"with {_in_words(other)} {sizes}"}
+                errors = f"the error on what was left out would be {self._share(other)}, and is {self._share(chosen)}"
+            return {Outcome.RATE_OPEN: f"with {_in_words(other)} {errors}"}
         return {}
 
     @property

@@ -309,7 +309,7 @@ class RefinedOptions(Method):
 
     def _refined(self, samples: Samples, fit: Candidate, where: str) -> tuple[Basis, Refinement]:
         """The fit refined on all samples, with the degree of FA lowered until it is positive."""
-        basis, start = fit.basis, fit.refinement.hysteresis
+        basis, start = fit.basis, fit.hysteresis
         refinement = refine(samples, basis, start, self.robust)
         while not is_positive(basis, refinement.backbone):
             if basis.amplifier == 0:

@@ -329,7 +329,7 @@ class Rig:
         loops : SamplePoints   As placed.
         delay : float     Of which they were placed, besides the known one [s].
         """
-        h, backbone, omega = fit.refinement.hysteresis, fit.refinement.backbone, fit.refinement.omega
+        h, backbone, omega = fit.hysteresis, fit.refinement.backbone, fit.refinement.omega
         if effect is Effect.FRICTION_WEAR:
             return np.asarray(((_cycles_over(loops) - self.worn) * omega * backbone.G)[:, None])
         if effect is Effect.STIFFNESS_WEAR:
@@ -441,7 +441,7 @@ def _shifted(loops: SamplePoints, zero: float) -> SamplePoints:
 
 def transferred(fit: Candidate, loops: SamplePoints, coarse: bool = False) -> Candidate:
     """A fit at other points of the same records; omega to 1e-8 only, as it was fitted, if coarse."""
-    refinement = Problem(loops, fit.basis, fit.refinement.hysteresis, coarse=coarse).at(fit.refinement)
+    refinement = Problem(loops, fit.basis, fit.hysteresis, coarse=coarse).at(fit.refinement)
     return replace(fit, refinement=refinement)
 
 

@@ -39,7 +39,7 @@ def fitted_with(
         if not rig.is_possible(sizes):
             return None
         loops = rig.corrected(sizes, fit if sizes else None)
-        other = refined(loops, fit.basis, fit.refinement.hysteresis)
+        other = refined(loops, fit.basis, fit.hysteresis)
         if other is None:
             return None
         if not sizes:

@@ -140,7 +140,7 @@ def search(loops: SamplePoints, degrees: tuple[int, int] | None = None) -> list[
     else:
         # A degree of FA that the pilot could not have is tried again.
         wanted = Basis(*loops.reach, *degrees)
-        carried = [refined(loops, wanted, c.refinement.hysteresis) or c for c in carried]
+        carried = [refined(loops, wanted, c.hysteresis) or c for c in carried]
     return _distinct(loops, carried)
 
 
@@ -211,7 +211,7 @@ def with_degrees(loops: SamplePoints, candidate: Candidate) -> Candidate:
         if (elastic, amplifier) == (best.basis.elastic, best.basis.amplifier):
             break
         basis = replace(best.basis, elastic=elastic, amplifier=amplifier)
-        other = refined(loops, basis, best.refinement.hysteresis)
+        other = refined(loops, basis, best.hysteresis)
         if other is None:
             break
         other = criterion.ranked(other)
@@ -284,7 +284,7 @@ def with_richer_bases(loops: SamplePoints, candidate: Candidate, noise: float) -
         for degree in (amplifier, _BENDING)
         if _POINTS_PER_KNOT * intervals <= loops.force.size
     ]
-    fits = [refined(loops, basis, candidate.refinement.hysteresis) for basis in bases]
+    fits = [refined(loops, basis, candidate.hysteresis) for basis in bases]
     richer = [fit for fit in fits if fit is not None]
     errors = [prediction_error(loops, fit.basis, fit.refinement.omega) for fit in richer]
     if not errors:
@@ -307,20 +307,18 @@ def other_splits(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
         for amplifier in range(candidate.basis.amplifier + 1):
             basis = replace(candidate.basis, amplifier=amplifier)
             minima = scan_minima(loops, basis.columns(loops.displacement))[:_STARTS]
-            refits = (refined(loops, basis, start) for start in (candidate.refinement.hysteresis, *minima))
+            refits = (refined(loops, basis, start) for start in (candidate.hysteresis, *minima))
             fits += [fit for fit in refits if fit is not None]
     return _distinct(loops, fits)
 
 
 def _exact(loops: SamplePoints, candidate: Candidate) -> Candidate | None:
     """A candidate with degrees that leave next to nothing, as on records of the model itself without noise."""
-    fit = refined(
-        loops, replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1]), candidate.refinement.hysteresis
-    )
+    fit = refined(loops, replace(candidate.basis, elastic=_DEGREES[0], amplifier=_DEGREES[1]), candidate.hysteresis)
     if fit is None or fit.misfit > _EXACT * candidate.misfit:
         return None
     _, elastic, amplifier = _choose(loops, fit, Criterion(float(loops.force.size), _EXACT * candidate.misfit))
-    return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.refinement.hysteresis)
+    return refined(loops, replace(fit.basis, elastic=elastic, amplifier=amplifier), fit.hysteresis)
 
 
 def bending_more(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
@@ -329,7 +327,7 @@ def bending_more(loops: SamplePoints, candidate: Candidate) -> list[Candidate]:
     if amplifier > _DEGREES[1]:
         return [candidate]
     basis = replace(candidate.basis, amplifier=amplifier)
-    other = refined(loops, basis, candidate.refinement.hysteresis)
+    other = refined(loops, basis, candidate.hysteresis)
     criterion = Criterion.from_points(loops, candidate.autocorrelation_time)
     return [criterion.ranked(fit) for fit in (candidate, other) if fit is not None]
 

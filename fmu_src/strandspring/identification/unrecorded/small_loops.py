@@ -241,7 +241,7 @@ def springs_of(fits: Sequence[Candidate]) -> Iterator[SpringParameters]:
     """The springs of fits, without those beyond the limits of a spring."""
     for fit in fits:
         with suppress(IdentificationError):
-            yield spring_of(fit.basis, fit.refinement.backbone, fit.refinement.hysteresis, "")
+            yield spring_of(fit.basis, fit.refinement.backbone, fit.hysteresis, "")
 
 
 def _advice(spring: SpringParameters, smallest: float) -> str:
