@@ -28,6 +28,7 @@ from strandspring.core.parameters import (
     problems,
 )
 from strandspring.ground.quoting import shown
+from strandspring.model.file_tables import Certificate, Start
 from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model, saved_model
 from strandspring.model.names import NAME_PATTERN
 
@@ -42,6 +43,8 @@ MODEL = ModelFile(
     "Isolator 7, größer als µ <&> ✓",
     fit={"rmse": 2.5337, "rnl": 0.98979},
     provenance={"records": [{"path": "a.csv", "sha256": "0" * 64}], "options": None},
+    start=Start(displacement=0.01, omega=-0.9, at_rest=True),
+    certificate=Certificate(force_min=-80.0, force_max=90.0, margin=42.5),
 )
 Content = dict[str, Any]
 
@@ -101,7 +104,8 @@ def test_all_of_a_model_file_survives(tmp_path: Path) -> None:
     assert load_model(path) == MODEL
     written_content = json.loads(path.read_text(encoding="utf-8"))
     assert list(written_content) == [
-        "format", "format_version", "name", "description", "parameters", "fit", "uncertainty", "provenance"
+        "format", "format_version", "name", "description", "parameters", "start", "certificate", "fit",
+        "uncertainty", "provenance",
     ]  # fmt: skip
     assert list(written_content["parameters"]) == [
         "kE", "kA", "kappa_omega", "rho", "sigma", "n", "displacement_offset", "displacement_min", "displacement_max"
@@ -116,6 +120,8 @@ def test_a_file_written_by_hand_needs_the_parameters_only(tmp_path: Path, conten
     assert model.parameters.kA == (1.0,)
     assert model.description == ""
     assert model.fit == model.uncertainty == model.provenance == {}
+    assert model.start is model.certificate is None
+    assert set(json.loads(model.to_json())) == {*by_hand, "description", "fit", "uncertainty", "provenance"}
 
 
 PARAMETER_NAMES = list(PARAMETERS.as_dict())
@@ -239,7 +245,7 @@ def test_another_format_version_is_refused(tmp_path: Path, content: Content, ver
     assert f", got {shown(version)}; " in sentence
 
 
-@pytest.mark.parametrize("version", [4, 10**30])
+@pytest.mark.parametrize("version", [5, 10**30])
 def test_a_newer_format_version_asks_for_an_upgrade(tmp_path: Path, content: Content, version: int) -> None:
     # A newer file may hold fields that this version does not know.
     content |= {"format_version": version, "temperature": 20.0}
@@ -438,6 +444,12 @@ def test_the_schema_has_the_fields_and_limits_of_the_code() -> None:
 
 WRONG: dict[str, Callable[[Content], object]] = {
     "another format": lambda c: c.update(format="other"),
+    "a start without omega": lambda c: c["start"].pop("omega"),
+    "a start beyond saturation": lambda c: c["start"].update(omega=-1.01),
+    "a start far away": lambda c: c["start"].update(displacement=1.1e9),
+    "a start neither at rest nor not": lambda c: c["start"].update(at_rest=1),
+    "more than a start": lambda c: c["start"].update(velocity=0.0),
+    "a negative margin": lambda c: c["certificate"].update(margin=-1.0),
     "another version": lambda c: c.update(format_version=0),
     "unknown field": lambda c: c.update(colour="red"),
     "unknown parameter": lambda c: c["parameters"].update(kappa=1.0),
@@ -469,6 +481,38 @@ def test_the_schema_refuses_what_loading_refuses(
     spoil(content)
     assert not checker().is_valid(content)
     refusal(written(tmp_path, json.dumps(content)))
+
+
+BEYOND_ONE_FIELD: dict[str, tuple[Callable[[Content], object], str]] = {
+    "a start in an older file": (
+        lambda c: c.update(format_version=3),
+        'field "start" is for files from format_version 4 on, and this is one of version 3; write 4 there',
+    ),
+    "a certificate in an older file": (
+        lambda c: (c.pop("start"), c.update(format_version=1)),
+        'field "certificate" is for files from format_version 4 on, and this is one of version 1',
+    ),
+    "a start of another spring": (
+        lambda c: c["start"].update(second_omega=0.5),
+        "start.second_omega: must be given where there is a second mechanism only, got 0.5",
+    ),
+    "a start with a branch": (
+        lambda c: c["start"].update(branch_forces=[0.0]),
+        "start.branch_forces: must have 0 numbers",
+    ),
+    "a range turned round": (
+        lambda c: c["certificate"].update(force_min=91.0),
+        "certificate: `force_min` must be at most `force_max`, got 91 and 90",
+    ),
+}
+
+
+@pytest.mark.parametrize(("spoil", "sentence"), BEYOND_ONE_FIELD.values(), ids=BEYOND_ONE_FIELD)
+def test_fields_that_do_not_fit_together_are_refused(
+    tmp_path: Path, content: Content, spoil: Callable[[Content], object], sentence: str
+) -> None:
+    spoil(content)
+    assert sentence in refusal(written(tmp_path, json.dumps(content)))
 
 
 WRONG_TABLES: dict[str, tuple[Callable[[Content], object], str]] = {

@@ -22,7 +22,7 @@ from ..core.parameters import (
 )
 from ..ground.tables import TAG, StrictTable
 from .joint import LARGEST_SPREAD, LEVEL
-from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES, VERSION_OF_TABLES
+from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES
 
 Value = TypeVar("Value")
 
@@ -71,7 +71,7 @@ class Branch(StrictTable):
 
 
 class _Common(_OfMechanism):
-    """Parameters that every spring has, and those that one of format_version 3 may have."""
+    """Parameters that every spring has, and those that one of format_version 3 or later may have."""
 
     displacement_offset: float = Field(
         description="Displacement about which the polynomials are written [m]", json_schema_extra=_OF_DISPLACEMENT
@@ -82,10 +82,8 @@ class _Common(_OfMechanism):
     displacement_max: float = Field(
         description="Upper end of the identified range [m]", json_schema_extra=_OF_DISPLACEMENT
     )
-    second: Second | None = Field(None, description="A second friction mechanism; in files of format_version 3")
-    branches: list[Branch] = Field(
-        [], max_length=BRANCHES, description="Maxwell branches; in files of format_version 3"
-    )
+    second: Second | None = Field(None, description="A second friction mechanism; from format_version 3 on")
+    branches: list[Branch] = Field([], max_length=BRANCHES, description="Maxwell branches; from format_version 3 on")
 
 
 class Parameters(_Common):
@@ -225,12 +223,44 @@ class Fit(_Open):
     )
 
 
-_VERSIONS = (VERSION, VERSION_OF_TABLES, VERSION_OF_BRANCHES)
+_Omega = Annotated[float, Field(ge=-1.0, le=1.0)]
+
+
+class Start(StrictTable):
+    """Displacement and state at the first sample of the first record."""
+
+    displacement: float = Field(
+        ge=-LARGEST_DISPLACEMENT, le=LARGEST_DISPLACEMENT, description="At that sample, in the record's coordinates [m]"
+    )
+    omega: _Omega = Field(description="Normalized hysteretic variable there [-]")
+    second_omega: _Omega | None = Field(None, description="That of the second mechanism, where there is one [-]")
+    branch_forces: list[float] = Field([], description="Force of each Maxwell branch there [N]")
+    at_rest: bool = Field(description="Whether the record began at rest")
+
+
+class Certificate(StrictTable):
+    """Range of the recorded force, and how far the saved spring may leave it."""
+
+    force_min: float = Field(description="Least recorded force [N]")
+    force_max: float = Field(description="Largest recorded force [N]")
+    margin: _Size = Field(description="By which the force of the spring may be below or above [N]")
+
+    @model_validator(mode="after")
+    def _check_range(self) -> Certificate:
+        if self.force_min > self.force_max:
+            raise ValueError(
+                f"`force_min` must be at most `force_max`, got {self.force_min:g} and {self.force_max:g}; exchange them"
+            )
+        return self
+
+
+_SINCE = {"start": VERSION, "certificate": VERSION}
+_SINCE |= {"parameters.second": VERSION_OF_BRANCHES, "parameters.branches": VERSION_OF_BRANCHES}
 
 
 def _check_version(version: int) -> int:
-    if version not in _VERSIONS:
-        raise ValueError(f"must be 1, 2 or 3, got {version}; correct it, or identify again")
+    if not 1 <= version <= VERSION:
+        raise ValueError(f"must be 1 to {VERSION}, got {version}; correct it, or identify again")
     return version
 
 
@@ -238,27 +268,34 @@ class FileTable(StrictTable):
     """Content of a model file.
 
     `fit` and `uncertainty` hold figures of the identification; `provenance` names the records with sha256, the method,
-    the options and the version. All three may be empty, as for a model written by hand.
+    the options and the version. All three may be empty, as for a model written by hand, which has no `start` and no
+    `certificate` either.
     """
 
     format: Literal["strandspring-model"]
-    format_version: Annotated[int, AfterValidator(_check_version)] = Field(json_schema_extra={"enum": list(_VERSIONS)})
+    format_version: Annotated[int, AfterValidator(_check_version)] = Field(
+        json_schema_extra={"enum": list(range(1, VERSION + 1))}
+    )
     name: str = Field(description=NAME_RULE, json_schema_extra={"pattern": NAME_PATTERN})
     description: str = Field("", max_length=MAX_DESCRIPTION)
     parameters: Annotated[
         Annotated[Parameters, Tag(f"{TAG}kE")] | Annotated[TableParameters, Tag(f"{TAG}table")],
         Discriminator(_form_of_elastic_force),
     ]
+    start: Start | None = Field(None, description="Where the first record began; from format_version 4 on")
+    certificate: Certificate | None = Field(
+        None, description="Range that the force of the spring keeps; from format_version 4 on"
+    )
     fit: Fit = Field(default_factory=lambda: Fit.model_validate({}))
     uncertainty: Uncertainty = Field(default_factory=lambda: Uncertainty.model_validate({}))
     provenance: dict[str, Any] = Field({})
 
     @model_validator(mode="after")
     def _check_fields(self) -> FileTable:
-        given = {"second", "branches"} & self.parameters.model_fields_set
-        if given and self.format_version < VERSION_OF_BRANCHES:
+        given = self.model_fields_set | {f"parameters.{name}" for name in self.parameters.model_fields_set}
+        if late := [name for name, since in _SINCE.items() if name in given and self.format_version < since]:
             raise ValueError(
-                f'field "parameters.{max(given)}" is for files of format_version {VERSION_OF_BRANCHES}, and this is '
-                f"one of version {self.format_version}; write {VERSION_OF_BRANCHES} there, or remove the field"
+                f'field "{late[0]}" is for files from format_version {_SINCE[late[0]]} on, and this is one of version '
+                f"{self.format_version}; write {_SINCE[late[0]]} there, or remove the field"
             )
         return self

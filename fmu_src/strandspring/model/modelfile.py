@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..core.parameters import SpringParameters
 from ..errors import ModelError
@@ -20,7 +20,10 @@ from ..ground.quoting import shown
 from ..ground.strict_json import parse, plain
 from ..ground.unpacking import unpacked_text
 from .joint import JointCovariance
-from .names import FORMAT, MAX_DESCRIPTION, VERSION, VERSION_OF_BRANCHES, VERSION_OF_TABLES, check_name
+from .names import FORMAT, MAX_DESCRIPTION, VERSION, check_name
+
+if TYPE_CHECKING:
+    from .file_tables import Certificate, Start
 
 MAXIMUM_BYTES = 10_000_000
 MAXIMUM_FMU_BYTES = 200_000_000  # packed, and all its files together unpacked
@@ -41,11 +44,13 @@ class ModelFile:
     description : str               Free text.
     fit, uncertainty : dict         Figures of the identification; empty for a model written by hand.
     provenance : dict               Records with their sha256, method, options and version; empty likewise.
+    start : Start or None           Displacement and state at the first sample of the first record; None likewise.
+    certificate : Certificate or None   Range that the force keeps; None likewise.
 
     Raises
     ------
     ModelError   If the name or the description is invalid, a dict contains what JSON cannot represent, or a field of
-                 the uncertainty is not what this program reads there.
+                 the uncertainty is not what this program reads there, or the start is not one of this spring.
     """
 
     name: str
@@ -54,6 +59,8 @@ class ModelFile:
     fit: Json = field(default_factory=dict)
     uncertainty: Json = field(default_factory=dict)
     provenance: Json = field(default_factory=dict)
+    start: Start | None = None
+    certificate: Certificate | None = None
 
     def __post_init__(self) -> None:
         check_name(self.name)
@@ -72,6 +79,8 @@ class ModelFile:
                 raise _wrong(name, "must contain finite numbers, text, lists and objects only", value) from None
         if self.uncertainty:
             _check_uncertainty(self.parameters, self.uncertainty)
+        if self.start is not None:
+            _check_start(self.parameters, self.start)
 
     @classmethod
     def from_content(cls, content: Json) -> ModelFile:
@@ -90,17 +99,18 @@ class ModelFile:
         except ValueError as problem:
             raise ModelError(f"{str(problem).rstrip('.')}; correct the parameters or identify again.") from None
         free = {name: content.get(name, {}) for name in ("fit", "uncertainty", "provenance")}
-        return cls(table.name, parameters, table.description, **free)
+        return cls(table.name, parameters, table.description, **free, start=table.start, certificate=table.certificate)
 
     def to_json(self) -> str:
         """Text of the file; the same model gives the same text."""
-        of_elastic_force = VERSION_OF_TABLES if self.parameters.FE_knots else VERSION
+        stated = {"start": self.start, "certificate": self.certificate}
         content = {
             "format": FORMAT,
-            "format_version": of_elastic_force if self.parameters.is_plain else VERSION_OF_BRANCHES,
+            "format_version": VERSION,
             "name": self.name,
             "description": self.description,
             "parameters": self.parameters.as_dict(),
+            **{name: table.model_dump(exclude_defaults=True) for name, table in stated.items() if table is not None},
             "fit": self.fit,
             "uncertainty": self.uncertainty,
             "provenance": self.provenance,
@@ -161,10 +171,10 @@ def model_of_text(text: str, path: str) -> ModelFile:
             f'{path}: field "format" must be "{FORMAT}"; give a model file written by `strandspring identify`.'
         )
     version = content.get("format_version")
-    if type(version) is int and version > VERSION_OF_BRANCHES:
+    if type(version) is int and version > VERSION:
         raise ModelError(
             f'{path}: field "format_version" is {str(version)[:20]}: the file was written by a newer strandspring, '
-            f"and this one reads versions up to {VERSION_OF_BRANCHES}; upgrade strandspring."
+            f"and this one reads versions up to {VERSION}; upgrade strandspring."
         )
     try:
         return ModelFile.from_content(content)
@@ -242,6 +252,14 @@ def _check_uncertainty(spring: SpringParameters, uncertainty: Json) -> None:
         if given is not None and len(given) != count:
             raise _wrong(f"uncertainty.{name}", f"must have {count} numbers, one for each coefficient", given)
     JointCovariance.from_uncertainty(spring, uncertainty)
+
+
+def _check_start(spring: SpringParameters, start: Start) -> None:
+    """Check that the start is one of this spring; raises ModelError, which names the field."""
+    if (start.second_omega is None) != (spring.second is None):
+        raise _wrong("start.second_omega", "must be given where there is a second mechanism only", start.second_omega)
+    if len(start.branch_forces) != len(spring.branches):
+        raise _wrong("start.branch_forces", f"must have {len(spring.branches)} numbers", start.branch_forces)
 
 
 @contextmanager

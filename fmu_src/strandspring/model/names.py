@@ -7,8 +7,8 @@ import re
 from ..errors import ModelError
 
 FORMAT = "strandspring-model"
-# Of the paper's springs, of those whose FE is a table, and of those with a second mechanism or Maxwell branches.
-VERSION, VERSION_OF_TABLES, VERSION_OF_BRANCHES = 1, 2, 3
+# What is written; read are all from 1 on. A second mechanism and Maxwell branches came with the other one.
+VERSION, VERSION_OF_BRANCHES = 4, 3
 MAX_DESCRIPTION = 2000
 # An identifier of C and Python that is also a safe file name.
 LONGEST_NAME = 64
