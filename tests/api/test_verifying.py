@@ -20,7 +20,7 @@ def test_a_good_fmu_and_a_changed_one(tmp_path: Path) -> None:
     good = verify(fmu)
     assert good.ok
     assert good.problems == ()
-    assert good.to_frame()["about"].tolist() == ["files", "rules", "run"]
+    assert good.to_frame()["about"].tolist() == ["files", "rules", "spring", "run"]
     assert good.summary().splitlines()[0] == str(fmu)
     with zipfile.ZipFile(fmu, "a") as archive:
         archive.writestr("added.txt", "x")

@@ -164,7 +164,7 @@ def test_a_file_that_is_no_archive_is_refused(content: bytes, tmp_path: Path) ->
 
 def test_a_good_fmu_is_found_good(fmu: Path) -> None:
     found = verify_fmu(fmu)
-    assert [finding.about for finding in found] == ["files", "rules", "run"]
+    assert [finding.about for finding in found] == ["files", "rules", "spring", "run"]
     assert not any(finding.is_problem for finding in found)
     assert "The reference comes out of co-simulation" in found[2].text
 

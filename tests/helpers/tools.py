@@ -10,6 +10,7 @@ import shutil
 import sys
 from collections.abc import Collection, Iterable
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
@@ -40,6 +41,14 @@ def program(*names: str, package: str) -> str:
     """The path of a program, by the first of its names that is found, of a package of Debian."""
     found = next(filter(None, map(shutil.which, names)), None)
     return found or _missing(f"{names[0]} is not on the path: apt-get install {package}")
+
+
+def shared_data(name: str) -> Path:
+    """A file or folder of the measured data beside the checkout, which the project does not hold."""
+    path = Path(__file__).resolve().parents[3] / "shared" / "data" / name
+    if not path.exists():
+        pytest.skip(f"{name} is not in ../shared/data beside this checkout")
+    return path
 
 
 def _missing(reason: str) -> NoReturn:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
@@ -19,6 +19,9 @@ from .certainty.saved_spring import LoopEnergy
 from .classes.wider import Wider
 from .points.steady_part import SteadyRecord
 from .unrecorded.small_loops import SmallLoops
+
+if TYPE_CHECKING:
+    from ..model.file_tables import Certificate
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +53,7 @@ class IdentifiedModel:
     small_loops : SmallLoops        Energy of loops smaller than the recorded ones, with the range it may have.
     method : str
     options : dict                  The options, for the provenance.
+    certificate : Certificate       Range of the recorded force, and how far the spring may leave it.
     wider : Wider or None           What a search for a second mechanism and branches found; None if nothing promised.
     """
 
@@ -71,6 +75,7 @@ class IdentifiedModel:
     small_loops: SmallLoops
     method: str
     options: dict[str, Any]
+    certificate: Certificate
     wider: Wider | None = None
 
     @property
@@ -152,4 +157,5 @@ class IdentifiedModel:
                 "options": self.options,
                 "version": __version__,
             },
+            certificate=self.certificate,
         )

@@ -14,6 +14,7 @@ from ..errors import RecordError
 from ..ground.one_thread import one_thread
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
+from ..model.certificate import Driven, certificate_of, shortcoming
 from ..model.outcomes import IdentificationError, Outcome, by_harm
 from ..records.record import Record
 from ..records.spikes import spikes_of
@@ -29,6 +30,7 @@ from .certainty.figures import (
 from .certainty.prediction_interval import ForceInterval
 from .certainty.saved_spring import differences, is_worse_than_a_line, recorded_energies
 from .identified_model import IdentifiedModel
+from .methods.fitted import Fitted
 from .methods.method import Method, checked_method
 from .methods.progress import Stage, begin
 from .methods.refined import RefinedOptions
@@ -63,8 +65,9 @@ def identify_records(
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
-                          alone follows them worse than a straight line does.
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, the spring
+                          alone follows them worse than a straight line does, or no class holds what the certificate of
+                          a spring asks for (`model/certificate.py`).
     RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
     TypeError             If the options are of no method.
@@ -140,12 +143,10 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     parts = [_steady_part(record, method) for record in group]
     refuse_differing_units(parts)
     where = ", ".join(record.path for record in group)
-    result = method.fit(parts, where)
+    method, result, fits, failure = _certified(parts, group, method, where)
     begin(Stage.CHECKING)
     solver = PathSolver(result.parameters)
-    starts = result.omega_start or (0.0,) * len(group)
     measured = [_as_recorded(part, record) for part, record in zip(parts, group, strict=True)]
-    fits = tuple(_alone(solver, *inputs) for inputs in zip(parts, group, starts, strict=True))
     smoothed = tuple(
         along_smoothed(solver, part.record, part.strokes, fit) for part, fit in zip(measured, fits, strict=True)
     )
@@ -160,6 +161,8 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     rmse, rnl = overall(fits)
     findings = _merged([*((part.record.path, part.cautions) for part in parts), ("", result.cautions)])
     findings |= turns_between_samples(parts, result.turning, result.parameters)
+    if failure:
+        findings[Outcome.SIMPLER_CLASS] = failure
     # A spring is not judged by what the user knows to be the rig's.
     is_known = method.known_delay or any(part.record is not record for part, record in zip(parts, group, strict=True))
     if is_worse_than_a_line(measured, fitted if is_known else fits):
@@ -194,9 +197,48 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         recorded=recorded,
         small_loops=small,
         method=method.name,
+        certificate=certificate_of(_driven(fits, group)),
         options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
         wider=result.wider,
     )
+
+
+def _certified(
+    parts: Sequence[SteadyRecord], group: Sequence[Record], method: Method, where: str
+) -> tuple[Method, Fitted, tuple[RecordFit, ...], str]:
+    """The first of the method and simpler ones whose spring holds what its certificate asks for: that method, its
+    result, the prediction of each record by the spring alone, and what spoke against the first, in words.
+    """
+    failure = ""
+    for tried in (method, *method.simpler):
+        try:
+            result = tried.fit(parts, where)
+        except IdentificationError:
+            if failure:
+                continue
+            raise
+        solver = PathSolver(result.parameters)
+        starts = result.omega_start or (0.0,) * len(group)
+        fits = tuple(_alone(solver, *inputs) for inputs in zip(parts, group, starts, strict=True))
+        driven = _driven(fits, group)
+        problem = shortcoming(result.parameters, certificate_of(driven), driven)
+        if not problem:
+            return tried, result, fits, failure
+        failure = failure or problem
+    raise IdentificationError(Outcome.UNCERTIFIED, where, f" ({failure})")
+
+
+def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
+    """The records without isolated outliers, as the spring is driven along them."""
+    driven = []
+    for fit, record in zip(fits, group, strict=True):
+        kept = np.ones(len(record), dtype=bool)
+        for spikes in spikes_of(record.displacement, record.force):
+            kept[spikes] = False
+        time = record.rising_time
+        time = None if time is None else time[kept]
+        driven.append(Driven(record.displacement[kept], record.force[kept], time, fit.omega_start))
+    return driven
 
 
 def _steady_part(record: Record, method: Method) -> SteadyRecord:

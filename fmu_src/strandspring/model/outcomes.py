@@ -64,6 +64,10 @@ class Outcome(Enum):
         "The spring that fits best is beyond the limits of what a spring can be; check the units of displacement and "
         "force, or give lower `degrees=...`."
     )
+    UNCERTIFIED = (
+        "No spring that fits keeps to the recorded forces between the samples and on smaller loops; record several "
+        "amplitudes, with 100 samples per cycle or more, or identify a part with `cycles=...`."
+    )
 
     SPIKES_DECIDE = (
         "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
@@ -83,6 +87,10 @@ class Outcome(Enum):
     SPRING_ALONE = (
         "The saved spring alone follows the records less well than the fit, from which effects were removed; keep the "
         "mount's own with `keep=...`."
+    )
+    SIMPLER_CLASS = (
+        "The best fit left the recorded forces between the samples or on smaller loops, so a simpler spring was saved: "
+        "record several amplitudes, with 100 samples per cycle or more."
     )
     JITTER = (
         "The spring errs more along the displacement as recorded, whose jitter is motion to it, than along the "

@@ -19,6 +19,7 @@ from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
 from ...fmu.related_files import BuildSettings
 from ...ground.arguments import flag
 from ...ground.files import refuse_unwritable
+from ...model.certificate import certified
 from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
@@ -147,7 +148,9 @@ def build_all(
     StrandspringError   If the folder is not writable, or an FMU cannot be built.
     BuildError          If the options do not go together, or an FMU is not valid or answers otherwise than the model;
                         nothing is then left behind.
+    ModelError          If the spring does not hold its certificate.
     """
+    certified(model)
     options.refuse_impossible(kinds)
     refuse_platforms(kinds, platforms)
     jobs = [
@@ -242,7 +245,8 @@ def build_fmu(
     ------
     BuildError             If the FMU cannot be built, or fails its check.
     MountedSystemError     If a SYSTEM.toml is wrong, or its bodies cannot rest.
-    ModelError             If a model file is not a physically possible spring, or the name is not an identifier.
+    ModelError             If a model file is not a physically possible spring, or does not hold its certificate, or
+                           the name is not an identifier.
     IdentificationError    If no physically possible spring can have made the records.
     StrandspringError      If the folder is not writable, or an option is out of bounds.
 

@@ -13,6 +13,7 @@ from ...fmu.system.system_check import examine_system_fmu
 from ...fmu.system.system_files import SystemOfFmu, is_system_fmu, system_files
 from ...fmu.system.system_native import build_system_fmu, system_identifier
 from ...fmu.system.system_variables import ForceInput, SystemFmuOptions
+from ...model.certificate import certified
 from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
@@ -50,10 +51,13 @@ class SystemToBuild:
         ------
         MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest within the
                              identified ranges of their springs.
+        ModelError           If a spring does not hold its certificate.
         """
         if is_system_fmu(path):
             return cls._rebuilt(path, candidate, author, fmi)
         file = load_system_file(path)
+        for model in file.models.values():
+            certified(model)
         name, system = _chosen(file, candidate)
         rest(system)  # or the reason why there is none
         stable = SmallMotion.about_nominal(system).stable_step(tilted=True)

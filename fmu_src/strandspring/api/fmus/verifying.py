@@ -52,9 +52,10 @@ def verify(fmu: str | os.PathLike[str]) -> Verification:
     """Verify an FMU on this computer.
 
     Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
-    and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
-    not run, except for binaries that were added to or compiled anew from the sources of the same FMU: they are named
-    and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+    the spring with its certificate, which is the range of force that its records support, and co-simulation and model
+    exchange with the reference result that the FMU carries. An FMU with a changed file is not run, except for binaries
+    that were added to or compiled anew from the sources of the same FMU: they are named and run. The hashes show
+    damage, not who built it: run FMUs of people you trust only.
 
     Parameters
     ----------
@@ -74,6 +75,6 @@ def verify(fmu: str | os.PathLike[str]) -> Verification:
     >>> verification.ok
     True
     >>> [finding.about for finding in verification.findings]
-    ['files', 'rules', 'run']
+    ['files', 'rules', 'spring', 'run']
     """
     return Verification(os.fspath(fmu), tuple(verify_fmu(Path(fmu))))

@@ -16,6 +16,7 @@ from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
 from ...ground.files import refuse_unwritable
 from ...ground.quoting import printable
+from ...model.certificate import certified
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, saved_model
 from ...model.stated_cautions import stated_cautions
@@ -184,7 +185,8 @@ def build(
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
         built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
-    origin_lines = [f"Model file: {model_path}", *filter(None, [zero_sentence(origin)])]
+    certificate = certified(model)
+    origin_lines = [f"Model file: {model_path}", f"Certificate: {certificate}", *filter(None, [zero_sentence(origin)])]
     present(
         as_json,
         lambda: {
@@ -192,6 +194,7 @@ def build(
             "name": model.name,
             "parameters": model.parameters.as_dict(),
             "zero": origin,
+            "certificate": certificate,
             **(dict.fromkeys(NAMES) if identification is None else identification.figures),
             "fitted": None if identification is None else identification.fitted_figures,
             "fmus": [

@@ -19,13 +19,14 @@ import numpy as np
 from fmpy import sharedLibraryExtension
 from fmpy.validation import validate_fmu
 
-from ...errors import StrandspringError
+from ...errors import ModelError, StrandspringError
 from ...ground.files import read_bytes
 from ...ground.isolated import isolated_processes
 from ...ground.scratch import TemporaryFolder
 from ...ground.unpacking import unpacked
 from ...kernel.arrays import FloatArray
-from ...model.modelfile import MAXIMUM_FMU_BYTES, MODEL_IN_FMU
+from ...model.certificate import certified
+from ...model.modelfile import MAXIMUM_FMU_BYTES, MODEL_IN_FMU, model_of_text
 from ..native.platforms import host_folder
 from ..related_files import HASHES, REFERENCE, STIMULI
 from .check import OUTPUTS, CheckReport, compare_run
@@ -42,7 +43,7 @@ class Finding:
 
     Attributes
     ----------
-    about : str         What was looked at: files, rules or run.
+    about : str         What was looked at: files, rules, spring or run.
     text : str          One sentence.
     is_problem : bool   Whether it speaks against the FMU.
     """
@@ -53,7 +54,8 @@ class Finding:
 
 
 def verify_fmu(path: Path) -> list[Finding]:
-    """Compare every file with its hash, the model description with FMI's rules, and runs with the reference result.
+    """Compare every file with its hash, the model description with FMI's rules, the spring with its certificate, and
+    runs with the reference result.
 
     An FMU whose files are not as they were built is not run. Only binaries of an FMU with sources may have been added
     or compiled anew: the run, then in a process of its own, shows what the one for this computer is worth. A
@@ -68,7 +70,7 @@ def verify_fmu(path: Path) -> list[Finding]:
         which = f"All other {len(contents) - len(findings)}" if findings else f"All {len(contents)}"
         findings.append(Finding("files", f"{which} files are as they were built.", is_problem=False))
     runs_here = len(findings) == 1 and _has_sources(contents)
-    findings += _against_rules(path, contents)
+    findings += [*_against_rules(path, contents), *_against_certificate(contents)]
     if any(finding.is_problem for finding in findings):
         return [*findings, Finding("run", "It was not run.", is_problem=False)]
     return [*findings, *(_against_reference(path, contents) if runs_here else _apart(path))]
@@ -160,6 +162,16 @@ def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:
     if problems:
         return [Finding("rules", " ".join(str(problem).split())) for problem in problems]
     return [Finding("rules", "The model description follows FMI's rules.", is_problem=False)]
+
+
+def _against_certificate(contents: dict[str, bytes]) -> list[Finding]:
+    if MODEL_IN_FMU not in contents:
+        return []
+    try:
+        text = certified(model_of_text(contents[MODEL_IN_FMU].decode("utf-8", "replace"), MODEL_IN_FMU))
+    except ModelError as problem:
+        return [Finding("spring", str(problem))]
+    return [Finding("spring", f"{text[0].upper()}{text[1:]}.", is_problem=False)]
 
 
 def _is_plain(content: bytes) -> bool:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from ...core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE
 from ...records.record import Record
 from ..points.steady_part import SteadyRecord
 from .fitted import Fitted
+
+_SIMPLER_DEGREES = ((5, 2), (3, 1), (1, 0))
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class Method(ABC):
     def seeks_delay(self) -> bool:
         """Whether a delay between the columns is sought in the records, those too that only a delay explains."""
         return False
+
+    @property
+    def simpler(self) -> Sequence[Method]:
+        """What is tried in this order where the spring does not hold what its certificate asks for."""
+        return () if self.degrees else [replace(self, degrees=degrees) for degrees in _SIMPLER_DEGREES]
 
     @abstractmethod
     def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:

@@ -152,6 +152,12 @@ class RefinedOptions(Method):
         """Whether a delay between the columns is sought in the records."""
         return self.delay is None
 
+    @property
+    def simpler(self) -> Sequence[Method]:
+        """The paper's class first, unless another was asked for."""
+        one = replace(self, mechanisms=self.mechanisms or 1, branches=self.branches or 0)
+        return [*([] if one == self or self.degrees else [one]), *super().simpler]
+
     def prepare(self, record: Record) -> Record:
         """The record without the effects of the rig that are known, but for the delay.
 

@@ -1,7 +1,8 @@
 """FE by its forces at knots, for shapes that no polynomial follows; FA stays a polynomial.
 
 The spline is linear in the forces, so that they are fitted by linear least squares, as coefficients of polynomials are.
-Every interval needs points: forces that no point depends on are not determined.
+Every interval needs points at two displacements or more: forces that no point depends on are not determined, and many
+points at the same few displacements say no more than one at each.
 """
 
 from __future__ import annotations
@@ -11,9 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from ...core.parameters import LEAST_SPACING
 from ...core.spline import pieces
 from ...kernel.arrays import FloatArray
 from .polynomials import Basis, Columns
+
+_LEAST_PLACES = 2  # displacements in each interval
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,16 @@ class TableBasis(Basis):
     def knots(self) -> FloatArray:
         """Displacements, shape (elastic + 1,) [m]."""
         return np.linspace(self.low, self.high, self.elastic + 1)
+
+    def is_determined(self, displacement: FloatArray) -> bool:
+        """Whether points at these displacements [m] lie at enough distinct ones in each interval."""
+        cells = np.unique((displacement - self.low) / (LEAST_SPACING * (self.high - self.low)) // 1.0)
+        distinct = [cells[0]]
+        for cell in cells:
+            if cell > distinct[-1] + 1.0:  # in the next cell it may be the same place with noise
+                distinct.append(cell)
+        counts, _ = np.histogram(distinct, self.elastic, (0.0, 1.0 / LEAST_SPACING))
+        return bool(counts.min() >= _LEAST_PLACES)
 
     def columns(self, displacement: FloatArray, further: FloatArray | None = None) -> Columns:
         """Values of the basis functions at each displacement; further columns go with those of FE."""

@@ -44,7 +44,6 @@ _ROUNDS = 3  # of choosing degrees and refining
 _FAR = 100.0  # by which the criterion that a minimum promises may be worse for it to be given degrees of its own
 _SAME = 0.1  # difference of ln(rho), ln(sigma), ln(n) within which two fits are one minimum
 _INTERVALS = (6, 8, 10, 12, 16, 20, 24)  # of FE as a table
-_POINTS_PER_KNOT = 4
 _BENDING = 4  # degree of FA where misfit comes back in every cycle
 _LOCKED = 0.2  # correlation of the residuals between cycles that is called coming back
 _WORTH = 0.15  # share of the held-out error that a richer basis must explain, unless nothing but noise is left
@@ -278,12 +277,8 @@ def with_richer_bases(loops: SamplePoints, candidate: Candidate, noise: float) -
         return None
     low, high, amplifier = candidate.basis.low, candidate.basis.high, _DEGREES[1]
     bases = [Basis(low, high, _DEGREES[0], _BENDING)]
-    bases += [
-        TableBasis(low, high, intervals, degree)
-        for intervals in _INTERVALS
-        for degree in (amplifier, _BENDING)
-        if _POINTS_PER_KNOT * intervals <= loops.force.size
-    ]
+    tables = [TableBasis(low, high, intervals, degree) for intervals in _INTERVALS for degree in (amplifier, _BENDING)]
+    bases += [table for table in tables if table.is_determined(loops.displacement)]
     fits = [refined(loops, basis, candidate.hysteresis) for basis in bases]
     richer = [fit for fit in fits if fit is not None]
     errors = [prediction_error(loops, fit.basis, fit.refinement.omega) for fit in richer]

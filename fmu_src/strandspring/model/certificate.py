@@ -1,0 +1,179 @@
+"""The certificate of a spring: its force between samples, and on loops that were not recorded, stays a spring's.
+
+A fit is held to its records at their samples only. Between these, and on other loops, an FE with more coefficients than
+the records have displacements, or one that runs against kappa_omega*FA*omega, may give any force. So before a spring is
+saved, it is driven along
+
+- the path of each record, 20 times finer;
+- nested strokes, from the whole identified range to a tenth of it;
+- settled loops of 1, 0.6, 0.3 and 0.1 of half the range, about its middle and 0.6 of the half to either side of it, cut
+  off at its ends,
+
+and its force, and FE alone, must lie within the recorded forces and a quarter of their span, its loops must absorb
+energy, its stiffness must be finite, and the slope of FE at most ten times the steepest secant of the records. Extremes
+of FE and of its slope are those of its polynomials, and exact. FA > 0 is a condition of `SpringParameters`. Maxwell
+branches count along the records; on other paths they have relaxed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.parameters import SpringParameters
+from ..core.polynomials import derivative, least_value
+from ..core.spline import pieces
+from ..errors import ModelError
+from ..kernel.arrays import FloatArray
+from ..kernel.path import OmegaStart, PathSolver
+from .modelfile import ModelFile
+
+if TYPE_CHECKING:
+    from .file_tables import Certificate
+
+_MARGIN = 0.25  # by which the force may leave the recorded one, share of its span
+_FINER = 20
+_MOST_SAMPLES = 4_000_000  # of a path made finer; long records are finely sampled as they are
+_STRETCH = 0.02  # of a secant, share of the range
+_STEEPER = 10.0  # slope of FE in the steepest secant
+_LOOPS = (1.0, 0.6, 0.3, 0.1)
+_MIDDLES = (0.0, -0.6, 0.6)
+_CYCLES = 40  # until a loop is settled
+_SAMPLES = 64  # of a stroke
+_ROUNDING = 1e-9  # of the energy, in the largest force times the range
+_NOISE = 0.01  # of the range, by which the samples of a record may leave it
+
+
+class Driven(NamedTuple):
+    """A record as the spring is driven along it: displacement [m], force [N] and time [s] of shape (K,)."""
+
+    displacement: FloatArray
+    force: FloatArray
+    time: FloatArray | None
+    omega_start: OmegaStart
+
+
+def certificate_of(records: Sequence[Driven]) -> Certificate:
+    """The range of the recorded forces, and the margin by which the spring may leave it."""
+    from .file_tables import Certificate
+
+    low = min(float(record.force.min()) for record in records)
+    high = max(float(record.force.max()) for record in records)
+    return Certificate(force_min=low, force_max=high, margin=_MARGIN * (high - low))
+
+
+def certified(model: ModelFile) -> str:
+    """What is certain of the spring of a model file, in words.
+
+    Raises
+    ------
+    ModelError   If the spring does not hold its certificate; without one, if it is not finite and dissipative.
+    """
+    held = model.certificate
+    if text := shortcoming(model.parameters, held):
+        raise ModelError(f"{model.name} is no spring that records support: {text}; identify it again.")
+    if held is None:
+        return "finite and dissipative, FA > 0; its force was not certified against a record"
+    return f"force and FE within {held.force_min:.4g} to {held.force_max:.4g} N as recorded, +- {held.margin:.3g} N"
+
+
+def shortcoming(spring: SpringParameters, certificate: Certificate | None, records: Sequence[Driven] = ()) -> str:
+    """What speaks against a spring, in words; empty if it holds what the certificate asks for.
+
+    Parameters
+    ----------
+    spring : SpringParameters
+    certificate : Certificate or None   Range of the force; any finite one if None.
+    records : sequence of Driven    Those it was identified from, as far as they are at hand.
+    """
+    c = certificate
+    bounds = (-math.inf, math.inf) if c is None else (c.force_min - c.margin, c.force_max + c.margin)
+    low, high = spring.displacement_min, spring.displacement_max
+    steepest = _STEEPER * max((_steepest_secant(record, _STRETCH * (high - low)) for record in records), default=0.0)
+    for coefficients, *ends in _elastic_polynomials(spring):
+        if text := _beyond("FE reaches {:.3g} N", _extremes(coefficients, *ends), bounds):
+            return text
+        slope = max(map(abs, _extremes(derivative(coefficients), *ends)))
+        if slope > steepest > 0.0:
+            return f"FE rises or falls by {slope:.3g} N/m, the records by {steepest / _STEEPER:.3g} N/m at most"
+    solver = PathSolver(spring)
+    for path, _, time, omega_start in map(_finer, records):
+        noise = _NOISE * (high - low)
+        inside = (path >= low - noise) & (path <= high + noise)
+        force = solver.force(path, omega_start, time)[inside]
+        if force.size and (text := _beyond("between samples the force reaches {:.3g} N", force, bounds)):
+            return text
+    settled = solver.slow
+    for path, begin in _unrecorded_paths(low, high):
+        force, energy = settled.force(path), settled.absorbed_energy(path)
+        if text := _beyond("on other loops the force reaches {:.3g} N", force, bounds):
+            return text
+        rounding = _ROUNDING * float(np.abs(force).max()) * (high - low)
+        if begin is not None and not energy[-1] - energy[begin] >= -rounding:
+            return f"a loop from {1e3 * path.min():.4g} to {1e3 * path.max():.4g} mm gives off energy"
+        if not np.isfinite(settled.stiffness(path)).all():
+            return "the stiffness is not finite everywhere"
+    return ""
+
+
+def _beyond(text: str, values: ArrayLike, bounds: tuple[float, float]) -> str:
+    """What reaches beyond the bounds, in words; empty if nothing does. NaN and infinity always do."""
+    for value in (np.min(values), np.max(values)):
+        if not (math.isfinite(value) and bounds[0] <= value <= bounds[1]):
+            allowed = f", beyond {bounds[0]:.4g} to {bounds[1]:.4g} N" if math.isfinite(bounds[0]) else ""
+            return text.format(value) + allowed
+    return ""
+
+
+def _elastic_polynomials(spring: SpringParameters) -> Iterator[tuple[tuple[float, ...], float, float]]:
+    """Coefficients of FE by ascending powers, and between which arguments they hold."""
+    if not spring.FE_knots:
+        yield spring.kE, spring.x_min, spring.x_max
+        return
+    knots = [knot - spring.displacement_offset for knot in spring.FE_knots]
+    for piece, (left, right) in zip(pieces(knots, spring.FE_forces), pairwise(knots), strict=True):
+        yield piece.force, 0.0, right - left
+
+
+def _extremes(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
+    """Least and greatest value of a polynomial on [low, high]."""
+    greatest, _ = least_value(tuple(-c for c in coefficients), low, high)
+    return least_value(coefficients, low, high)[0], -greatest
+
+
+def _steepest_secant(record: Driven, stretch: float) -> float:
+    """Steepest secant of a record over a stretch of displacement without a reversal [N/m]; 0 if it has none."""
+    travel = np.append(0.0, np.cumsum(np.abs(np.diff(record.displacement))))
+    places = np.arange(0.0, min(travel[-1], _MOST_SAMPLES * stretch), stretch)
+    displacement, force = (np.interp(places, travel, column) for column in (record.displacement, record.force))
+    straight = np.abs(np.diff(displacement)) > 0.9 * stretch
+    return float(np.abs(np.diff(force)[straight]).max(initial=0.0)) / stretch
+
+
+def _finer(record: Driven) -> Driven:
+    """A record with samples between its own, on straight lines."""
+    count = record.displacement.size
+    times = max(1, min(_FINER, _MOST_SAMPLES // count))
+    places, samples = np.linspace(0.0, count - 1.0, (count - 1) * times + 1), np.arange(count)
+    path, force = (np.interp(places, samples, column) for column in (record.displacement, record.force))
+    return Driven(
+        path, force, None if record.time is None else np.interp(places, samples, record.time), record.omega_start
+    )
+
+
+def _unrecorded_paths(low: float, high: float) -> Iterator[tuple[FloatArray, int | None]]:
+    """Nested strokes and settled loops within the range [m]; of a loop, the sample at which its last cycle begins."""
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    turns = [low, high, *(middle + (-1.0) ** k * half * (1.0 - 0.1 * k) for k in range(1, 10))]
+    nested = [np.linspace(*ends, _SAMPLES) for ends in pairwise([*turns, *turns[::-1]])]
+    yield np.clip(np.concatenate(nested), low, high), None
+    for at in _MIDDLES:
+        for share in _LOOPS:
+            ends = max(low, middle + (at - share) * half), min(high, middle + (at + share) * half)
+            last = [np.linspace(*ends, _SAMPLES), np.linspace(*ends[::-1], _SAMPLES)]
+            yield np.concatenate([np.tile(ends, _CYCLES), *last]), 2 * _CYCLES
