@@ -78,7 +78,7 @@ def certified(model: ModelFile) -> str:
     if text := shortcoming(model.parameters, held):
         raise ModelError(f"{model.name} is no spring that records support: {text}; identify it again.")
     if held is None:
-        return "finite and dissipative, FA > 0; its force was not certified against a record"
+        return "finite and dissipative; not held to a record"
     return f"force and FE within {held.force_min:.4g} to {held.force_max:.4g} N as recorded, +- {held.margin:.3g} N"
 
 

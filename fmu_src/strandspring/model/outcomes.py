@@ -65,8 +65,8 @@ class Outcome(Enum):
         "force, or give lower `degrees=...`."
     )
     UNCERTIFIED = (
-        "No spring that fits keeps to the recorded forces between the samples and on smaller loops; record several "
-        "amplitudes, with 100 samples per cycle or more, or identify a part with `cycles=...`."
+        "No spring that fits keeps to the recorded forces between samples and on other loops; record several "
+        "amplitudes, 100 samples per cycle, or identify a part with `cycles=...`."
     )
 
     SPIKES_DECIDE = (
@@ -89,8 +89,8 @@ class Outcome(Enum):
         "mount's own with `keep=...`."
     )
     SIMPLER_CLASS = (
-        "The best fit left the recorded forces between the samples or on smaller loops, so a simpler spring was saved: "
-        "record several amplitudes, with 100 samples per cycle or more."
+        "The best fit left the recorded forces between samples or on other loops; a simpler spring was saved: record "
+        "several amplitudes, 100 samples per cycle."
     )
     JITTER = (
         "The spring errs more along the displacement as recorded, whose jitter is motion to it, than along the "
