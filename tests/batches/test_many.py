@@ -30,10 +30,9 @@ from strandspring import (
     read_record,
 )
 from strandspring.campaigns.batches import sources
-from strandspring.campaigns.batches.batch import BatchSummary, identify_batch
+from strandspring.campaigns.batches.batch import BatchSummary, Tally, identify_batch
 from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import find_springs
-from strandspring.campaigns.batches.tally import Tally
 from strandspring.campaigns.jobs.runners import JobError, Local
 from strandspring.loops.wanted import Wanted
 from terminal import Terminal

@@ -8,7 +8,7 @@ import pytest
 from rig import Case, draw_experiment, draw_spring, simulate
 from rig_causes import at_frequencies, band_limited, drawn_case, gapped, humming, less_friction
 from strandspring import Outcome
-from strandspring.identification.causes.causes import causes_in
+from strandspring.identification.methods.searching import causes_in
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.identification.rig.effect_columns import Effect, Rig
 from strandspring.identification.search.search import search

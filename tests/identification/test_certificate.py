@@ -27,7 +27,7 @@ from strandspring import (
 )
 from strandspring.errors import ModelError
 from strandspring.identification.methods.method import Method
-from strandspring.model.certificate import Driven, certificate_of, shortcoming
+from strandspring.model.certificate import Driven, ForceRange, shortcoming
 from strandspring.model.modelfile import load_model
 from strandspring.records.record import Record
 from synthetic import drawn_own_record
@@ -98,7 +98,7 @@ def test_springs_of_the_class_hold_their_certificate() -> None:
         phase = np.linspace(0.0, 6.0 * np.pi, 1501)
         path = 0.5 * (low + high) + 0.5 * (high - low) * np.sin(phase) * np.where(phase < 2 * np.pi, 1.0, 0.5)
         record = Driven(path, Spring(spring).response(path), None, 0.0)
-        assert shortcoming(spring, certificate_of([record]), [record]) == ""
+        assert shortcoming(spring, ForceRange.of([record]), [record]) == ""
         assert shortcoming(spring, None) == ""
 
 
@@ -116,7 +116,7 @@ def test_what_the_record_does_not_support_is_named(changed: dict[str, object], w
     true = SpringParameters((0.0, 2000.0), (1.0,), 1.0, 100.0, 1.0, 1.0, 0.0, -0.02, 0.02)
     path = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 601))
     record = Driven(path, Spring(true).response(path), None, 0.0)
-    assert what in shortcoming(replace(true, **changed), certificate_of([record]), [record])
+    assert what in shortcoming(replace(true, **changed), ForceRange.of([record]), [record])
 
 
 class Absurd(Method):

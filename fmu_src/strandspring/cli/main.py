@@ -11,7 +11,14 @@ from io import TextIOWrapper
 from typing import NoReturn
 
 import click
-from click.shell_completion import CompletionItem
+from click.shell_completion import (
+    BashComplete,
+    CompletionItem,
+    FishComplete,
+    ShellComplete,
+    ZshComplete,
+    add_completion_class,
+)
 
 from .._version import __version__
 from ..errors import StrandspringError
@@ -116,8 +123,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     if "_STRANDSPRING_COMPLETE" in os.environ:
-        from .shared.completion import offer_files
-
         offer_files()
     # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
@@ -169,3 +174,16 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
         except OSError:
             drop_failing_output()
     sys.exit(status)
+
+
+class _FilesToo(ShellComplete):
+    """Offers files where nothing else fits, as shells do for programs that they do not know."""
+
+    def get_completions(self, args: list[str], incomplete: str) -> list[CompletionItem]:
+        return super().get_completions(args, incomplete) or [CompletionItem(incomplete, type="file")]
+
+
+def offer_files() -> None:
+    """Make the completion of all shells offer files."""
+    for shell in (BashComplete, ZshComplete, FishComplete):
+        add_completion_class(type(shell.__name__, (_FilesToo, shell), {}))

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
+from ..model.certificate import ForceRange
 from ..model.modelfile import ModelFile
 from ..model.names import identifier
 from ..model.outcomes import Outcome
@@ -19,9 +20,6 @@ from .certainty.saved_spring import LoopEnergy
 from .classes.wider import Wider
 from .points.steady_part import SteadyRecord
 from .unrecorded.small_loops import SmallLoops
-
-if TYPE_CHECKING:
-    from ..model.file_tables import Certificate
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +51,7 @@ class IdentifiedModel:
     small_loops : SmallLoops        Energy of loops smaller than the recorded ones, with the range it may have.
     method : str
     options : dict                  The options, for the provenance.
-    certificate : Certificate       Range of the recorded force, and how far the spring may leave it.
+    certificate : ForceRange        Of the recorded force, which the spring keeps to.
     wider : Wider or None           What a search for a second mechanism and branches found; None if nothing promised.
     """
 
@@ -75,7 +73,7 @@ class IdentifiedModel:
     small_loops: SmallLoops
     method: str
     options: dict[str, Any]
-    certificate: Certificate
+    certificate: ForceRange
     wider: Wider | None = None
 
     @property
@@ -110,6 +108,8 @@ class IdentifiedModel:
         ------
         ModelError   If the name is not an identifier.
         """
+        from ..model.file_tables import Certificate  # slow to import
+
         text = description or (
             f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in self.records)}"
         )
@@ -157,5 +157,5 @@ class IdentifiedModel:
                 "options": self.options,
                 "version": __version__,
             },
-            certificate=self.certificate,
+            certificate=Certificate(**self.certificate._asdict()),
         )

@@ -14,7 +14,7 @@ from ..errors import RecordError
 from ..ground.one_thread import one_thread
 from ..kernel.path import PathSolver
 from ..loops.strokes import find_strokes
-from ..model.certificate import Driven, certificate_of, shortcoming
+from ..model.certificate import Driven, ForceRange, shortcoming
 from ..model.outcomes import IdentificationError, Outcome, by_harm
 from ..records.record import Record
 from ..records.spikes import spikes_of
@@ -197,7 +197,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         recorded=recorded,
         small_loops=small,
         method=method.name,
-        certificate=certificate_of(_driven(fits, group)),
+        certificate=ForceRange.of(_driven(fits, group)),
         options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
         wider=result.wider,
     )
@@ -221,7 +221,7 @@ def _certified(
         starts = result.omega_start or (0.0,) * len(group)
         fits = tuple(_alone(solver, *inputs) for inputs in zip(parts, group, starts, strict=True))
         driven = _driven(fits, group)
-        problem = shortcoming(result.parameters, certificate_of(driven), driven)
+        problem = shortcoming(result.parameters, ForceRange.of(driven), driven)
         if not problem:
             return tried, result, fits, failure
         failure = failure or problem

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,9 +32,6 @@ from ..errors import ModelError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import OmegaStart, PathSolver
 from .modelfile import ModelFile
-
-if TYPE_CHECKING:
-    from .file_tables import Certificate
 
 _MARGIN = 0.25  # by which the force may leave the recorded one, share of its span
 _FINER = 20
@@ -58,13 +55,19 @@ class Driven(NamedTuple):
     omega_start: OmegaStart
 
 
-def certificate_of(records: Sequence[Driven]) -> Certificate:
-    """The range of the recorded forces, and the margin by which the spring may leave it."""
-    from .file_tables import Certificate
+class ForceRange(NamedTuple):
+    """The range of recorded forces, and the margin by which a spring may leave it [N]."""
 
-    low = min(float(record.force.min()) for record in records)
-    high = max(float(record.force.max()) for record in records)
-    return Certificate(force_min=low, force_max=high, margin=_MARGIN * (high - low))
+    force_min: float
+    force_max: float
+    margin: float
+
+    @classmethod
+    def of(cls, records: Sequence[Driven]) -> ForceRange:
+        """That of records."""
+        low = min(float(record.force.min()) for record in records)
+        high = max(float(record.force.max()) for record in records)
+        return cls(low, high, _MARGIN * (high - low))
 
 
 def certified(model: ModelFile) -> str:
@@ -74,7 +77,8 @@ def certified(model: ModelFile) -> str:
     ------
     ModelError   If the spring does not hold its certificate; without one, if it is not finite and dissipative.
     """
-    held = model.certificate
+    stated = model.certificate
+    held = None if stated is None else ForceRange(stated.force_min, stated.force_max, stated.margin)
     if text := shortcoming(model.parameters, held):
         raise ModelError(f"{model.name} is no spring that records support: {text}; identify it again.")
     if held is None:
@@ -82,17 +86,18 @@ def certified(model: ModelFile) -> str:
     return f"force and FE within {held.force_min:.4g} to {held.force_max:.4g} N as recorded, +- {held.margin:.3g} N"
 
 
-def shortcoming(spring: SpringParameters, certificate: Certificate | None, records: Sequence[Driven] = ()) -> str:
+def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequence[Driven] = ()) -> str:
     """What speaks against a spring, in words; empty if it holds what the certificate asks for.
 
     Parameters
     ----------
     spring : SpringParameters
-    certificate : Certificate or None   Range of the force; any finite one if None.
+    held : ForceRange or None       That of its force; any finite one if None.
     records : sequence of Driven    Those it was identified from, as far as they are at hand.
     """
-    c = certificate
-    bounds = (-math.inf, math.inf) if c is None else (c.force_min - c.margin, c.force_max + c.margin)
+    bounds = -math.inf, math.inf
+    if held is not None:
+        bounds = held.force_min - held.margin, held.force_max + held.margin
     low, high = spring.displacement_min, spring.displacement_max
     steepest = _STEEPER * max((_steepest_secant(record, _STRETCH * (high - low)) for record in records), default=0.0)
     for coefficients, *ends in _elastic_polynomials(spring):

@@ -9,18 +9,18 @@ import io
 import math
 import re
 from array import array
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from datetime import date
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.quoting import quoted
 from .bad_rows import MAX_DROPPED_ROWS, BadRow, ReadRows, most_bad
-from .clock import Moment, elapsed, is_clock, moment_of
 from .columns import Column
 from .dialect import Dialect, find_dialect, is_number, split_cells
-from .plain_rows import plain_parts
 from .record import FloatArray
 from .source import Source
 from .tables import Table
@@ -31,6 +31,15 @@ _WITH_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,'\s][0-9]{3})+(?:[.,][0
 _THOUSANDS_IN_CELLS = re.compile(r"(?:^|,)[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]+)?(?:,|$)")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
 SKIPPING = "`read_record(..., skip_bad_lines=True)`"  # in advice
+_LEAST, _PART = 1 << 20, 1 << 22  # of a text that is worth it, and of a part [B]
+_DAY = 86400.0  # [s]
+_TIME = re.compile(
+    r"(?:(?P<year>\d{4})[-/.](?P<month>\d{1,2})[-/.](?P<day>\d{1,2})[ T]|(?P<days>\d{1,6}) days?, ?)?"
+    r"(?:(?P<hours>\d{1,6}):)?(?P<minutes>[0-5]?\d):(?P<seconds>[0-5]?\d(?P<decimals>[.,]\d{1,9})?)"
+    r"(?: ?(?P<half>[AaPp])\.?[Mm]\.?)?Z?"
+)
+# Days since midnight or since the year 1, seconds since, and whether there is a date; apart, or digits would be lost.
+Moment = tuple[int, float, bool]
 
 
 class TextTable(Table):
@@ -302,3 +311,80 @@ def _open_quotes(body: bytes, dialect: Dialect) -> dict[int, BadRow]:
             found = f"{count} of them in {quoted(text.decode('utf-8', 'replace').strip())}"
             rows[line] = BadRow(line, None, f"must close each quotation mark, found {found}", is_incomplete=False)
     return rows
+
+
+def plain_parts(data: bytes, begin: int, dialect: Dialect, places: Sequence[int]) -> Iterator[tuple[FloatArray, int]]:
+    """Numbers of the cells at some places of rows from an offset on, shape (K, places), and the bytes of these rows.
+
+    A part ends the iteration unless each of its rows has as many cells as most rows of the table, of the characters of
+    numbers, and those at the places are finite numbers: so a number here is that of the row reader, to the bit.
+    """
+    if len(data) < _LEAST or dialect.separator is None or dialect.has_quotes:
+        return
+    characters = b"0123456789+-eE \n" + (dialect.decimal + dialect.separator).encode()
+    mark = ord(dialect.separator)
+    while end := data.rfind(b"\n", begin, begin + _PART) + 1:
+        part = data[begin:end]
+        codes = np.frombuffer(part, dtype=np.uint8)
+        ends = np.flatnonzero(codes == ord("\n"))
+        cells = 1 + np.diff(np.searchsorted(np.flatnonzero(codes == mark), ends), prepend=0)
+        if part.translate(None, characters) or np.any(cells != dialect.raw_width):
+            return
+        try:
+            # A decimal comma is not the separator.
+            lines = io.BytesIO(part if dialect.decimal == "." else part.replace(b",", b"."))
+            values = np.loadtxt(lines, comments=None, delimiter=dialect.separator, usecols=places, ndmin=2)
+        except ValueError:
+            return
+        if len(values) != ends.size or not np.isfinite(values).all():
+            return
+        yield values, end - begin
+        begin = end
+
+
+def is_clock(cells: Iterable[str]) -> bool:
+    """Whether there are cells, all of them times such as "10:00:08.5", or all with a date, "2024-05-17 10:00:08"."""
+    moments = [moment_of(cell) for cell in cells]
+    return {None if moment is None else moment[2] for moment in moments} in ({False}, {True})
+
+
+def moment_of(cell: str) -> Moment | None:
+    """The moment that a cell holds; None if it is no time: "10:05" may be hours and minutes or minutes and seconds.
+
+    Examples
+    --------
+    >>> moment_of("10:00:08,5"), moment_of("1:05.25"), moment_of("0001-01-02 00:00:01"), moment_of("10:05")
+    ((0, 36008.5, False), (0, 65.25, False), (2, 1.0, True), None)
+    """
+    match = _TIME.fullmatch(cell)
+    if match is None or not (match["hours"] or match["decimals"]):
+        return None
+    hours = int(match["hours"] or 0)
+    if match["half"]:
+        if not 1 <= hours <= 12:
+            return None
+        hours = hours % 12 + (12 if match["half"] in "Pp" else 0)
+    days = int(match["days"] or 0)
+    if match["year"]:
+        try:
+            days = date(int(match["year"]), int(match["month"]), int(match["day"])).toordinal()
+        except ValueError:
+            return None
+    seconds = float(match["seconds"].replace(",", "."))
+    return days, hours * 3600.0 + int(match["minutes"]) * 60.0 + seconds, match["year"] is not None
+
+
+def elapsed(moments: Iterable[Moment]) -> NDArray[np.float64]:
+    """Seconds since midnight, or since the first time if there are dates, shape (K,); without dates, midnight may pass.
+
+    Examples
+    --------
+    >>> elapsed([(0, 86399.0, False), (0, 1.0, False)]).tolist()
+    [86399.0, 86401.0]
+    """
+    days, seconds, dated = map(np.array, zip(*moments, strict=True))
+    if dated.any():
+        return np.asarray((days - days[0]) * _DAY + (seconds - seconds[0]))
+    values = days * _DAY + seconds
+    midnights = np.cumsum(np.concatenate([[0.0], np.diff(values) < -0.5 * _DAY]))
+    return np.asarray(values + _DAY * midnights)

@@ -13,11 +13,12 @@ from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
 from ...identification.certainty.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
-from ...loops.loop import Loop
+from ...loops.loop import PANELS, Loop
 from ...loops.modelled import steady_loop
 from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
+from ...vibration.one_mass.response import FrequencyResponse
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import PlottedResult
 from ..common.text_table import table_lines
@@ -25,7 +26,6 @@ from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
 from .comparison_cautions import comparison_cautions, comparison_notes
-from .comparison_plot import draw
 from .comparison_words import (
     ComparisonVerdict,
     difference_table,
@@ -34,6 +34,7 @@ from .comparison_words import (
     verdict_sentence,
 )
 from .differences import (
+    FIGURES,
     HysteresisTest,
     SpringDifference,
     drawn,
@@ -53,6 +54,7 @@ DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
+_COLORS = ("C0", "C3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -380,3 +382,62 @@ def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
     if not reaches:
         raise ValueError("`amplitudes` must hold at least one, got none.")
     return reaches
+
+
+def draw(
+    panels: Sequence[Axes],
+    loops: Sequence[Loop],
+    figures: Sequence[SpringDifference],
+    bands: tuple[Any, Any] | None,
+    responses: Sequence[FrequencyResponse],
+) -> None:
+    """Draw loops, their difference, three figures over the amplitude, and transmissibility into six axes."""
+    from ...vibration.one_mass.curves_plot import decimal_ticks  # loads matplotlib
+
+    top, difference, *middle, last = panels
+    for label, color, loop in zip("AB", _COLORS, loops, strict=True):
+        for branch in (loop.loading, loop.unloading):
+            top.plot(
+                1e3 * branch.displacement, branch.force, color, lw=1.3, label=label if branch is loop.loading else None
+            )
+    top.set(xlabel="displacement [mm]", ylabel="force [N]", title="steady loops over the shared range")
+    top.legend()
+    for side, style in (("loading", "-"), ("unloading", "--")):
+        a, b = (getattr(loop, side) for loop in loops)
+        difference.plot(1e3 * a.displacement, b.force - a.force, f"k{style}", lw=1.2, label=side)
+    difference.axhline(0.0, color="0.7", lw=0.8)
+    difference.set(xlabel="displacement [mm]", ylabel="force of B less that of A [N]", title="difference of force")
+    difference.legend()
+    for axis, column in zip(middle, PANELS, strict=True):
+        _figure(axis, [row for row in figures if row.quantity == column.key], bands, column.factor)
+        axis.set(xlabel="amplitude [mm]", ylabel=column.label, title="5 to 95 % shaded" if bands else "")
+    for label, color, response in zip("AB", _COLORS, responses, strict=False):
+        last.plot(response.column("frequency"), response.column("transmissibility"), color, lw=1.3, label=label)
+    last.set(xlabel="frequency [Hz]", ylabel="transmissibility [-]", title="mass on the spring")
+    if responses:
+        last.set(xscale="log", yscale="log")
+        decimal_ticks(last.xaxis, *last.get_xlim())
+        decimal_ticks(last.yaxis, *last.get_ylim())
+        last.axhline(1.0, color="0.7", lw=0.8)
+        last.legend()
+    else:
+        last.text(0.5, 0.5, "not compared", ha="center", transform=last.transAxes)
+    for axis in panels:
+        axis.grid(True, which="both", color="0.93")
+
+
+def _figure(axis: Axes, differences: Sequence[SpringDifference], bands: tuple[Any, Any] | None, factor: float) -> None:
+    amplitudes = [1e3 * (difference.amplitude or 0.0) for difference in differences]
+    place = [*FIGURES].index(differences[0].quantity)
+    for k, (side, color) in enumerate(zip("ab", _COLORS, strict=True)):
+        if bands is not None:
+            low, high = factor * bands[k][:, :, place]
+            axis.fill_between(amplitudes, low, high, color=color, alpha=0.2, lw=0.0)
+        axis.plot(
+            amplitudes,
+            [factor * getattr(difference, side) for difference in differences],
+            f"{color}",
+            marker="o",
+            ms=4,
+            lw=1.2,
+        )

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ...model.outcomes import IdentificationError, Outcome
-from ..causes.causes import causes_in
+from ..causes.backlash import backlash
+from ..causes.band_limit import band_limit
+from ..causes.between_records import differences
+from ..causes.hum import hum_beside
 from ..points.sample_points import POINTS_PER_STROKE, SamplePoints
 from ..rig.corrected import Corrected
-from ..rig.effect_columns import Rig, Sizes
+from ..rig.effect_columns import Effect, Rig, Sizes
 from ..rig.effect_search import find_delayed
 from ..rig.removal import Kept, find_removable
 from ..search.search import CLOSE, Candidate, is_explained, search
@@ -18,6 +22,7 @@ from ..search.search import CLOSE, Candidate, is_explained, search
 _POINTS_PER_STROKE = 2000
 _POINTS = 40_000
 _COARSE = 5e-5  # travel between samples at reversals from which it is looked for, share of a stroke
+_LIKE_CORNERS = frozenset((Effect.DELAY, Effect.VISCOSITY, Effect.PLAY))
 
 
 class Found(NamedTuple):
@@ -90,3 +95,29 @@ def final_points(rig: Rig, sizes: Sizes, fit: Candidate) -> SamplePoints:
     strokes = sum(part.strokes.count for part in rig.parts)
     finest = rig.with_points(max(POINTS_PER_STROKE, min(_POINTS_PER_STROKE, _POINTS // strokes)))
     return finest.corrected(sizes, fit) if sizes else finest.loops
+
+
+def causes_in(rig: Rig, candidates: Sequence[Candidate]) -> tuple[dict[Outcome, str], frozenset[Effect]]:
+    """The causes in the records of a rig: outcomes with their details, and effects of the rig that look like them.
+
+    Parameters
+    ----------
+    rig : Rig
+    candidates : sequence of Candidate   From `search`, of the points as measured, the best first; may be empty.
+    """
+    findings: dict[Outcome, str] = {}
+    forbidden: frozenset[Effect] = frozenset()
+    for difference in differences([part.record for part in rig.parts]):
+        findings[difference.outcome] = difference.detail
+        forbidden |= frozenset(difference.forbidden)
+    if (limit := band_limit(rig.parts)) is not None:
+        findings[Outcome.BAND_LIMITED] = limit.sentence
+        # A filter on the force alone delays it.
+        forbidden |= _LIKE_CORNERS if limit.is_common else frozenset()
+    if gap := backlash(rig.parts):
+        findings[Outcome.BACKLASH] = gap
+        forbidden |= _LIKE_CORNERS
+    if candidates and (line := hum_beside(rig, candidates[0])) is not None:
+        findings[Outcome.HUM] = line.sentence
+        forbidden |= _LIKE_CORNERS
+    return findings, forbidden
