@@ -7,7 +7,7 @@ import functools
 import itertools
 import re
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
 from importlib.resources import files
 from pathlib import Path
@@ -78,26 +78,18 @@ class Library:
 
 
 @functools.cache
-def library(parameters: SpringParameters = SPRING) -> Library:
-    """The native FMU of a spring, built and unpacked once in a session."""
-    return _unpacked(build_native_fmu, parameters)
-
-
-@functools.cache
-def states_library(parameters: SpringParameters = SPRING) -> Library:
-    """The same of the native FMU with continuous states."""
-    return _unpacked(functools.partial(build_native_fmu, with_states=True), parameters)
-
-
-def _unpacked(build: Callable[..., Path], parameters: SpringParameters) -> Library:
+def library(parameters: SpringParameters = SPRING, **form: Any) -> Library:
+    """The native FMU of a spring in one of its forms, built and unpacked once in a session."""
     folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0)
+    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0, **form)
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder)
     return Library(folder)
 
 
 _numbers = itertools.count(1)
+# That with continuous states.
+states_library = functools.partial(library, with_states=True)
 
 
 class Native:

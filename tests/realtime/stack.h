@@ -4,7 +4,9 @@
 
 #include <stdint.h>
 
-enum { DEPTH = 16384 };
+#ifndef DEPTH
+#define DEPTH 16384
+#endif
 
 static inline uintptr_t stack_pointer(void)
 {

@@ -122,8 +122,9 @@ class MotionSolver:
         pose_at_rest, unbalance = np.array(self.nominal_pose if pose is None else pose, dtype=np.float64), np.zeros(1)
         gravity, omega = floats(gravity), floats(omega)
         system, state = self._system(rows("MotionChannel", 0)), _State(self)
+        outputs = pose_at_rest, unbalance, np.empty(constants()["MOTION_REST"])
         is_found = library().motion_rest(
-            byref(system), address(gravity), address(omega), state.address, address(pose_at_rest), address(unbalance)
+            byref(system), address(gravity), address(omega), state.address, *map(address, outputs)
         )
         return pose_at_rest, float(unbalance[0]), bool(is_found)
 

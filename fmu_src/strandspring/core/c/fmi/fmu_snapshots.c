@@ -115,18 +115,23 @@ FmuStatus fmu_write_snapshot(
 FmuStatus fmu_read_snapshot(
     const Instance *instance, const char *call, const unsigned char *bytes, size_t size, void **held)
 {
-    State state;
+    void *made = NULL;
     char problem[256];
     if (bytes == NULL || held == NULL)
         return refuse_null(instance, call, bytes == NULL ? "serializedState" : "state");
     if (*held != NULL && require_snapshot(instance, call, *held) != FMU_OK)
         return FMU_ERROR;
-    fmu_blank_state(&state);
-    const char *foreign = fmu_foreign(bytes, size, serialize(&state, NULL, NULL));
+    const char *foreign = fmu_foreign(bytes, size, serialize(&instance->state, NULL, NULL));
     if (foreign != NULL)
         return FMU_REFUSE(&instance->log, "%s", foreign);
-    (void)serialize(&state, bytes, NULL);
-    if (fmu_state_problem(&state, problem, sizeof problem))
-        return FMU_REFUSE(&instance->log, "%s", problem);
-    return keep(instance, call, &state, held);
+    /* A state is too large for the stack of a small thread. */
+    if (keep(instance, call, &instance->state, &made) != FMU_OK)
+        return FMU_ERROR;
+    State *state = &((Snapshot *)made)->state;
+    fmu_blank_state(state);
+    (void)serialize(state, bytes, NULL);
+    FmuStatus status = fmu_state_problem(state, problem, sizeof problem) ? FMU_REFUSE(&instance->log, "%s", problem)
+                                                                         : keep(instance, call, state, held);
+    free(made);
+    return status;
 }

@@ -96,7 +96,7 @@ static FmuStatus find_rest(Instance *instance, const double *omega, double *pose
     State *state = &instance->state;
     const double *gravity = state->settings.gravity, still[3] = {0.0, 0.0, 0.0};
     double unbalance;
-    if (!motion_rest(system, gravity, omega, &state->motion, pose, &unbalance))
+    if (!motion_rest(system, gravity, omega, &state->motion, pose, &unbalance, instance->of_rest))
         return FMU_REFUSE(&instance->log,
                           "The bodies find no static equilibrium under gravity (%s, %s, %s) m/s^2: %s N remain "
                           "unbalanced. Change gravity, or build the FMU with mounts that can carry the bodies.",

@@ -37,7 +37,10 @@ typedef struct {
     Groups first;
     MotionSystem system;
     State state;
-    State before; /* the step that is being done */
+    union {
+        State before; /* the step that is being done */
+        double of_rest[MOTION_REST]; /* workspace of motion_rest */
+    };
     int has_points; /* whether they are as the state is */
     double accelerations[3 * MOTION_POINTS], sway[3 * MOTION_POINTS];
     Excursion excursions[MOTION_AXES];

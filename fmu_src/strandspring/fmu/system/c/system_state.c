@@ -37,7 +37,7 @@ static void memory_fields(Cursor *cursor, SpringMemory *memory)
 
 void fmu_blank_state(State *state)
 {
-    *state = (State){0};
+    memset(state, 0, sizeof *state);
 }
 
 void fmu_state_fields(Cursor *cursor, State *state)

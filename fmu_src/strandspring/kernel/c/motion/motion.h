@@ -28,6 +28,7 @@
 #include <stddef.h>
 
 enum { MOTION_BODIES = 8, MOTION_AXES = 600, MOTION_POINTS = 64, MOTION_CHANNELS = 64 };
+enum { MOTION_UNKNOWNS = 6 * MOTION_BODIES, MOTION_REST = 3 * MOTION_UNKNOWNS * MOTION_UNKNOWNS + MOTION_AXES };
 enum { MOTION_OF_POINT = 18, MOTION_OF_AXIS = 8, MOTION_OF_BODY = 2, MOTION_OF_BASE = 4, MOTION_ENERGIES = 9 };
 
 /* Matrices are of rows. What is held has no part in `translations` and `inverse_inertia`. */
@@ -123,12 +124,13 @@ SPRING_LOCAL void motion_of_points(
     const MotionSystem *system, const MotionState *state, const double *values, double *accelerations, double *sway);
 
 /* The pose in which all bodies rest under gravity while each axis has its omega: Levenberg and Marquardt's method from
- * the pose given, which is replaced; `state` is workspace. `unbalance` is what remains of the forces, and of the
- * moments over the largest distance of a mount [N]. Returns 1 if that is rounding: at most 1e-12 of the sum of the
- * magnitudes of the forces on each body, and ten roundings of a place times the stiffness. */
+ * the pose given, which is replaced; `state` is workspace, and so are the MOTION_REST doubles, too many for the stack
+ * of a small thread. `unbalance` is what remains of the forces, and of the moments over the largest distance of a mount
+ * [N]. Returns 1 if that is rounding: at most 1e-12 of the sum of the magnitudes of the forces on each body, and ten
+ * roundings of a place times the stiffness. */
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
-    double *unbalance);
+    double *unbalance, double *workspace);
 
 /* What a run gives, over all its steps; the caller's arrays.
  *

@@ -4,8 +4,6 @@
 
 #include <float.h>
 
-enum { UNKNOWNS = 6 * MOTION_BODIES };
-
 /* What rounding may leave of the forces on a body, over the sum of their magnitudes. */
 static const double FORCE_ROUNDING = 1e-13;
 /* Bodies are at rest when the unbalance is below so many times what rounding may leave. */
@@ -17,6 +15,7 @@ typedef struct {
     double length; /* by which rotations are scaled [m] */
     double reach;  /* largest coordinate of which displacements are differences [m] */
     MotionState state;
+    double *displacements; /* of the axes */
     double magnitude[MOTION_BODIES][2]; /* sums of the magnitudes of the forces on a body; of their moments */
     double weight[MOTION_BODIES][2];    /* of each body's forces and moments in the residual */
 } RestProblem;
@@ -32,8 +31,8 @@ static void unbalanced(RestProblem *rest, double *residual)
 {
     const MotionSystem *system = rest->system;
     MotionState *state = &rest->state;
-    double displacements[MOTION_AXES], whole[6];
-    motion_place_axes(system, state, displacements);
+    double whole[6];
+    motion_place_axes(system, state, rest->displacements);
     motion_clear_forces(system, state->body);
     for (size_t b = 0; b < system->bodies; b++) {
         rest->magnitude[b][0] = system->body[b].mass * size3(rest->gravity);
@@ -46,7 +45,7 @@ static void unbalanced(RestProblem *rest, double *residual)
         double force[3] = {0.0, 0.0, 0.0}, magnitude = 0.0;
         for (size_t a = first; a < end; a++) {
             const MotionAxis *axis = system->axis + a;
-            double displacement = axis->nominal + displacements[a] / axis->series;
+            double displacement = axis->nominal + rest->displacements[a] / axis->series;
             SpringMemory memory = spring_start(displacement, rest->omega[a]);
             double pull = axis->parallel * spring_force(axis->law, &memory) + motion_stop_force(axis, displacement);
             double friction = axis->law->parameters.kappa_omega;
@@ -125,7 +124,7 @@ static double begin_rest(RestProblem *rest, const double *pose)
  * residual decides. */
 static void rest_jacobian(RestProblem *rest, size_t count, double step, double *jacobian)
 {
-    double way[UNKNOWNS] = {0.0}, low[UNKNOWNS], high[UNKNOWNS];
+    double way[MOTION_UNKNOWNS] = {0.0}, low[MOTION_UNKNOWNS], high[MOTION_UNKNOWNS];
     MotionBodyState bodies[MOTION_BODIES];
     size_t all = rest->system->bodies * sizeof *bodies;
     memcpy(bodies, rest->state.body, all);
@@ -190,13 +189,15 @@ double motion_sense(const MotionAxis *axis, double force)
 
 int motion_rest(
     const MotionSystem *system, const double *gravity, const double *omega, MotionState *state, double *pose,
-    double *unbalance)
+    double *unbalance, double *workspace)
 {
     enum { ROUNDS = 200 };
-    double jacobian[UNKNOWNS * UNKNOWNS], normal[UNKNOWNS * UNKNOWNS], residual[UNKNOWNS], way[UNKNOWNS];
+    double residual[MOTION_UNKNOWNS], way[MOTION_UNKNOWNS];
     MotionBodyState bodies[MOTION_BODIES];
     size_t count = 6 * system->bodies, all = system->bodies * sizeof *bodies;
-    RestProblem rest = {.system = system, .gravity = gravity, .omega = omega, .state = *state};
+    double *jacobian = workspace, *normal = jacobian + count * count, *matrix = normal + count * count;
+    RestProblem rest = {.system = system, .gravity = gravity, .omega = omega, .state = *state,
+                        .displacements = matrix + count * count};
     double step = begin_rest(&rest, pose);
     weigh(&rest, count, step, jacobian);
     rest_jacobian(&rest, count, step, jacobian);
@@ -204,7 +205,7 @@ int motion_rest(
     double size = linear_norm(count, residual), damping = 1e-6;
     for (int round = 0; round < ROUNDS && !is_balanced(&rest, count, residual, jacobian, 1.0); round++) {
         memcpy(bodies, state->body, all);
-        double largest = 0.0, kept[UNKNOWNS], next = size;
+        double largest = 0.0, kept[MOTION_UNKNOWNS], next = size;
         for (size_t i = 0; i < count; i++)
             for (size_t j = 0; j < count; j++) {
                 double sum = 0.0;
@@ -216,8 +217,7 @@ int motion_rest(
         memcpy(kept, residual, sizeof kept);
         int is_better = 0;
         for (; !is_better && damping < 1e12; damping *= is_better ? 0.1 : 10.0) {
-            double matrix[UNKNOWNS * UNKNOWNS];
-            size_t order[UNKNOWNS];
+            size_t order[MOTION_UNKNOWNS];
             memcpy(matrix, normal, count * count * sizeof *matrix);
             for (size_t i = 0; i < count; i++) {
                 matrix[i * count + i] += damping * normal[i * count + i] + 1e-14 * largest;
