@@ -29,11 +29,12 @@ LONG = frozenset(
     test_hard_numbers test_identification test_implausible test_isolate_system test_isolation test_limits
     test_manners test_many test_masters test_measured_mounts test_modelfile test_motion_figures test_motion_laws
     test_motion_reference test_native_build test_native_exchange test_native_kernel test_native_kernel_build
-    test_native_stack test_native_states_form test_ni test_other_mounts test_packaging test_page test_pages test_paper
-    test_path test_planning test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets
-    test_records_reading test_refined test_resolution_fmu test_rivals test_saturation test_search
-    test_simulating test_simulation_page test_small_loops test_spectrum_limits test_spring_alone test_study
-    test_study_runners test_system_fmi3 test_system_fmu_command test_system_study test_wider_classes test_zoo
+    test_native_rounding test_native_sources test_native_stack test_native_states_form test_ni test_other_mounts
+    test_packaging test_page test_pages test_paper test_path test_planning test_reader_process test_realtime_fmu
+    test_realtime_header test_realtime_targets test_records_reading test_refined test_resolution_fmu test_rivals
+    test_saturation test_search test_simulating test_simulation_page test_small_loops test_spectrum_limits
+    test_spring_alone test_study test_study_runners test_system_fmi3 test_system_fmu_command test_system_study
+    test_wider_classes test_zoo
     """.split()  # noqa: SIM905 - as a list it is fifty lines
 )
 

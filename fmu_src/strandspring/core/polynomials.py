@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+_MOST_HALVINGS = 1200  # of a range of 1e6 m down to the least double, however the host rounds
+
 
 def polynomial(coefficients: Sequence[float], x: float) -> float:
     """Sum of coefficients[i]*x**i by Horner's rule."""
@@ -46,7 +48,7 @@ def _roots(coefficients: tuple[float, ...], low: float, high: float) -> list[flo
         if at_left == 0.0 or at_right == 0.0 or (at_left > 0.0) == (at_right > 0.0):
             continue
         a, b = left, right
-        while True:
+        for _ in range(_MOST_HALVINGS):
             middle = 0.5 * (a + b)
             if not a < middle < b:
                 break

@@ -49,6 +49,7 @@ _HIGHEST = 40.0  # logit of the largest u resolved: above it 1 - u < 5e-18, whic
 _QUADRATURE_STEP = 0.25  # cell of the quadrature in q
 _LEAST_XI = 1e-300  # below it xi counts as this, so that it has a logarithm
 _LARGEST_CORRECTION = 1e-3  # of the distance in which W bends, the most by which `stroke_start` corrects xi
+_MOST_TERMS = 1000  # of a series, however the host rounds; 200 are the most that count
 _NEWTON_STEPS = 3  # quadratic convergence from a linear start within a cell: 1e-2, 1e-4, 1e-8, 1e-16
 
 
@@ -178,12 +179,12 @@ def _rising_branch(n: float) -> SaturationBranch:
 
 def _rising_series(n: float, u: float) -> float:
     """S(u) = sum of u^(k n + 1)/(k n + 1), k = 0, 1, ..., for a small u."""
-    factor, power, total, before, k = math.pow(u, n), u, u, 0.0, 0
-    while total != before:
-        before = total
-        k += 1
+    factor, power, total = math.pow(u, n), u, u
+    for k in range(1, _MOST_TERMS + 1):
         power *= factor
-        total += power / (k * n + 1.0)
+        before, total = total, total + power / (k * n + 1.0)
+        if total == before:
+            break
     return total
 
 
@@ -195,12 +196,12 @@ def _falling_series(n: float, curvature: float, w: float) -> float:
     2F1 after Pfaff's transformation, which converges for every p.
     """
     p = curvature * math.pow(w, n)
-    term, total, before, k = w / (1.0 + p), w / (1.0 + p), 0.0, 0
-    while total != before:
-        before = total
-        k += 1
+    term = total = w / (1.0 + p)
+    for k in range(1, _MOST_TERMS + 1):
         term *= k / (k + 1.0 / n) * (p / (1.0 + p))
-        total += term
+        before, total = total, total + term
+        if total == before:
+            break
     return total
 
 

@@ -15,7 +15,7 @@
  *
  * mount_law.h and mount_law.c are what `strandspring export mount.json --c` writes beside this file: the constant law
  * and its table, which may lie in flash. Compile them with spring.c, saturation.c and spline.c, as C11 with IEEE doubles,
- * with -ffp-contract=off and without -ffast-math; then all machines give the same bits.
+ * with -ffp-contract=off; then all machines give the same bits. With -ffast-math or -Ofast they do not compile.
  *
  * A spring with a second mechanism or Maxwell branches (branches.h) is the sum of mount_law_first and what it has
  * besides, and has no mount_law. Steps take time, and branches.c is compiled, too. A C program steps it so:

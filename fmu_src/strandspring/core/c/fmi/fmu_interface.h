@@ -6,7 +6,7 @@
  *     fmu_type, fmu_variable_name, fmu_identity
  *     fmu_instantiate, fmu_free, fmu_begin, fmu_end_initialization, fmu_step, fmu_step_to, fmu_restore
  *     fmu_read, fmu_read_extrapolating, fmu_require_change, fmu_open_changes, fmu_change, fmu_apply_changes
- *     fmu_blank_state, fmu_state_fields, fmu_state_problem
+ *     fmu_state_fields, fmu_state_problem
  */
 #ifndef FMU_INTERFACE_H
 #define FMU_INTERFACE_H

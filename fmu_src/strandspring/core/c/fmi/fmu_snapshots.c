@@ -124,11 +124,10 @@ FmuStatus fmu_read_snapshot(
     const char *foreign = fmu_foreign(bytes, size, serialize(&instance->state, NULL, NULL));
     if (foreign != NULL)
         return FMU_REFUSE(&instance->log, "%s", foreign);
-    /* A state is too large for the stack of a small thread. */
+    /* Not on the stack, for which a state is too large in a small thread. */
     if (keep(instance, call, &instance->state, &made) != FMU_OK)
         return FMU_ERROR;
     State *state = &((Snapshot *)made)->state;
-    fmu_blank_state(state);
     (void)serialize(state, bytes, NULL);
     FmuStatus status = fmu_state_problem(state, problem, sizeof problem) ? FMU_REFUSE(&instance->log, "%s", problem)
                                                                          : keep(instance, call, state, held);

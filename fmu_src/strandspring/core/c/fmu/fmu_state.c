@@ -7,12 +7,6 @@
 
 #include <math.h>
 
-void fmu_blank_state(State *state)
-{
-    state->settings = fmu_start_settings(); /* for the numbers of coefficients */
-    state->added = spring_added_start(0.0, 0.0); /* bytes hold nothing of it where nothing is added */
-}
-
 static void memory_fields(Cursor *cursor, SpringMemory *memory)
 {
     fmu_double_field(cursor, &memory->displacement);

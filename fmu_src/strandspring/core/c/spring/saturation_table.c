@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { DEGREE = SPRING_POWERS - 1 };
+/* Of a series at most so many terms are added, however the host rounds; 731 are the most that count. */
+enum { DEGREE = SPRING_POWERS - 1, MOST_TERMS = 1000 };
 
 static const double PI = 3.14159265358979323846;
 /* How finely W is tabulated: ln of the smallest |W| resolved, the logit above which W counts as 1, minus ln of what is
@@ -231,7 +232,7 @@ static void add_piece(SpringBranch *branch, const Grid *grid, const Nodes *nodes
 static double rising_series(double n, double u)
 {
     double factor = pow(u, n), power = u, total = u, before = 0.0;
-    for (int k = 1; total > before; k++) {
+    for (int k = 1; total > before && k <= MOST_TERMS; k++) {
         before = total;
         power *= factor;
         total += power / (k * n + 1.0);
@@ -243,7 +244,7 @@ static double rising_series(double n, double u)
 static double falling_series(double n, double curvature, double w)
 {
     double p = curvature * pow(w, n), term = w / (1.0 + p), total = term, before = 0.0;
-    for (int k = 1; total > before; k++) {
+    for (int k = 1; total > before && k <= MOST_TERMS; k++) {
         before = total;
         term *= k / (k + 1.0 / n) * (p / (1.0 + p));
         total += term;

@@ -6,7 +6,8 @@
  *
  * C11 and its mathematics library. No global that changes, no allocation: the caller owns all memory, and one SpringLaw
  * may be read by any number of threads at once. Doubles must be of IEEE 754. Compile without contraction to fused
- * multiply-add (-ffp-contract=off) and without -ffast-math, or the last bits differ from machine to machine.
+ * multiply-add (-ffp-contract=off), or the last bits differ from machine to machine; -ffast-math is refused. Hosts may
+ * round to any side.
  */
 #ifndef SPRING_H
 #define SPRING_H

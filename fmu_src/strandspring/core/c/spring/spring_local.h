@@ -3,6 +3,10 @@
 #ifndef SPRING_LOCAL_H
 #define SPRING_LOCAL_H
 
+#if defined __FAST_MATH__ || (defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__) || defined _M_FP_FAST
+#error "Compile without -ffast-math and -Ofast (/fp:fast): with them a NaN would pass for a number."
+#endif
+
 /* Where SPRING_STEPS_ONLY is defined, steps are taken by tables that were made elsewhere: there is no
  * spring_tabulate, which needs a mathematics library, and tables hold no derivatives by n and sigma (those are NaN). */
 

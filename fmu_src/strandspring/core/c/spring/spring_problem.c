@@ -11,6 +11,7 @@
  * those of the next, from the linear one on. */
 static int roots(const double *coefficients, int count, double low, double high, double *found)
 {
+    enum { MOST_HALVINGS = 1200 }; /* from 1e6 m down to the least double, however the host rounds */
     int total = 0;
     for (int order = count - 2; order >= 0; order--) {
         double of[SPRING_COEFFICIENTS], corners[SPRING_COEFFICIENTS + 1];
@@ -28,8 +29,10 @@ static int roots(const double *coefficients, int count, double low, double high,
             /* Not the sign of the product, which may underflow. */
             if (at_left == 0.0 || at_right == 0.0 || (at_left > 0.0) == (at_right > 0.0))
                 continue;
-            for (double middle = 0.5 * (a + b); a < middle && middle < b; middle = 0.5 * (a + b)) {
-                double value = polynomial(of, size, middle);
+            for (int k = 0; k < MOST_HALVINGS; k++) {
+                double middle = 0.5 * (a + b), value = polynomial(of, size, middle);
+                if (!(a < middle && middle < b))
+                    break;
                 if (value != 0.0 && (value > 0.0) == (at_left > 0.0))
                     a = middle;
                 else

@@ -35,11 +35,6 @@ static void memory_fields(Cursor *cursor, SpringMemory *memory)
     fmu_int_field(cursor, &memory->direction);
 }
 
-void fmu_blank_state(State *state)
-{
-    memset(state, 0, sizeof *state);
-}
-
 void fmu_state_fields(Cursor *cursor, State *state)
 {
     SystemCounts counts = system_counts();

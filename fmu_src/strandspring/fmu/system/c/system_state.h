@@ -25,11 +25,8 @@ typedef struct {
 /* The part of a state that no motion has, "motion" or "springs", or NULL. */
 SPRING_LOCAL const char *system_impossible_motion(const State *state);
 
-/* What must be there before the fields are read or counted. */
-SPRING_LOCAL void fmu_blank_state(State *state);
-
 /* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
- * (fmu_bytes.h). Only reading changes the state. */
+ * (fmu_bytes.h). Only reading changes the state. What is not serialized is the same in all states of an FMU, or unused. */
 SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
 
 /* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */

@@ -119,7 +119,8 @@ static int reach(BalancedSystem *system, double log, double target, BalanceRoom 
 {
     double finest = (target - log) / SWEEP_PARTS, step = target - log;
     int fresh = 1;
-    while (log < target) {
+    /* Only rounding can make steps so small that more are needed. */
+    for (int part = 0; log < target && part < 2 * SWEEP_PARTS; part++) {
         if (fresh) {
             memcpy(room->last, room->here.z, balance_size(system) * sizeof *room->last);
             double *kept = room->before;
@@ -136,7 +137,7 @@ static int reach(BalancedSystem *system, double log, double target, BalanceRoom 
         } else if ((step *= 0.5) < finest)
             return 0;
     }
-    return 1;
+    return !(log < target);
 }
 
 static int is_beyond(const BalancedSystem *system, const double *of_axes)
