@@ -26,7 +26,7 @@ typedef struct {
 SPRING_LOCAL const char *system_impossible_motion(const State *state);
 
 /* Reads, writes or counts all that is serialized, in this order behind what stands before the fields of every state
- * (fmu_bytes.h). Only reading changes the state. What is not serialized is the same in all states of an FMU, or unused. */
+ * (fmu_bytes.h). Only reading changes the state. What is not serialized is unused, or alike in all states. */
 SPRING_LOCAL void fmu_state_fields(Cursor *cursor, State *state);
 
 /* Whether no instance can have a state that has been read; the reason is then in `problem`, always terminated. */
