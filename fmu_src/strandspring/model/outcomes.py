@@ -246,8 +246,8 @@ class Outcome(Enum):
         "compare the recorded ones."
     )
     INDISTINCT = (
-        "Some parameters are strongly correlated, though the force is predicted as given (see the model file's "
-        "correlations): record larger strokes or several amplitudes."
+        "Some parameters are strongly correlated (see the model file's correlations): record larger strokes or several "
+        "amplitudes."
     )
     AMPLIFIER_REDUCED = (
         "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until it "
