@@ -26,6 +26,7 @@ from strandspring.compiled.images import FMU, image
 from strandspring.compiled.sources import FMI_HEADERS, fmi_header
 from strandspring.compiled.targets import host_target
 from strandspring.fmu.native.block import NativeForm, filled
+from strandspring.model.modelfile import ModelFile
 
 GUID = "{00000000-0000-0000-0000-000000000000}"
 console = Console(width=100)
@@ -60,7 +61,7 @@ def timed(
     """Ticks of each step of one FMU, which is made and thrown away."""
     binary = folder / "spring.so"
     form = NativeForm(real_time=True, no_energy=not energies)
-    binary.write_bytes(filled(image(FMU, host_target()).read_bytes(), parameters, GUID, form))
+    binary.write_bytes(filled(image(FMU, host_target()).read_bytes(), ModelFile("spring", parameters), GUID, form))
     fmu = ctypes.CDLL(str(binary))
     fmu.fmi3InstantiateCoSimulation.restype = ctypes.c_void_p
     begin = [ctypes.c_char_p(b"spring"), ctypes.c_char_p(GUID.encode()), None, False, False, False, False, None]

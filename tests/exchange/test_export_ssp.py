@@ -43,7 +43,7 @@ def ssp(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Path:
 def own(folder: Path, master: Master) -> tuple[ShakenMassValues, Motion]:
     """The plant's values as the command chooses them, and the motion."""
     model = load_model(HINGE)
-    plant = ShakenMassValues.suited(placed(model, None)[0].parameters, MASS)
+    plant = ShakenMassValues.suited(placed(model, None)[0], MASS)
 
     def base(t: float) -> float:
         return plant.amplitude * math.sin(2.0 * math.pi * plant.frequency * t)

@@ -215,7 +215,7 @@ def test_all_platforms_in_half_a_second_without_a_compiler(
 @pytest.mark.parametrize("target", FMU_TARGETS, ids=lambda target: target.triple)
 def test_a_filled_image_differs_in_its_block_and_hashes_only(target: Target) -> None:
     image = images.image(images.FMU, target).read_bytes()
-    made = filled(image, SPRING, "{12345678-1234-1234-1234-123456789abc}")
+    made = filled(image, ModelFile("spring", SPRING), "{12345678-1234-1234-1234-123456789abc}")
     changed = [k for k, (one, other) in enumerate(zip(image, made, strict=True)) if one != other]
     block = image.index(b"strandspringfmu\0")
     outside = [k for k in changed if not block + 24 <= k < block + 880]
@@ -230,7 +230,7 @@ def test_an_image_without_exactly_one_block_is_refused() -> None:
     image = images.image(images.FMU, LINUX_X86).read_bytes()
     for bad, count in ((image + image, 2), (image.replace(b"strandspringfmu", b"strandspringgmu"), 0)):
         with pytest.raises(BuildError, match=f"found {count}"):
-            filled(bad, SPRING, "")
+            filled(bad, ModelFile("spring", SPRING), "")
 
 
 @pytest.mark.slow

@@ -110,7 +110,7 @@ def write_pair_sources(folder: Path, parameters: SpringParameters = SPRING, form
     for path, content in {**c_sources(SPRING_FILES[3]), **fmi_headers(3)}.items():
         write_file(folder / path.removeprefix("core/c/"), content)
     guid = fmpy.read_model_description(str(folder), validate=False).guid
-    (folder / "fmu/spring_values.h").write_text(values_source(parameters, str(guid), form))
+    (folder / "fmu/spring_values.h").write_text(values_source(ModelFile("spring", parameters), str(guid), form))
     flags = f"enum {{ MODEL_REAL_TIME = {int(form.real_time)}, MODEL_NO_ENERGY = {int(form.no_energy)} }};\n"
     with (folder / "fuzz_model.h").open("a") as file:
         file.write(flags)

@@ -109,14 +109,14 @@ def _rate(make: Callable[..., Row], state: str, parameters: tuple[str, ...], uni
     )  # fmt: skip
 
 
-def added_values(p: SpringParameters, with_states: bool) -> dict[str, float]:
-    """Start value of each parameter and state of theirs, by name."""
+def added_values(p: SpringParameters, with_states: bool, omega: float) -> dict[str, float]:
+    """Start value of each parameter and state of theirs, by name; `omega` is that of the second mechanism."""
     values: dict[str, float] = {}
     if p.second is not None:
         scalars = (name for name in OF_MECHANISM if name != "kA")
         values |= {f"{SECOND}{name}": getattr(p.second, name) for name in scalars}
         values |= {f"{SECOND}kA_{i}": value for i, value in enumerate(p.second.kA)}
-        values[f"{SECOND}omega" if with_states else f"{SECOND}omega_start"] = 0.0
+        values[f"{SECOND}omega" if with_states else f"{SECOND}omega_start"] = omega
     for i, branch in enumerate(p.branches):
         values |= {BRANCH.format(i) + name: getattr(branch, name) for name in OF_BRANCH}
         if with_states:

@@ -34,15 +34,16 @@ class SpringInstance:
     ----------
     identified : SpringParameters   Start values of the parameters.
     warn : callable of str          Logs a warning.
+    omegas : (float, float)         Start values of omega of both mechanisms.
     """
 
-    def __init__(self, identified: SpringParameters, warn: Callable[[str], None]) -> None:
+    def __init__(self, identified: SpringParameters, warn: Callable[[str], None], omegas: tuple[float, float]) -> None:
         self._warn = warn
         self._counts = identified.counts
         self._table = variables(*self._counts)
         names = [variable.name for variable in self._table]
         self._input = names.index("displacement")
-        start = start_values(identified)
+        start = start_values(identified, omegas=omegas)
         settings = [v.name for v in self._table if v.causality == "parameter"]
         self._place = {name: place for place, name in enumerate(settings)}
         self._state = State(tuple(start[name] for name in settings), start["displacement"])

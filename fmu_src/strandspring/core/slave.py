@@ -51,15 +51,17 @@ class SpringSlave(Fmi2Slave):  # type: ignore[misc]
     Attributes
     ----------
     identified : SpringParameters   Start values of the parameters.
+    omegas : (float, float)         Start values of omega of both mechanisms.
     fmu_guid : str                  GUID of the FMU.
     """
 
     identified: ClassVar[SpringParameters]
+    omegas: ClassVar[tuple[float, float]]
     fmu_guid: ClassVar[str]
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
-        self._spring = SpringInstance(self.identified, warn=lambda message: self.log(message, Fmi2Status.warning))
+        self._spring = SpringInstance(self.identified, lambda text: self.log(text, Fmi2Status.warning), self.omegas)
 
     @_survived
     def exit_initialization_mode(self) -> None:

@@ -128,15 +128,17 @@ def units(
     return (*_UNITS, *(_UNITS_OF_RATES if with_states else ()), *elastic_units, *amplifier_units, *of_time)
 
 
-def start_values(parameters: SpringParameters, with_states: bool = False) -> dict[str, float]:
-    """Start value of each input, parameter and state, by name."""
+def start_values(
+    parameters: SpringParameters, with_states: bool = False, omegas: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, float]:
+    """Start value of each input, parameter and state, by name; `omegas` are those of both mechanisms."""
     values = {"displacement": 0.0}
     values |= {f"{name}_{i}": value for name in ARRAYS for i, value in enumerate(getattr(parameters, name))}
     values |= {name: getattr(parameters, name) for name in SCALARS}
-    values |= added_values(parameters, with_states)
+    values |= added_values(parameters, with_states, omegas[1])
     if with_states:
-        return {**values, "omega": 0.0, "absorbed_energy": 0.0, "velocity": 0.0}
-    return {**values, "omega_start": 0.0, INPUT_RESOLUTION: 0.0}
+        return {**values, "omega": omegas[0], "absorbed_energy": 0.0, "velocity": 0.0}
+    return {**values, "omega_start": omegas[0], INPUT_RESOLUTION: 0.0}
 
 
 def spring_parameters(

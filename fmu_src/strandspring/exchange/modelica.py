@@ -18,6 +18,7 @@ from .._version import __version__
 from ..core.parameters import OF_MECHANISM, SCALARS, SpringParameters
 from ..core.spline import Elastic
 from ..errors import StrandspringError
+from ..fmu.description.described_variables import start_omegas
 from ..ground.files import read_text, reason_of, write_text
 from ..model.coordinates import zero_sentence
 from ..model.modelfile import ModelFile
@@ -119,7 +120,9 @@ def record_text(model: ModelFile, name: str, counted: str) -> str:
     }
     values = [_array(array, numbers) for array, numbers in arrays.items()]
     values += [f"    {scalar}={getattr(spring, scalar)!r}" for scalar in SCALARS]
+    values.append(f"    omega_start={start_omegas(model)[0]!r}")
     if spring.second:
+        values.append(f"    second_omega_start={start_omegas(model)[1]!r}")
         values += [f"    second_{name}={getattr(spring.second, name)!r}" for name in OF_MECHANISM if name != "kA"]
     title = model.description or "Hysteretic spring identified from measurement"
     paragraphs = [f"<p>\n{_string(escape(text))}\n</p>\n" for text in (model.description, counted) if text]

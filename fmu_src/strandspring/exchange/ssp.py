@@ -11,10 +11,10 @@ from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
 
-from ..core.parameters import SpringParameters
 from ..core.variables import FmiUnit
 from ..errors import StrandspringError
 from ..fmu.archive import licences, write_archive
+from ..fmu.description.described_variables import start_omegas
 from ..fmu.description.ssv import parameter_set, parameter_values
 from ..fmu.python_backed import slave_contents
 from ..ground.scratch import TemporaryFolder
@@ -93,13 +93,14 @@ class ShakenMassValues:
     frequency: float
 
     @classmethod
-    def suited(cls, spring: SpringParameters, mass: float) -> ShakenMassValues:
-        """A mass in equilibrium at displacement 0, shaken by 1 % of the range at the resonance of small motion.
+    def suited(cls, model: ModelFile, mass: float) -> ShakenMassValues:
+        """A mass in equilibrium where the FMU starts, shaken by 1 % of the range at the resonance of small motion.
 
         Raises
         ------
         StrandspringError   If displacement 0 lies outside the identified range.
         """
+        spring = model.parameters
         low, high = spring.displacement_min, spring.displacement_max
         if not low <= 0.0 <= high:
             raise StrandspringError(
@@ -109,7 +110,7 @@ class ShakenMassValues:
         still, origin = PathSolver(spring).slow, as_path([0.0])
         stiffness = max(still.stiffness(origin, 0.0)[0], spring.kappa_omega * spring.rho)
         frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
-        return cls(mass, float(still.force(origin, 0.0)[0]), 0.01 * (high - low), frequency)
+        return cls(mass, float(still.force(origin, start_omegas(model))[0]), 0.01 * (high - low), frequency)
 
     def parameter_values(self) -> str:
         """XML of the SSV file of the plant."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from importlib.resources import files
-from typing import Any
 
 from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
+from ..ground.strict_json import objects
 from ..model.joint import HYSTERETIC_PARAMETERS
 from ..model.modelfile import MODEL_IN_FMU, ModelFile
 from ..model.stated_cautions import stated_cautions
@@ -30,7 +30,7 @@ def documentation_page(
     Python-backed one.
     """
     spring = model.parameters
-    table, _, start = described_variables(spring, backend.with_states, backend.fmi, backend.arrays)
+    table, _, start = described_variables(model, backend.with_states, backend.fmi, backend.arrays)
     return template(__package__, "documentation.html.j2").render(
         model=model,
         spring=spring,
@@ -48,7 +48,7 @@ def documentation_page(
         followed=[_followed(fit) for fit in stated_fits(model)],
         cautions=list(stated_cautions(model).values()),
         hysteresis=_hysteresis(model),
-        records=[entry for entry in _entries(model.provenance.get("records")) if "file" in entry],
+        records=[entry for entry in objects(model.provenance.get("records")) if "file" in entry],
         model_path=MODEL_IN_FMU,
     )
 
@@ -89,8 +89,3 @@ def _hysteresis(model: ModelFile) -> list[tuple[str, ...]]:
         ends = ("open" if end is None else f"{end:.4g}" for end in intervals.get(name, ()))
         rows.append((name, f"{getattr(model.parameters, name):.6g}", stated, " to ".join(ends), column.unit))
     return rows
-
-
-def _entries(content: Any) -> list[dict[str, Any]]:
-    """The objects of a list of free JSON."""
-    return [entry for entry in content if isinstance(entry, dict)] if isinstance(content, list) else []

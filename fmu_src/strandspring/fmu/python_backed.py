@@ -16,6 +16,7 @@ from ..model.coordinates import placed
 from ..model.modelfile import ModelFile
 from .archive import common_contents, content_guid, fmu_path, installed_version, write_archive
 from .description.content import Backend
+from .description.described_variables import start_omegas
 from .description.model_description import model_description
 from .related_files import BuildSettings, related_files, sealed, version_of
 
@@ -36,6 +37,7 @@ from <package>.core.slave import SpringSlave
 class Spring(SpringSlave):
     fmu_guid = "<guid>"
     identified = SpringParameters(**{parameters!r})
+    omegas = {omegas!r}
 
     def __init__(self, **options):  # a class without methods would leave this module one reference short
         super().__init__(**options)
@@ -101,7 +103,8 @@ def fmu_contents(
     model, zero = placed(model, zero)
     tool = f"strandspring {installed_version('strandspring')} with PythonFMU {installed_version('pythonfmu')}"
     backend = _backend(needs_execution_tool, author, version_of(of_record.to_json()))
-    slave = _SLAVE_MODULE.format(name=model.name, parameters={"kE": (), **model.parameters.as_dict()})
+    parameters = {"kE": (), **model.parameters.as_dict()}
+    slave = _SLAVE_MODULE.format(name=model.name, parameters=parameters, omegas=start_omegas(model))
     # Without a GUID yet, the description holds the table, start values, name, texts and versions.
     guid, contents = slave_contents(model.name, slave, model_description(model, "", tool, backend))
     common = common_contents(model, zero, model_description(model, guid, tool, backend), backend, ("pythonfmu",))

@@ -26,9 +26,10 @@ from ..core.parameters import LARGEST_DISPLACEMENT, SpringParameters
 from ..errors import ModelError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..model.coordinates import counted_from
+from ..model.coordinates import placed
 from ..model.joint import JointCovariance
 from ..model.modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
+from .description.described_variables import start_omegas
 from .description.ssv import parameter_values
 from .description.xml_parts import xml_file
 
@@ -196,19 +197,21 @@ def times_of(path: FloatArray) -> FloatArray:
 def _related(of_record: ModelFile, settings: BuildSettings) -> Iterator[tuple[str, Related]]:
     """The related files by their name."""
     with_states = settings.backend == "states"
-    spring = counted_from(settings.zero, of_record.parameters)
+    model, _ = placed(of_record, settings.zero)
+    spring, omegas = model.parameters, start_omegas(model)
     path = slow_cycles(spring)
     solver = PathSolver(spring)
     inputs = {"displacement": path}
     if with_states:
         inputs["velocity"] = np.gradient(path, STEP)
     times = times_of(path)
-    answers = {"force": solver.force(path, 0.0, times), "stiffness": solver.stiffness(path)}
+    answers = {"force": solver.force(path, omegas, times), "stiffness": solver.stiffness(path, omegas)}
     if not settings.no_energy:
-        answers["absorbed_energy"] = solver.absorbed_energy(path, 0.0, times)
+        answers["absorbed_energy"] = solver.absorbed_energy(path, omegas, times)
     yield from experiment("slow cycles", "Two growing slow cycles", STEP, inputs, answers).items()
     for name, (variant, about) in _variants(spring, of_record.uncertainty).items():
-        text = parameter_values(ModelFile(of_record.name, variant, about), with_states, settings.fmi, settings.arrays)
+        of_variant = ModelFile(of_record.name, variant, about, start=model.start)
+        text = parameter_values(of_variant, with_states, settings.fmi, settings.arrays)
         yield f"{name}.ssv", Related(text.encode("utf-8"), "application/x-ssp-parameter-set", "parameter", about)
     if of_record.uncertainty:
         text = json.dumps(of_record.uncertainty, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

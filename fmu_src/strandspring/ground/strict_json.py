@@ -44,6 +44,11 @@ def plain(value: Any) -> Any:
     return parse(json.dumps([value], allow_nan=False))[0]
 
 
+def objects(content: Any) -> list[dict[str, Any]]:
+    """The objects of a list of free JSON."""
+    return [entry for entry in content if isinstance(entry, dict)] if isinstance(content, list) else []
+
+
 def is_finite(value: object) -> bool:
     """Whether a value is a number that a double holds; true and false are none."""
     try:

@@ -13,7 +13,7 @@ from ..model.modelfile import ModelFile
 from ..model.names import identifier
 from ..model.outcomes import Outcome
 from ..records.record import Record
-from .certainty.figures import RecordFit, both_figures, overall_figures
+from .certainty.figures import RecordFit, began_at_rest, both_figures, overall_figures
 from .certainty.lack_of_fit import LackOfFit
 from .certainty.prediction_interval import PredictionBand
 from .certainty.saved_spring import LoopEnergy
@@ -108,7 +108,7 @@ class IdentifiedModel:
         ------
         ModelError   If the name is not an identifier.
         """
-        from ..model.file_tables import Certificate  # slow to import
+        from ..model.file_tables import Certificate, Start  # slow to import
 
         text = description or (
             f"Hysteretic spring identified from {', '.join(PurePath(record.path).name for record in self.records)}"
@@ -158,4 +158,11 @@ class IdentifiedModel:
                 "version": __version__,
             },
             certificate=Certificate(**self.certificate._asdict()),
+            start=Start(
+                displacement=float(self.records[0].displacement[0]),
+                omega=self.fits[0].omega_start,
+                second_omega=None if self.parameters.second is None else self.fits[0].omega_start,
+                branch_forces=[0.0] * len(self.parameters.branches),
+                at_rest=began_at_rest(self.records[0]),
+            ),
         )

@@ -41,6 +41,9 @@ from .points.unit_check import refuse_differing_units
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9
+# Difference between the forces compared, share of their range, that makes where the record started a matter of its
+# first strokes alone.
+_FORGOTTEN = 1e-9
 _LARGER = 1.02  # error of the spring alone in that of the fit from which it counts
 _MANY_COMMON = 16  # samples; parts one after the other share one
 
@@ -295,7 +298,9 @@ def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start
     if part.periodic:
         omega_start = periodic_start(solver, measured.displacement)
         return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")
-    if not np.array_equal(part.record.displacement, measured.displacement):
+    low, high = (solver.force(measured.displacement, end, measured.rising_time)[first:] for end in (-1.0, 1.0))
+    is_forgotten = np.abs(high - low).max() <= _FORGOTTEN * np.ptp(low)
+    if is_forgotten or not np.array_equal(part.record.displacement, measured.displacement):
         strokes = find_strokes(measured.displacement)
         omega_start = estimate_omega_start(solver, strokes, measured, measured.compared)
     compared = "all samples"

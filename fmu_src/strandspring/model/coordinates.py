@@ -51,8 +51,10 @@ def counted_from(zero: float, parameters: SpringParameters) -> SpringParameters:
 
 def placed(model: ModelFile, zero: str | float | None) -> tuple[ModelFile, float]:
     """A model with its displacement counted from what `chosen_zero` takes; and that zero [m]."""
-    chosen = chosen_zero(zero, model.parameters)
-    return replace(model, parameters=counted_from(chosen, model.parameters)), chosen
+    chosen, start = chosen_zero(zero, model.parameters), model.start
+    if start is not None:
+        start = start.model_copy(update={"displacement": start.displacement - chosen})
+    return replace(model, parameters=counted_from(chosen, model.parameters), start=start), chosen
 
 
 def zero_sentence(zero: float) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..ground.quoting import escaped
+from ..ground.strict_json import objects
 from .joint import HYSTERETIC_UNITS
 from .modelfile import ModelFile
 
@@ -17,9 +18,8 @@ _OF_SPEED = ("delay", "viscosity")  # effects of the rig that may be a force of 
 
 def stated_cautions(model: ModelFile) -> dict[str, str]:
     """Sentences of the cautions of the identification by their names; the last one of parameters that were changed."""
-    outcomes = model.fit.get("outcomes")
-    entries = [entry for entry in outcomes if isinstance(entry, dict)] if isinstance(outcomes, list) else []
-    stated = {str(entry.get("name")): str(entry["sentence"]) for entry in entries if "sentence" in entry}
+    entries = [entry for entry in objects(model.fit.get("outcomes")) if "sentence" in entry]
+    stated = {str(entry.get("name")): str(entry["sentence"]) for entry in entries}
     return stated | _changed(model)
 
 
@@ -49,8 +49,7 @@ def stated_effects(model: ModelFile) -> list[str]:
 
 def stated_amplitudes(model: ModelFile) -> list[float]:
     """Amplitudes of the loops that the model was identified from [m]; empty where the file does not say so."""
-    loops = model.fit.get("recorded_loops")
-    entries = [entry.get("amplitude") for entry in loops if isinstance(entry, dict)] if isinstance(loops, list) else []
+    entries = [entry.get("amplitude") for entry in objects(model.fit.get("recorded_loops"))]
     return [float(value) for value in entries if isinstance(value, int | float) and value > 0.0]
 
 

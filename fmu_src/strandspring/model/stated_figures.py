@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..ground.quoting import printable
-from ..ground.strict_json import is_finite
+from ..ground.strict_json import is_finite, objects
 from .modelfile import ModelFile
 
 Figures = Mapping[str, Any]
@@ -102,11 +102,8 @@ def stated_fit(model: ModelFile) -> StatedFit | None:
 
 def stated_fits(model: ModelFile) -> list[StatedFit]:
     """The figures of each record, as far as the file states any."""
-    records = model.fit.get("records")
-    entries = [entry for entry in records if isinstance(entry, dict)] if isinstance(records, list) else []
-    return list(
-        _stated([(printable(str(entry.get("file", ""))), entry) for entry in entries if isinstance(entry, dict)])
-    )
+    entries = objects(model.fit.get("records"))
+    return list(_stated([(printable(str(entry.get("file", ""))), entry) for entry in entries]))
 
 
 def stated_json(model: ModelFile) -> dict[str, Any] | None:

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from ...errors import BuildError
 from ...fmu.archive import fmu_path
-from ...fmu.checks.check import examine_fmu
+from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.native.platforms import Platform, chosen_platforms
 from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
 from ...fmu.related_files import BuildSettings
 from ...ground.arguments import flag
 from ...ground.files import refuse_unwritable
+from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
 from ...model.coordinates import checked_zero
 from ...model.modelfile import ModelFile, is_model_path, load_model
@@ -30,10 +31,13 @@ from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 if TYPE_CHECKING:
     from ...identification.identified_model import IdentifiedModel
     from ...records.given import Source
+    from ...records.record import Record
 
 Kind: TypeAlias = Literal["native", "python", "states"]
+Stated: TypeAlias = "tuple[Record, dict[str, Any]]"
 
 _LONGEST_AUTHOR = 200
+_RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,7 @@ class BuildOptions:
     real_time : bool                Nothing is allocated after instantiation.
     no_energy : bool                The output absorbed_energy is left out.
     arrays : bool                   Coefficients are arrays, in FMI 3.0.
+    platforms : sequence of Platform or None   Those of the binaries of native FMUs.
     """
 
     backend: str | None = None
@@ -58,6 +63,7 @@ class BuildOptions:
     real_time: bool = False
     no_energy: bool = False
     arrays: bool = False
+    platforms: Sequence[Platform] | None = None
 
     @property
     def version(self) -> int:
@@ -104,15 +110,11 @@ class BuildOptions:
                 "The form with states has absorbed_energy as a state, which the host integrates; build it without "
                 "leaving out the energy, from the model file where the source is an FMU that leaves it out."
             )
-
-
-def refuse_platforms(kinds: Sequence[Kind], platforms: Sequence[Platform] | None) -> None:
-    """Raise BuildError if platforms are chosen and no FMU of these kinds can have others."""
-    if set(kinds) == {"python"} and platforms is not None:
-        raise BuildError(
-            f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: "
-            "build it without choosing any."
-        )
+        if set(kinds) == {"python"} and self.platforms is not None:
+            raise BuildError(
+                f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: "
+                "build it without choosing any."
+            )
 
 
 def checked_author(author: str) -> str:
@@ -127,8 +129,8 @@ def build_all(
     folder: Path,
     kinds: Sequence[Kind],
     options: BuildOptions,
-    platforms: Sequence[Platform] | None,
     zero: str | float | None,
+    stated: Sequence[Stated] = (),
     progress: Progress = unseen,
 ) -> list[BuiltFmu]:
     """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
@@ -139,9 +141,9 @@ def build_all(
     folder : Path
     kinds : sequence of Kind
     options : BuildOptions
-    platforms : sequence of Platform or None   Those of the binaries.
     zero : "rig", "middle", float or None      Displacement of the model file at which that of the FMU is 0 [m]; see
                                                `chosen_zero`.
+    stated : sequence of (Record, dict)        What `stated_of` gives, along which FMUs for co-simulation are checked.
 
     Raises
     ------
@@ -152,32 +154,68 @@ def build_all(
     """
     certified(model)
     options.refuse_impossible(kinds)
-    refuse_platforms(kinds, platforms)
+    mechanisms = len(model.parameters.mechanisms)
     jobs = [
         FmuJob(
             options.target(folder, model.name, kind),
             kind,
-            partial(_build, model, kind=kind, options=options, platforms=platforms, zero=zero),
-            examine_fmu,
+            partial(_build, model, kind=kind, options=options, zero=zero),
+            # With states the path is the host's.
+            partial(_examined, mechanisms=mechanisms, stated=() if kind == "states" or options.no_energy else stated),
         )
         for kind in kinds
     ]
     return build_in_place(folder, jobs, progress)
 
 
-def _build(
-    model: ModelFile,
-    folder: Path,
-    kind: Kind,
-    options: BuildOptions,
-    platforms: Sequence[Platform] | None,
-    zero: str | float | None,
-) -> Path:
+def stated_of(model: ModelFile, records: Sequence[Record]) -> list[Stated]:
+    """Records, each with what the model file states of it; raises BuildError if that is nothing."""
+    rows = list(zip(*(objects(content.get("records")) for content in (model.provenance, model.fit)), strict=False))
+    stated = []
+    for record in records:
+        found = (record.sha256, len(record))
+        row = next((row for row in rows if (row[0].get("sha256"), row[0].get("samples")) == found), None)
+        if row is None or not all(is_finite(row[1].get(name)) for name in ("rnl", "omega_start", "first_sample")):
+            raise BuildError(
+                f"{record.path} is none of the records whose figures {model.name} holds, as it is read now; give one "
+                "that it was identified from, with the same options."
+            )
+        rows.remove(row)
+        stated.append((record, row[1]))
+    return stated
+
+
+def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckReport:
+    """The check of an FMU, also along records from their starts: RNL has to be what the model file states."""
+    report = examine_fmu(path)
+    if report.problems or report.not_run or not stated:
+        return report
+    # Slow to import.
+    from ...cosimulation.prescribed import simulate_fmu
+    from ...identification.certainty.figures import chosen_samples, rnl
+
+    zero = BuildSettings.of_fmu(path).zero
+    for record, figures in stated:
+        starts = dict.fromkeys(("omega_start", "second_omega_start")[:mechanisms], float(figures["omega_start"]))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of samples beyond the identified range
+            force = simulate_fmu(path, record.displacement - zero, record.rising_time, starts).force
+        compared = chosen_samples(record, figures["first_sample"])
+        found = rnl(record.force[compared], force[compared])
+        if not abs(found - figures["rnl"]) <= _RNL_TOLERANCE:
+            text = f"RNL along {record.path} must be {figures['rnl']:.6f}, as the model file states, but is {found:.6f}"
+            return replace(report, problems=(f"{text}; read the record as for the model, or identify it again.",))
+    return replace(
+        report, followed=f"; RNL as stated along {', '.join(Path(record.path).name for record, _ in stated)}"
+    )
+
+
+def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, zero: str | float | None) -> Path:
     author = options.author
     if kind == "python":
         return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
     return build_native_fmu(
-        model, folder, platforms, zero, author, with_states=kind == "states", fmi=options.version,
+        model, folder, options.platforms, zero, author, with_states=kind == "states", fmi=options.version,
         real_time=options.real_time, no_energy=options.no_energy, arrays=options.arrays,
     )  # fmt: skip
 
@@ -198,6 +236,7 @@ def build_fmu(
     needs_execution_tool: bool = False,
     name: str | None = None,
     candidate: str | None = None,
+    record: Source | Sequence[Source] | None = None,
     progress: Progress = unseen,
 ) -> Path:
     """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
@@ -235,6 +274,8 @@ def build_fmu(
         Declare in the Python-backed FMU that Python must be installed on the simulator's computer.
     name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
     candidate : str or None   Of a SYSTEM.toml; needed if it has several.
+    record : path, Record or DataFrame, or several, or None
+        Of those that a model was identified from; along them the FMU is checked, as along records that are given.
     progress : callable    Is called with what is being done, the number of parts done, and how many there are.
 
     Returns
@@ -284,27 +325,33 @@ def build_fmu(
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     before = built_with(path)
-    wanted = BuildOptions(backend, author, needs_execution_tool, fmi, real_time, no_energy, arrays)
+    wanted = BuildOptions(backend, author, needs_execution_tool, fmi, real_time, no_energy, arrays, chosen)
     options = wanted.with_those_of(before)
     kind: Any = "states" if states else options.backend or "native"
     if kind not in get_args(Kind) or (states and backend == "python"):
         raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
     if needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
-    content = _model(model, path, name)
+    content, records = _model(model, path, record)
+    content = content if name is None else replace(content, name=name)
     origin = before.zero if zero is None and before else zero
-    return build_all(content, Path(folder), (kind,), options, chosen, origin, progress)[0].path
+    return build_all(content, Path(folder), (kind,), options, origin, stated_of(content, records), progress)[0].path
 
 
-def _model(source: Any, path: str | None, name: str | None) -> ModelFile:
-    """The model of a spring, of the file at a path, of an identification, or of records that are identified now."""
+def _model(
+    source: Any, path: str | None, record: Source | Sequence[Source] | None
+) -> tuple[ModelFile, Sequence[Record]]:
+    """The model of a spring, of the file at a path, of an identification, or of records that are identified now, and
+    the records along which its FMU is checked.
+    """
+    from ...records.given import as_records  # slow to import
+
     held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
     if isinstance(held, ModelFile):
-        return held if name is None else replace(held, name=name)
+        return held, () if record is None else as_records(record)
     # Slow to import.
     from ...identification.identified_model import IdentifiedModel
     from ...identification.identify_records import identify_records
-    from ...records.given import as_records
 
     if isinstance(source, IdentifiedModel):
         identification = source
@@ -312,4 +359,4 @@ def _model(source: Any, path: str | None, name: str | None) -> ModelFile:
         identification = identify_records(as_records(source))
         for sentence in identification.cautions:
             warnings.warn(sentence, stacklevel=3)
-    return identification.model_file(identification.record_name if name is None else name)
+    return identification.model_file(identification.record_name), identification.records

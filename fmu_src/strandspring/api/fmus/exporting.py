@@ -83,7 +83,7 @@ class Exports:
             progress("Building the FMU of the system", 0, 1)
             with TemporaryFolder() as folder:
                 fmu = build_native_fmu(self.model, folder, zero=self.zero)
-                write_system(self.ssp, fmu, content, ShakenMassValues.suited(content.parameters, self.ssp_mass))
+                write_system(self.ssp, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
         if self.c is not None:
             write_c_sources(self.c, content, self.zero)
         return [path for path in self.files.values() if path is not None]

@@ -9,11 +9,11 @@ from typing import Any
 import click
 
 from ...api.common.model_source import built_with, describes_system
-from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, refuse_platforms
+from ...api.fmus.building import BuildOptions, Kind, build_all, checked_author, stated_of
 from ...api.fmus.fmus_in_place import BuiltFmu
 from ...errors import BuildError
 from ...fmu.archive import binary_sizes
-from ...fmu.native.platforms import PLATFORMS, Platform, chosen_platforms
+from ...fmu.native.platforms import PLATFORMS, chosen_platforms
 from ...ground.files import refuse_unwritable
 from ...ground.quoting import printable
 from ...model.certificate import certified
@@ -24,7 +24,14 @@ from ...model.stated_figures import NAMES
 from ..shared.cautions import note_cautions
 from ..shared.descriptions import refuse_given
 from ..shared.option_types import checked_by, name_option, output_options
-from ..shared.options import identification_options, identifier, method_options, record_files, record_options
+from ..shared.options import (
+    identification_options,
+    identifier,
+    method_options,
+    read_records,
+    record_files,
+    record_options,
+)
 from ..shared.output import present, reporting
 from ..shared.paths import refuse_overwriting
 from ..shared.zero import origin_of, zero_option
@@ -36,7 +43,7 @@ EXAMPLE_COLUMNS = {"reverse": "displacement"}
 # Options that a system does not take.
 _OF_SPRINGS = (
     "backend", "states", "real_time", "no_energy", "arrays", "needs_execution_tool",
-    "models", "name", "description", "zero", "save_anyway",
+    "record", "models", "name", "description", "zero", "save_anyway",
 )  # fmt: skip
 
 # What each kind of FMU is for.
@@ -92,6 +99,13 @@ _PURPOSES = {
     "PyFMI among them, refuse an FMU that declares it.  [default: not declared, as for a library]",
 )
 @click.option(
+    "--record",
+    multiple=True,
+    metavar="RECORD",
+    help="With a model file: one of the records that it was identified from, read by the options of records, along "
+    "which the FMU is checked.",
+)
+@click.option(
     "--models",
     default="models",
     show_default=True,
@@ -112,7 +126,7 @@ def build(
     sources: tuple[str, ...],
     output: str,
     states: bool,
-    platforms: tuple[Platform, ...] | None,
+    record: tuple[str, ...],
     models: str,
     name: str | None,
     description: str,
@@ -141,6 +155,7 @@ def build(
       strandspring build spring.json --zero 35
       strandspring build spring.json --states
       strandspring build spring.json --fmi 3
+      strandspring build spring.json --record loop.csv
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
@@ -149,18 +164,20 @@ def build(
     settings = BuildOptions(**{name: options.pop(name) for name in names}, fmi=None if fmi is None else int(fmi))
     if len(sources) == 1 and describes_system(sources[0]):
         refuse_given({*_OF_SPRINGS, *options}, "a model or records", f"{sources[0]} describes a system")
-        _build_system(sources[0], Path(output), candidate, platforms, settings, as_json)
+        _build_system(sources[0], Path(output), candidate, settings, as_json)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
     if len(sources) == 1:
         settings = settings.with_those_of(built_with(sources[0]))
-    kinds = _kinds(settings, states, platforms, bool(sources))
+    kinds = _kinds(settings, states, bool(sources))
     refuse_unwritable(Path(output), is_folder=True)
     of_records = {"name", "description", "save_anyway", *options}
+    method = method_options(options)
     if len(sources) == 1 and is_model_path(sources[0]):
-        refuse_given(of_records, "records", f"{sources[0]} is a model file")
+        refuse_given(of_records - set(options if record else ()), "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
+        records = tuple(read_records(record, options)) if record else ()
         note_cautions(map(printable, stated_cautions(model).values()))
         for kind in kinds:
             refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
@@ -169,7 +186,7 @@ def build(
         from ...records.given import bundled_record
         from .identify import identified
 
-        method = method_options(options)
+        refuse_given({"record"}, "a model file", "it is identified from all records")
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
@@ -181,10 +198,10 @@ def build(
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
         note_cautions(identification.cautions)
-        model = saved_model(model_path, model)
+        model, records = saved_model(model_path, model), identification.records
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:
-        built = build_all(model, Path(output), kinds, settings, platforms, origin, progress)
+        built = build_all(model, Path(output), kinds, settings, origin, stated_of(model, records), progress)
     certificate = certified(model)
     origin_lines = [f"Model file: {model_path}", f"Certificate: {certificate}", *filter(None, [zero_sentence(origin)])]
     present(
@@ -253,9 +270,7 @@ def _settings_apart(settings: BuildOptions) -> list[str]:
     ]
 
 
-def _kinds(
-    settings: BuildOptions, states: bool, platforms: tuple[Platform, ...] | None, has_sources: bool
-) -> tuple[Kind, ...]:
+def _kinds(settings: BuildOptions, states: bool, has_sources: bool) -> tuple[Kind, ...]:
     """The kinds of FMU to be built.
 
     Raises
@@ -271,20 +286,12 @@ def _kinds(
     kinds = tuple(dict.fromkeys((*backends, "states"))) if states else backends
     try:
         settings.refuse_impossible(kinds)
-        refuse_platforms(kinds, platforms)
     except BuildError as refusal:
         raise click.UsageError(str(refusal)) from None
     return kinds
 
 
-def _build_system(
-    source: str,
-    folder: Path,
-    candidate: str | None,
-    platforms: tuple[Platform, ...] | None,
-    settings: BuildOptions,
-    as_json: bool,
-) -> None:
+def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions, as_json: bool) -> None:
     # Slow to import.
     from ...api.fmus.building_system import SystemToBuild
     from ...fmu.system.system_variables import system_variables
@@ -293,7 +300,7 @@ def _build_system(
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
     refuse_overwriting([source], {"--output": building.target(folder)})
     with reporting() as progress:
-        built = building.build(folder, platforms, progress)
+        built = building.build(folder, settings.platforms, progress)
     inputs = [v.name for v in system_variables(building.system, building.options) if v.causality == "input"]
     settings = replace(settings, fmi=building.options.fmi)
     step, stable = building.options.step, building.options.largest_step

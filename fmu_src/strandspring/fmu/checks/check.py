@@ -17,6 +17,7 @@ import numpy as np
 from fmpy.model_description import ModelDescription
 from fmpy.validation import validate_fmu
 
+from ...core.branch_variables import SECOND
 from ...core.parameters import SpringParameters
 from ...core.variables import spring_parameters
 from ...ground.endings import kept_endings
@@ -51,6 +52,7 @@ class CheckReport:
     steps : int                    Steps of each run.
     force_difference : float       Largest difference from the expected force [N].
     seconds : float                Time the steps of all runs took [s].
+    followed : str                 What else was found along records, in words.
     """
 
     path: Path
@@ -60,6 +62,7 @@ class CheckReport:
     steps: int = 0
     force_difference: float = 0.0
     seconds: float = 0.0
+    followed: str = ""
 
     @property
     def summary(self) -> str:
@@ -71,13 +74,13 @@ class CheckReport:
         within = f"within {self.force_difference:.1e} N" if self.force_difference else "exactly"
         return (
             f"valid; {self.steps} steps of {' and of '.join(self.interfaces)} took {1e3 * self.seconds:.0f} ms "
-            f"and give the force of the model {within}"
+            f"and give the force of the model {within}{self.followed}"
         )
 
     @property
     def verdict(self) -> str:
         """The report in few words, if all is well."""
-        return self.summary if self.problems or self.not_run else "valid, agrees with the model"
+        return self.summary if self.problems or self.not_run else f"valid, agrees with the model{self.followed}"
 
 
 def validated(path: Path) -> CheckReport:
@@ -101,8 +104,8 @@ def examine_fmu(path: Path) -> CheckReport:
         return CheckReport(path, (f"It is not the FMU of a spring: {problem}",))
     displacement = slow_cycles(parameters)
     solver = PathSolver(parameters)
-    times = times_of(displacement)
-    expected = np.array([solver.force(displacement, 0.0, times), solver.absorbed_energy(displacement, 0.0, times)]).T
+    way = (displacement, described_omegas(description), times_of(displacement))
+    expected = np.array([solver.force(*way), solver.absorbed_energy(*way)]).T
     return compare_run(path, displacement, expected[:, : len(_references(description)[1])])
 
 
@@ -158,6 +161,12 @@ def described_spring(description: ModelDescription) -> SpringParameters:
     counts = [sum(name.startswith(k) for name in start) for k in elements]
     counts.append(sum(name.endswith("_time_constant") for name in start))
     return spring_parameters(start, *counts)
+
+
+def described_omegas(description: ModelDescription) -> tuple[float, float]:
+    """Where omega of both mechanisms starts by a model description; 0 of a second one that is not there."""
+    starts = {v.name.removesuffix("_start"): v.start for v in description.modelVariables}
+    return float(starts["omega"]), float(starts.get(f"{SECOND}omega", 0.0))
 
 
 def _scalars(name: str, values: list[str], is_array: bool) -> dict[str, float]:
@@ -230,7 +239,7 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
     given, outputs = _references(description)
     inputs = [*given, next(v.valueReference for v in description.modelVariables if v.name == "velocity")]
     parameters = described_spring(description)
-    states = states_along(parameters, displacement, times_of(displacement))
+    states = states_along(parameters, displacement, times_of(displacement), described_omegas(description))
     count = len(states)
     values, rates = (ctypes.c_double * count)(), (ctypes.c_double * count)()
     velocity = np.sign(np.diff(displacement, prepend=displacement[0]))

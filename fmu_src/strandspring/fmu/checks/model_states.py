@@ -7,15 +7,15 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...kernel.arrays import FloatArray
 from ...kernel.branches import maxwell_columns
-from ...kernel.path import PathSolver
+from ...kernel.path import OmegaStart, PathSolver
 
 
-def states_along(p: SpringParameters, displacement: FloatArray, time: FloatArray) -> FloatArray:
+def states_along(p: SpringParameters, displacement: FloatArray, time: FloatArray, start: OmegaStart) -> FloatArray:
     """Absorbed energy [J], omega of each mechanism and elongation of each branch [m] at the samples, shape (S, K)."""
     solver = PathSolver(p)
     elongations, _ = maxwell_columns([branch.time_constant for branch in p.branches], displacement, time)
-    energy = solver.absorbed_energy(displacement, 0.0, time)
-    return np.concatenate([[energy], solver.omegas(displacement), elongations])
+    energy = solver.absorbed_energy(displacement, start, time)
+    return np.concatenate([[energy], solver.omegas(displacement, start), elongations])
 
 
 def rates_of(

@@ -10,7 +10,10 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...core.variables import FmiUnit, Variable, start_values, units, variables
 from ...kernel.path import PathSolver
+from ...model.modelfile import ModelFile
 from .array_variables import StartValue, array_values, known_units, spring_variables
+
+_HERE = 0.01  # from the first sample, share of the identified range
 
 
 class DescribedVariables(NamedTuple):
@@ -21,11 +24,29 @@ class DescribedVariables(NamedTuple):
     start: Mapping[str, StartValue]
 
 
-def described_variables(
-    spring: SpringParameters, with_states: bool, fmi: int, arrays: bool = False
-) -> DescribedVariables:
+def start_omegas(model: ModelFile) -> tuple[float, float]:
+    """omega of both mechanisms where the path of a model's FMU starts by default: at displacement 0 of the model.
+
+    The recorded ones if the first record began there, within 1 % of the identified range, or at rest. Else midway
+    between loading and unloading of the settled loop over that range: the force lies between those of its branches. 0
+    if the model does not say where its record began.
+    """
+    p, start = model.parameters, model.start
+    if start is None:
+        return 0.0, 0.0
+    low, high = p.displacement_min, p.displacement_max
+    if start.at_rest or abs(start.displacement) <= _HERE * (high - low):
+        return start.omega, start.second_omega or 0.0
+    loop = np.array([low, high, low, high, min(max(0.0, low), high)])
+    solver = PathSolver(p)
+    between = 0.5 * (solver.omegas(loop)[:, -1] + solver.omegas(loop[[0, 1, 2, 4]])[:, -1])
+    return float(between[0]), float(between[1:].sum())
+
+
+def described_variables(model: ModelFile, with_states: bool, fmi: int, arrays: bool = False) -> DescribedVariables:
     """Those of the usual form or of the form with states, by a version of FMI, 2 or 3, which knows arrays."""
-    counts, start = spring.counts, start_values(spring, with_states)
+    spring = model.parameters
+    counts, start = spring.counts, start_values(spring, with_states, start_omegas(model))
     elastic, amplifier, _, second, branches = counts
     if fmi == 2:
         known = units(elastic, amplifier, second, branches, with_states)

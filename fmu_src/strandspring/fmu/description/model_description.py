@@ -21,7 +21,7 @@ _VERSIONS = {2: fmi2, 3: fmi3}
 
 def model_description(model: ModelFile, guid: str, generation_tool: str, backend: Backend) -> bytes:
     """The description of one spring as UTF-8 XML; the same arguments give the same bytes."""
-    variables = described_variables(model.parameters, backend.with_states, backend.fmi, backend.arrays)
+    variables = described_variables(model, backend.with_states, backend.fmi, backend.arrays)
     about = model.description or "Hysteretic spring: displacement in, restoring force out"
     if backend.real_time:
         about += f"; for real time{', without absorbed_energy' if backend.left_out else ''}"

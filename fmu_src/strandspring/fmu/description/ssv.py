@@ -29,7 +29,7 @@ _REAL = {1: "Real", 2: "Float64"}
 
 def parameter_values(model: ModelFile, with_states: bool = False, fmi: int = 2, arrays: bool = False) -> str:
     """XML of an SSV file with every settable variable of the model's FMU; the same model gives the same text."""
-    table, known, start = described_variables(model.parameters, with_states, fmi, arrays)
+    table, known, start = described_variables(model, with_states, fmi, arrays)
     rows = [(v.name, v.description, v.unit, start[v.name]) for v in table if v.name in start]
     return parameter_set(model.name, model.description, rows, known, _SSP[fmi])
 

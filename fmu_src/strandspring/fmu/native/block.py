@@ -17,13 +17,14 @@ from ...errors import BuildError
 from ...kernel.branches import added_fields
 from ...kernel.path import packed
 from ...kernel.structures import structures
+from ...model.modelfile import ModelFile
+from ..description.described_variables import start_omegas
 from .macho import is_macho, with_new_hashes
 
 # Marker: magic, size of the block, version of its layout. Then GUID, SpringParameters, omega_start,
 # input_resolution and the form.
 _MARKER = struct.Struct("<16sII")
 _MAGIC, _VERSION = b"strandspringfmu", 8
-_SECOND_START = 0.0  # where the omega of a second mechanism begins
 
 # What counts the values of each array.
 _COUNTS = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
@@ -44,18 +45,18 @@ class NativeForm:
 USUAL = NativeForm()
 
 
-def filled(image: bytes, parameters: SpringParameters, guid: str, form: NativeForm = USUAL) -> bytes:
+def filled(image: bytes, model: ModelFile, guid: str, form: NativeForm = USUAL) -> bytes:
     """An image with the values of one spring in its block, and the form of its FMU.
 
     Raises
     ------
     BuildError   If the image does not have exactly one block of this layout.
     """
-    start = start_values(parameters)
+    parameters, (omega, second_omega) = model.parameters, start_omegas(model)
     values = struct.pack("<40s", guid.encode("ascii")) + packed(parameters.mechanisms[0])
-    values += struct.pack("<2d", start["omega_start"], start[INPUT_RESOLUTION])
+    values += struct.pack("<2d", omega, start_values(parameters)[INPUT_RESOLUTION])
     values += struct.pack("<4q", form.with_states, form.real_time, form.no_energy, form.arrays)
-    values += bytes(structures()["SpringAdded"](**added_fields(parameters))) + struct.pack("<d", _SECOND_START)
+    values += bytes(structures()["SpringAdded"](**added_fields(parameters))) + struct.pack("<d", second_omega)
     return with_block(image, _MAGIC, _VERSION, values)
 
 
@@ -76,8 +77,9 @@ def with_block(image: bytes, magic: bytes, version: int, values: bytes) -> bytes
     return with_new_hashes(image) if is_macho(image) else image
 
 
-def values_source(parameters: SpringParameters, guid: str, form: NativeForm = USUAL) -> str:
+def values_source(model: ModelFile, guid: str, form: NativeForm = USUAL) -> str:
     """The text of spring_values.h."""
+    parameters, (omega, second_omega) = model.parameters, start_omegas(model)
     start = start_values(parameters)
     # C11 has no empty initialisers.
     arrays = {name: values for name in ARRAYS if (values := getattr(parameters, name))}
@@ -93,7 +95,7 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
 {lists}
 {scalars}
     }},
-    .omega_start = {start["omega_start"].hex()},
+    .omega_start = {omega.hex()},
     .input_resolution = {start[INPUT_RESOLUTION].hex()},
     .has_states = {int(form.with_states)},
     .real_time = {int(form.real_time)},
@@ -102,7 +104,7 @@ def values_source(parameters: SpringParameters, guid: str, form: NativeForm = US
     .added = {{
 {_added_source(parameters)}
     }},
-    .second_omega_start = {_SECOND_START.hex()},
+    .second_omega_start = {second_omega.hex()},
 }},
 """
 

@@ -148,11 +148,10 @@ def native_contents(
         left_out=frozenset(left_out),
     )
     tool = f"strandspring {installed_version('strandspring')}"
-    spring = model.parameters
     # The binaries hold the GUID, so it comes from what they are made of.
-    values = values_source(spring, "", form).encode("ascii")
+    values = values_source(model, "", form).encode("ascii")
     guid = content_guid([model_description(model, "", tool, backend), values], fixed)
-    sources = {**fixed, _VALUES: values_source(spring, guid, form).encode("ascii")}
+    sources = {**fixed, _VALUES: values_source(model, guid, form).encode("ascii")}
     of_fmi3 = {**terminals(), BUILD_DESCRIPTION: build_description(model.name, listed)}
     return sealed(
         {
@@ -164,7 +163,7 @@ def native_contents(
                 platforms=tuple(sorted({folder for platform in platforms for folder in platform.folders(fmi)})),
             ),
             **related_files(of_record, settings),
-            **binaries(model.name, platforms, FMU, lambda image: filled(image, spring, guid, form), fmi),
+            **binaries(model.name, platforms, FMU, lambda image: filled(image, model, guid, form), fmi),
             **{f"sources/{name}": content for name, content in sources.items()},
             **(of_fmi3 if fmi == 3 else {}),
         }

@@ -12,12 +12,14 @@ from ...errors import RecordError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.left_out import clipped_samples
+from ...loops.noise_levels import noise_level
 from ...loops.strokes import Strokes, find_strokes
 from ...model.stated_figures import NAMES
 from ...records.record import Record
 
 # The memory of omega_start is gone after two strokes; this many samples of them are enough to estimate it.
 _START_SAMPLES = 4000
+_UNLOADED = 0.005  # share of the range of the force
 _SELECTED = ", within the selected displacements"
 
 
@@ -173,6 +175,14 @@ def along_smoothed(solver: PathSolver, record: Record, strokes: Strokes, fit: Re
     )
 
 
+def began_at_rest(record: Record) -> bool:
+    """Whether a record begins with the spring unloaded, as at rest before a first loading: at the first sample the
+    force is 0 within its noise, or within 0.5 % of its range.
+    """
+    force = record.force
+    return abs(float(force[0])) <= max(3.0 * noise_level(force), _UNLOADED * float(np.ptp(force)))
+
+
 def periodic_start(solver: PathSolver, path: FloatArray) -> float:
     """The omega at the start of one steady period, which ends with the memory it began with."""
     return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
@@ -201,11 +211,11 @@ def estimate_omega_start(
     def misfit(omega: float) -> float:
         return float(weights @ (solver.force(path, omega) - measured) ** 2)
 
-    # Imported here because it takes a third of a second, and identification does without it.
-    from scipy.optimize import minimize_scalar
-
-    inner = minimize_scalar(misfit, bounds=(-1.0, 1.0), method="bounded", options={"xatol": 1e-6})
-    return float(min((-1.0, 1.0, float(inner.x)), key=misfit))
+    best = 0.0
+    for halving in range(21):
+        tried = best + np.array([0.0, -1.0, 1.0, -0.5, 0.5]) * 0.5**halving
+        best = min(tried.clip(-1.0, 1.0).tolist(), key=misfit)
+    return best
 
 
 def overall(fits: tuple[RecordFit, ...]) -> tuple[float, float]:
