@@ -13,9 +13,8 @@ from ..model.modelfile import MODEL_IN_FMU, ModelFile
 from ..model.stated_cautions import stated_cautions
 from ..model.stated_figures import StatedFit, energy_ratio, stated_fits
 from .check_plot import loops_svg
-from .description.array_variables import StartValue
 from .description.content import Backend
-from .description.described_variables import described_variables
+from .description.described_variables import StartValue, described_variables
 
 
 def documentation_page(

@@ -29,9 +29,9 @@ from ..kernel.path import PathSolver
 from ..model.coordinates import placed
 from ..model.joint import JointCovariance
 from ..model.modelfile import MODEL_IN_FMU, ModelFile, text_in_fmu
+from .description.content import xml_file
 from .description.described_variables import start_omegas
 from .description.ssv import parameter_values
-from .description.xml_parts import xml_file
 
 BUILD = "resources/strandspring/build.json"
 HASHES = "resources/strandspring/sha256.json"

@@ -6,11 +6,11 @@ import ctypes
 import platform
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import fmpy
 import numpy as np
@@ -23,16 +23,17 @@ from ...core.variables import spring_parameters
 from ...ground.endings import kept_endings
 from ...ground.scratch import TemporaryFolder
 from ...kernel.arrays import FloatArray
+from ...kernel.branches import maxwell_columns
 from ...kernel.path import PathSolver
 from ..archive import binary_sizes
 from ..native.platforms import host_folder
 from ..related_files import STEP, slow_cycles, times_of
 from .fmpy_host import MODELS, SLAVES, fmi_version, library_path
-from .model_states import rates_of, states_along
 
 # The FMU and the vectorised path share one source and differ by rounding.
 FORCE_TOLERANCE = 1e-9  # of the largest force
 OUTPUTS = ("force", "absorbed_energy")  # that are compared
+_Drive: TypeAlias = Callable[[Any, ModelDescription, FloatArray], Iterator[None]]
 
 
 class _WrongRatesError(Exception):
@@ -123,7 +124,7 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     if not_run:
         return CheckReport(path, (), not_run)
     with_states = bool(description.derivatives)
-    interfaces = {} if description.coSimulation is None else {"co-simulation": _by_steps}
+    interfaces: dict[str, _Drive] = {} if description.coSimulation is None else {"co-simulation": _by_steps}
     if description.modelExchange is not None:
         interfaces["model exchange"] = _by_states if with_states else _by_solver
     problems: tuple[str, ...] = ()
@@ -132,8 +133,8 @@ def compare_run(path: Path, displacement: FloatArray, expected: FloatArray) -> C
     try:
         # An interrupt inside a Python-backed FMU would be taken for its fault.
         with kept_endings():
-            for run in interfaces.values():
-                answers, took = run(path, description, displacement)
+            for drive in interfaces.values():
+                answers, took = _run(path, description, displacement, drive)
                 seconds += took
                 # NaN counts as the greater one.
                 differences = np.maximum(differences, np.max(np.abs(answers - expected), axis=0))
@@ -199,67 +200,65 @@ def running(path: Path, model_exchange: bool = False) -> Iterator[Any]:
             slave.freeInstance()
 
 
-def _by_steps(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
-    """Force [N] and absorbed energy [J], shape (K, 1 or 2), and time [s] of a run by co-simulation."""
+def _run(
+    path: Path, description: ModelDescription, displacement: FloatArray, drive: _Drive
+) -> tuple[FloatArray, float]:
+    """Force [N] and absorbed energy [J], shape (K, 1 or 2), and time [s] of a run."""
     given, outputs = _references(description)
-    with running(path) as slave:
-        answers = _initialized(slave, given, outputs, float(displacement[0]))
+    with running(path, drive is not _by_steps) as instance:
+        instance.setupExperiment(startTime=0.0)
+        instance.enterInitializationMode()
+        instance.setReal(given, [float(displacement[0])])
+        instance.exitInitializationMode()
+        answers = list(instance.getReal(outputs))
         began = time.perf_counter()
-        for k, value in enumerate(displacement[1:].tolist()):
-            slave.setReal(given, [value])
-            slave.doStep(k * STEP, STEP)
-            answers += slave.getReal(outputs)
+        for _ in drive(instance, description, displacement):
+            answers += instance.getReal(outputs)
         seconds = time.perf_counter() - began
-        slave.terminate()
+        instance.terminate()
     return np.array(answers).reshape(-1, len(outputs)), seconds
 
 
-def _by_solver(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+def _by_steps(slave: Any, description: ModelDescription, displacement: FloatArray) -> Iterator[None]:
+    """By co-simulation; yields where outputs are read."""
+    given, _ = _references(description)
+    for k, value in enumerate(displacement[1:].tolist()):
+        slave.setReal(given, [value])
+        slave.doStep(k * STEP, STEP)
+        yield
+
+
+def _by_solver(model: Any, description: ModelDescription, displacement: FloatArray) -> Iterator[None]:
     """The same by model exchange, as a solver does that accepts every sample."""
-    given, outputs = _references(description)
-    with running(path, model_exchange=True) as model:
-        answers = _initialized(model, given, outputs, float(displacement[0]))
-        _continue(model)
-        began = time.perf_counter()
-        for k, value in enumerate(displacement[1:].tolist(), start=1):
-            model.setTime(k * STEP)
-            model.setReal(given, [value])
-            answers += model.getReal(outputs)
-            wants_event, _ = model.completedIntegratorStep()
-            if wants_event:
-                model.enterEventMode()
-                _continue(model)
-        seconds = time.perf_counter() - began
-        model.terminate()
-    return np.array(answers).reshape(-1, len(outputs)), seconds
+    given, _ = _references(description)
+    _continue(model)
+    for k, value in enumerate(displacement[1:].tolist(), start=1):
+        model.setTime(k * STEP)
+        model.setReal(given, [value])
+        yield
+        wants_event, _ = model.completedIntegratorStep()
+        if wants_event:
+            model.enterEventMode()
+            _continue(model)
 
 
-def _by_states(path: Path, description: ModelDescription, displacement: FloatArray) -> tuple[FloatArray, float]:
+def _by_states(model: Any, description: ModelDescription, displacement: FloatArray) -> Iterator[None]:
     """The same where omega is a continuous state: at states of the model, of which the rates must be those of omega."""
-    given, outputs = _references(description)
+    given, _ = _references(description)
     inputs = [*given, next(v.valueReference for v in description.modelVariables if v.name == "velocity")]
-    parameters = described_spring(description)
-    states = states_along(parameters, displacement, times_of(displacement), described_omegas(description))
+    states, velocity, expected, scales = _states_along(description, displacement)
     count = len(states)
     values, rates = (ctypes.c_double * count)(), (ctypes.c_double * count)()
-    velocity = np.sign(np.diff(displacement, prepend=displacement[0]))
     found_rates = []
-    with running(path, model_exchange=True) as model:
-        rows = _initialized(model, given, outputs, float(displacement[0]))
-        _continue(model)
-        began = time.perf_counter()
-        for k, point in enumerate(np.array([displacement, velocity, *states]).T[1:].tolist(), start=1):
-            model.setTime(k * STEP)
-            model.setReal(inputs, point[:2])
-            values[:] = point[2:]
-            model.setContinuousStates(values, count)
-            rows += model.getReal(outputs)
-            model.getDerivatives(rates, count)
-            found_rates.append(list(rates))
-        seconds = time.perf_counter() - began
-        model.terminate()
-    answers = np.array(rows).reshape(-1, len(outputs))
-    expected, scales = rates_of(parameters, states, velocity, answers[:, 0])
+    _continue(model)
+    for k, point in enumerate(np.array([displacement, velocity, *states]).T[1:].tolist(), start=1):
+        model.setTime(k * STEP)
+        model.setReal(inputs, point[:2])
+        values[:] = point[2:]
+        model.setContinuousStates(values, count)
+        yield
+        model.getDerivatives(rates, count)
+        found_rates.append(list(rates))
     errors = np.max(np.abs(np.transpose(found_rates) - expected[:, 1:]), axis=1) / scales
     if not np.all(errors <= FORCE_TOLERANCE):
         names = " and ".join(v.name for v in description.modelVariables if v.name.startswith("der("))
@@ -267,21 +266,36 @@ def _by_states(path: Path, description: ModelDescription, displacement: FloatArr
         raise _WrongRatesError(
             f"Its states must change as the model's, but {names} differ by {sizes} of their largest values."
         )
-    return answers, seconds
+
+
+def _states_along(
+    description: ModelDescription, displacement: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """At the samples: absorbed energy [J], omega of each mechanism and elongation of each branch [m], shape (S, K); the
+    velocity [m/s]; the rates of these states that the model has, shape (S, K); a size of each rate, shape (S,).
+    """
+    p, start, times = described_spring(description), described_omegas(description), times_of(displacement)
+    solver, velocity = PathSolver(p), np.sign(np.diff(displacement, prepend=displacement[0]))
+    force = solver.force(displacement, start, times)
+    states, rates = [solver.absorbed_energy(displacement, start, times)], [force * velocity]
+    scales = [float(np.max(np.abs(force)))]
+    for mechanism, omega in zip(p.mechanisms, solver.omegas(displacement, start), strict=True):
+        # Paper eq. (11)
+        rho, sigma, sign = mechanism.rho, mechanism.sigma, velocity * np.sign(omega)
+        states.append(omega)
+        rates.append(rho * velocity * (1.0 - (sigma * sign - sigma + 1.0) * np.abs(omega) ** mechanism.n))
+        scales.append(rho * max(1.0, 2.0 * sigma))
+    elongations, _ = maxwell_columns([branch.time_constant for branch in p.branches], displacement, times)
+    for branch, elongation in zip(p.branches, elongations, strict=True):
+        states.append(elongation)
+        rates.append(velocity - elongation / branch.time_constant)
+        scales.append(1.0 + float(np.max(np.abs(elongation))) / branch.time_constant)
+    return np.array(states), velocity, np.array(rates), np.array(scales)
 
 
 def _references(description: ModelDescription) -> tuple[list[int], list[int]]:
     references = {v.name: v.valueReference for v in description.modelVariables}
     return [references["displacement"]], [references[name] for name in OUTPUTS if name in references]
-
-
-def _initialized(instance: Any, given: list[int], outputs: list[int], displacement: float) -> list[float]:
-    """Initialize where the path starts; the outputs there."""
-    instance.setupExperiment(startTime=0.0)
-    instance.enterInitializationMode()
-    instance.setReal(given, [displacement])
-    instance.exitInitializationMode()
-    return list(instance.getReal(outputs))
 
 
 def _continue(model: Any) -> None:

@@ -1,12 +1,13 @@
-"""What a model description says, whatever the version of FMI."""
+"""What a model description says, whatever the version of FMI, and what the XML files of an FMU have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from xml.etree.ElementTree import Element, indent, tostring
 
 from ...core.variables import FmiUnit, Variable
-from .array_variables import StartValue
+from .described_variables import StartValue
 
 # Of the categories that FMI names, those that a spring uses.
 LOG_CATEGORIES = {
@@ -134,3 +135,15 @@ def _text(value: StartValue | None) -> str | None:
         return None
     # repr gives back every bit of a float.
     return " ".join(map(repr, value)) if isinstance(value, tuple) else repr(value)
+
+
+def xml_file(root: Element) -> bytes:
+    """The indented file of a root element in UTF-8."""
+    indent(root)
+    return bytes(tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"
+
+
+def base_unit(unit: FmiUnit) -> dict[str, str]:
+    """Attributes of the element BaseUnit: the exponents that are not 0."""
+    exponents = {"kg": unit.kg, "m": unit.m, "s": unit.s, "rad": unit.rad}
+    return {name: str(power) for name, power in exponents.items() if power}

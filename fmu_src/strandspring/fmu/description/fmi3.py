@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from .array_variables import REVERSAL_INDICATOR, TypedVariable
 from .content import (
     Backend,
     DescriptionContent,
@@ -14,6 +13,7 @@ from .content import (
     typed_attributes,
     unknowns_of,
 )
+from .described_variables import REVERSAL_INDICATOR, TypedVariable
 
 VERSION, TOKEN = "3.0", "instantiationToken"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+from .content import xml_file
 from .fmi3 import VERSION
 from .icons import asset
-from .xml_parts import xml_file
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
 BUILD_DESCRIPTION = "sources/buildDescription.xml"

@@ -12,9 +12,8 @@ from ...core.variables import FmiUnit
 from ...errors import BuildError
 from ...model.modelfile import ModelFile
 from . import fmi2, fmi3
-from .content import Backend, DescriptionContent
+from .content import Backend, DescriptionContent, base_unit, xml_file
 from .described_variables import described_variables, nominal_values
-from .xml_parts import base_unit, xml_file
 
 _VERSIONS = {2: fmi2, 3: fmi3}
 

@@ -13,9 +13,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from ..._version import __version__
 from ...core.variables import FmiUnit
 from ...model.modelfile import ModelFile
-from .array_variables import StartValue
-from .described_variables import described_variables
-from .xml_parts import base_unit
+from .content import base_unit
+from .described_variables import StartValue, described_variables
 
 _NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructure"
 
