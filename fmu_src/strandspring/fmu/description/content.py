@@ -16,6 +16,14 @@ LOG_CATEGORIES = {
     "logAll": "Every message.",
 }
 
+# Of co-simulation, where nothing happens between communication points that a host could take part in.
+NO_EVENTS = {
+    "providesIntermediateUpdate": "false",
+    "mightReturnEarlyFromDoStep": "false",
+    "canReturnEarlyAfterIntermediateUpdate": "false",
+    "hasEventMode": "false",
+}
+
 
 @dataclass(frozen=True)
 class Backend:
@@ -79,62 +87,6 @@ class DescriptionContent:
     def references(self) -> dict[str, str]:
         """Value reference of each variable, which is its place in the table."""
         return {variable.name: str(place) for place, variable in enumerate(self.table)}
-
-
-def unknowns_of(listed: Mapping[str, Variable]) -> dict[str, list[Variable]]:
-    """The unknowns of the model structure: outputs, derivatives of states, and those when initialization ends."""
-    outputs = [variable for variable in listed.values() if variable.causality == "output"]
-    derivatives = [variable for variable in listed.values() if variable.derivative_of]
-    # Both continuous states have exact start values.
-    initial = [v for v in (*outputs, *derivatives) if v.initial == "calculated"]
-    return {"Output": outputs, "Derivative": derivatives, "InitialUnknown": initial}
-
-
-def dependencies(names: tuple[str, ...], places: Mapping[str, str]) -> dict[str, str]:
-    """Attributes that say on which variables an unknown depends; `places` is how these are referred to."""
-    return {
-        "dependencies": " ".join(sorted((places[name] for name in names), key=int)),
-        "dependenciesKind": " ".join("dependent" for _ in names),
-    }
-
-
-def common_attributes(variable: Variable, reference: str) -> dict[str, str | None]:
-    """Attributes that all variables have."""
-    return {
-        "name": variable.name,
-        "valueReference": reference,
-        "description": variable.description,
-        "causality": variable.causality,
-        "variability": variable.variability,
-        "initial": variable.initial,
-    }
-
-
-def typed_attributes(
-    variable: Variable, content: DescriptionContent, places: Mapping[str, str]
-) -> dict[str, str | None]:
-    """Attributes that depend on the type."""
-    return {
-        "unit": variable.unit,
-        "displayUnit": variable.display_unit,
-        "min": _text(variable.minimum),
-        "max": _text(variable.maximum),
-        "nominal": _text(content.nominal.get(variable.name)),
-        "start": _text(content.start.get(variable.name)),
-        "derivative": None if variable.derivative_of is None else places[variable.derivative_of],
-    }
-
-
-def given(attributes: Mapping[str, str | None]) -> dict[str, str]:
-    """Attributes that have a value."""
-    return {name: value for name, value in attributes.items() if value is not None}
-
-
-def _text(value: StartValue | None) -> str | None:
-    if value is None:
-        return None
-    # repr gives back every bit of a float.
-    return " ".join(map(repr, value)) if isinstance(value, tuple) else repr(value)
 
 
 def xml_file(root: Element) -> bytes:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from .content import xml_file
-from .fmi3 import VERSION
 from .icons import asset
 
 TERMINALS = "terminalsAndIcons/terminalsAndIcons.xml"
@@ -30,7 +29,7 @@ def terminals() -> dict[str, bytes]:
     The equation of motion of a mass on the spring is m*a + force = load, so force is what the neighbour exerts on the
     spring in the direction of displacement: Modelica's flange.f, a flow into the component.
     """
-    root = Element("fmiTerminalsAndIcons", {"fmiVersion": VERSION})
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": "3.0"})
     graphics = SubElement(root, "GraphicalRepresentation")
     SubElement(graphics, "CoordinateSystem", {**_SQUARE, **_SCALE})
     SubElement(graphics, "Icon", _SQUARE)
@@ -54,7 +53,7 @@ def terminals() -> dict[str, bytes]:
 
 def build_description(identifier: str, sources: Sequence[str]) -> bytes:
     """buildDescription.xml of a model identifier and the C files to be compiled."""
-    root = Element("fmiBuildDescription", {"fmiVersion": VERSION})
+    root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     # The first is for all other platforms.
     for platform in (None, *_WITH_LIBM):
         attributes = {"modelIdentifier": identifier}

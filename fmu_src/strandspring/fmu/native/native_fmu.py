@@ -16,9 +16,8 @@ from ...model.coordinates import placed
 from ...model.modelfile import ModelFile
 from ...model.names import LONGEST_NAME
 from ..archive import common_contents, content_guid, fmu_name, fmu_path, installed_version, write_archive
-from ..description.content import Backend
+from ..description.content import NO_EVENTS, Backend
 from ..description.described_variables import REVERSAL_INDICATOR
-from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description, terminals
 from ..description.model_description import model_description
 from ..related_files import BuildSettings, related_files, sealed, version_of

@@ -13,9 +13,8 @@ from ...compiled.sources import sources_in_fmu
 from ...model.names import LONGEST_NAME, identifier
 from ...vibration.bodies.mounted import MountedSystem
 from ..archive import content_guid, installed_version, licences, write_archive
-from ..description.content import Backend, DescriptionContent
+from ..description.content import NO_EVENTS, Backend, DescriptionContent
 from ..description.described_variables import scalar_variables
-from ..description.fmi3 import NO_EVENTS
 from ..description.fmi3_files import BUILD_DESCRIPTION, build_description
 from ..description.icons import icon
 from ..description.model_description import described
