@@ -138,8 +138,8 @@ def test_an_fmu_that_answers_otherwise_is_refused(tmp_path: Path, monkeypatch: p
     from strandspring.fmu.native import native_fmu
 
     fill = native_fmu.filled
-    wrong = replace(SPRING, rho=1.01 * SPRING.rho)
-    monkeypatch.setattr(native_fmu, "filled", lambda image, _spring, *rest: fill(image, wrong, *rest))
+    wrong = ModelFile("spring", replace(SPRING, rho=1.01 * SPRING.rho))
+    monkeypatch.setattr(native_fmu, "filled", lambda image, _model, *rest: fill(image, wrong, *rest))
     for states in (False, True):
         with pytest.raises(Exception, match="was not written, because the FMU failed its check"):
             build_fmu(Spring(SPRING, "spring"), tmp_path / "dist", fmi=3, states=states)
