@@ -66,7 +66,7 @@ class Outcome(Enum):
     )
     UNCERTIFIED = (
         "No spring that fits keeps to the recorded forces between samples and on other loops; record several "
-        "amplitudes, 100 samples per cycle, or identify a part with `cycles=...`."
+        "amplitudes, 100 samples per cycle, or give other `degrees=...`."
     )
 
     SPIKES_DECIDE = (
