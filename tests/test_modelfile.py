@@ -380,7 +380,7 @@ def loads_or_is_refused(path: Path) -> None:
 def test_any_value_in_any_field_is_loaded_or_refused(tmp_path: Path, data: st.DataObject) -> None:
     content = json.loads(data.draw(st.sampled_from([MODEL, ModelFile("table", TABLE)])).to_json())
     for _ in range(data.draw(st.integers(1, 2))):
-        owner = content["parameters"] if data.draw(st.booleans()) else content
+        owner = content.get(data.draw(st.sampled_from(["parameters", "start", "certificate", None])), content)
         if not isinstance(owner, dict) or not owner:
             break
         field = data.draw(st.sampled_from(sorted(owner)))

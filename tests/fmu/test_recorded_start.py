@@ -14,6 +14,7 @@ import pytest
 from branched_springs import BRANCHES, SECOND
 from fmu_tools import instance
 from strandspring import BuildError, Record, Spring, SpringParameters, build_fmu, export, identify
+from strandspring.fmu.checks.check import examine_fmu
 from strandspring.fmu.description.ssv import parameter_values
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.python_backed import build_python_fmu
@@ -101,6 +102,7 @@ def test_the_whole_state_starts_there_in_all_forms(form: dict[str, object], tmp_
     start = {v.name: v.start for v in fmpy.read_model_description(str(fmu)).modelVariables}
     names = ("omega", "second_omega") if "with_states" in form else ("omega_start", "second_omega_start")
     assert [float(start[name]) for name in names] == [-0.75, 0.25]
+    assert examine_fmu(fmu).problems == ()  # binary and description begin alike
     if form in ({}, {"python": True}):
         (force,) = driven(fmu, np.array([0.0]), tmp_path / "unpacked")
         # kE - kappa_omega*0.75, and the second mechanism's 0.25*9 N.
@@ -111,6 +113,10 @@ def test_exports_start_there(tmp_path: Path) -> None:
     spring = Spring.from_model(WHOLE)
     ssv, modelica = export(spring, tmp_path, ssv=True, modelica=True)
     assert 'name="omega_start"' in (text := ssv.read_text(encoding="utf-8"))
+    (law,) = export(spring, tmp_path, c=True)
+    # What a program calls that steps the spring without FMI.
+    header = " ".join(law.with_suffix(".h").read_text(encoding="utf-8").replace("\n *", "").split())
+    assert "begins with spring_start(0.0, -0.75) and spring_added_start(0.0, 0.25)" in header
     for name, value in (("omega_start", "-0.75"), ("second_omega_start", "0.25")):
         assert f'value="{value}"' in text.split(f'name="{name}"')[1].split("</ssv:Parameter>")[0]
         assert f"    {name}={value}" in modelica.read_text(encoding="utf-8")

@@ -17,6 +17,7 @@ from pathlib import Path
 from textwrap import fill, wrap
 
 from ..core.parameters import SpringParameters
+from ..fmu.description.described_variables import start_omegas
 from ..ground.files import write_text
 from ..kernel.branches import added_fields
 from ..kernel.library import library
@@ -112,6 +113,10 @@ def _law_header(model: ModelFile, zero: float) -> str:
         f"The spring {name}, identified from {p.displacement_min:.6g} m to {p.displacement_max:.6g} m. {counted} "
         "Constant: it may lie in flash, and any number of threads may read it."
     )
+    if model.start is not None:
+        omega, second_omega = start_omegas(model)
+        added = "" if p.is_plain else f" and spring_added_start(0.0, {second_omega!r})"
+        said += f" Its FMU begins with spring_start(0.0, {omega!r}){added}."
     if p.is_plain:
         extra, constants_of = "", {"": "SpringLaw"}
     else:

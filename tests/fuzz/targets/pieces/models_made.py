@@ -69,9 +69,14 @@ def sound(dice: random.Random) -> dict[str, Any]:
         "displacement_max": high,
     }
     uncertainty = dice.choice((_no_uncertainty, _full_uncertainty, _full_uncertainty))(dice, parameters)
+    recorded: dict[str, Any] = {"format_version": dice.choice((1, 2, 3, 4))}
+    if recorded["format_version"] == 4:
+        where = {"displacement": dice.choice((low, 0.0, middle)), "omega": dice.choice((-1.0, -0.3, 0.0, 1.0))}
+        recorded["start"] = where | {"branch_forces": [], "at_rest": dice.random() < 0.5}
+        recorded["certificate"] = {"force_min": -force, "force_max": force, "margin": 0.5 * force}
     return {
         "format": "strandspring-model",
-        "format_version": 1,
+        **recorded,
         "name": dice.choice(("spring", "mount_7", "A")),
         "description": dice.choice(("", "a mount, lot 7", "Feder <&> \u00e4")),
         "parameters": parameters,
@@ -180,7 +185,9 @@ def _places(value: Any, found: list[tuple[Any, Any]]) -> list[tuple[Any, Any]]:
 
 def _place(dice: random.Random, content: dict[str, Any]) -> tuple[Any, Any]:
     """A container and a key of it, most often among the parameters or in the uncertainty."""
-    part = dice.choice(("parameters", "parameters", "parameters", "uncertainty", "uncertainty", "fit", None))
+    part = dice.choice(
+        ("parameters", "parameters", "parameters", "uncertainty", "uncertainty", "start", "certificate", "fit", None)
+    )
     inside = content.get(part) if part else content
     places = _places(inside if isinstance(inside, dict | list) and inside else content, [])
     return dice.choice(places) if places else (content, "name")
