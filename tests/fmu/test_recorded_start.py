@@ -153,6 +153,9 @@ def test_a_record_of_another_model_is_refused(loaded: tuple[Path, ModelFile, Rec
     assert "another.csv is none of the records whose figures rubber holds" in terminal.err
     with pytest.raises(BuildError, match="is none of the records whose figures hand holds"):
         build_fmu(Spring(RUBBER, "hand"), record=folder / "rubber.csv")
+    with pytest.raises(BuildError, match="`record` is for a model"):
+        build_fmu(folder / "rubber.csv", record=folder / "rubber.csv")
+    terminal("build", str(folder / "rubber.csv"), "--record", "another.csv", status=2)
     assert not Path("dist").exists()
 
 

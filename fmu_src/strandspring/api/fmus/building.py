@@ -241,7 +241,8 @@ def build_fmu(
 ) -> Path:
     """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
 
-    Records are identified with the defaults of `identify`, and its cautions become warnings. The FMU of a SYSTEM.toml
+    Records are identified with the defaults of `identify`, and its cautions become warnings; along them, from where
+    they start, the FMU must have the RNL that the model has. The FMU of a SYSTEM.toml
     is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
     `fmi`, `platforms`, `author` and `candidate`.
 
@@ -275,7 +276,7 @@ def build_fmu(
     name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
     candidate : str or None   Of a SYSTEM.toml; needed if it has several.
     record : path, Record or DataFrame, or several, or None
-        Of those that a model was identified from; along them the FMU is checked, as along records that are given.
+        With a model: of those that it was identified from; the FMU is checked along them.
     progress : callable    Is called with what is being done, the number of parts done, and how many there are.
 
     Returns
@@ -315,7 +316,7 @@ def build_fmu(
     if path is not None and describes_system(path):
         others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
                   "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
-                  "name": name}  # fmt: skip
+                  "name": name, "record": record}  # fmt: skip
         if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
             raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
         from .building_system import SystemToBuild  # slow to import
@@ -344,15 +345,18 @@ def _model(
     """The model of a spring, of the file at a path, of an identification, or of records that are identified now, and
     the records along which its FMU is checked.
     """
-    from ...records.given import as_records  # slow to import
-
     held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
-    if isinstance(held, ModelFile):
-        return held, () if record is None else as_records(record)
+    if isinstance(held, ModelFile) and record is None:
+        return held, ()
     # Slow to import.
     from ...identification.identified_model import IdentifiedModel
     from ...identification.identify_records import identify_records
+    from ...records.given import as_records
 
+    if isinstance(held, ModelFile) and record is not None:
+        return held, as_records(record)
+    if record is not None:
+        raise BuildError("`record` is for a model; an FMU of records is checked along these, so leave it out.")
     if isinstance(source, IdentifiedModel):
         identification = source
     else:

@@ -186,7 +186,7 @@ def build(
         from ...records.given import bundled_record
         from .identify import identified
 
-        refuse_given({"record"}, "a model file", "it is identified from all records")
+        refuse_given({"record"}, "a model file", "records are identified and followed without it")
         if not sources:
             sources, name = (str(bundled_record(Path(models))),), EXAMPLE_NAME if name is None else name
             options = {**options, **{key: options[key] or value for key, value in EXAMPLE_COLUMNS.items()}}
