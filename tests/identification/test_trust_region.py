@@ -71,6 +71,22 @@ def test_a_variable_without_room_stays_and_the_other_follows() -> None:
     np.testing.assert_allclose(x, [-1.2, 1.44], rtol=1e-9)
 
 
+def test_bounds_that_cross_by_rounding_leave_a_variable_no_room() -> None:
+    low, high = np.array([-1.2, -3.0]), np.array([np.nextafter(-1.2, -2.0), 3.0])
+    x, best, converged = minimise(Rosenbrock, np.array([-1.2, 1.0]), low, high, 1e-10, EVALUATIONS)
+    assert converged
+    assert x[0] == low[0]
+    assert x[1] == pytest.approx(1.44, rel=1e-9)  # the minimum over the other, as without rounding
+    assert best.squares == pytest.approx(2.2**2, rel=1e-9)
+
+
+def test_derivatives_whose_squares_vanish_take_no_part() -> None:
+    wide = np.full(2, np.inf)
+    step, is_full = _step(np.diag([0.0, 1e-200]), np.ones(2), 1.0, -wide, wide)
+    assert is_full
+    np.testing.assert_array_equal(step, 0.0)
+
+
 def test_used_up_evaluations_are_no_minimum() -> None:
     _, count, converged = minimum(np.array([-1.2, 1.0]), np.full(2, -3.0), np.full(2, 3.0), evaluations=3)
     assert count == 3

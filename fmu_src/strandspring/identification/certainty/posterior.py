@@ -26,6 +26,7 @@ from ..least_squares.projection import Problem
 
 _DRAWS = 2000  # of importance sampling
 _MOVES, _TRIED = 6, 500  # times that the distribution of draws is moved at most, by so many draws each
+_LEAST = 1e-30  # power of the densities to which weights are flattened at most
 _FLAT = 0.1  # least effective share of the draws that move it: weights are flattened until then
 _EFFECTIVE = 1000.0  # draws of equal weight that are enough
 _FREEDOM = 6.0  # degrees of freedom of the draws: tails that reach beyond those of the posterior
@@ -94,7 +95,7 @@ def _drawn(target: _Target, generator: np.random.Generator) -> tuple[FloatArray,
         if np.count_nonzero(np.isfinite(logarithm)) < _FLAT * _TRIED:  # most draws lie beyond the bounds
             break
         power = 1.0
-        while (weight := np.exp(power * logarithm)).sum() ** 2 < _FLAT * _TRIED * (weight**2).sum():
+        while (weight := np.exp(power * logarithm)).sum() ** 2 < _FLAT * _TRIED * (weight**2).sum() and power > _LEAST:
             power *= 0.7
         centre = weight @ places / weight.sum()
         off = np.sqrt(weight / weight.sum())[:, None] * (places - centre)

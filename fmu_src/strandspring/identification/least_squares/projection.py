@@ -25,7 +25,7 @@ from .trust_region import Reduced, minimise, triangle_of
 # that saturates within a millionth of the stroke.
 RHO_BOUNDS = (2.0, 1e6)
 # rho may move by this factor from its start. Records outside the model would else drive it to where FE imitates the
-# loop of the one amplitude measured.
+# loop of the one amplitude measured. Dry friction starts far beyond the bounds.
 _TRUST = 10.0
 _EVALUATIONS = 100
 _INSIDE = 1e-6  # distance of omega_start from +-1, where it has no effect
@@ -85,7 +85,7 @@ class Problem:
         self.records = loops.points.records
         longest = float(loops.length.max())
         least, most = (b / longest for b in RHO_BOUNDS)
-        around = (max(least, start.rho / _TRUST), min(most, start.rho * _TRUST))
+        around = (max(least, min(start.rho, most) / _TRUST), min(most, max(start.rho, least) * _TRUST))
         bounds = [around, SIGMA_BOUNDS, N_BOUNDS]
         self.low = np.array([*(math.log(low) for low, _ in bounds), *[_INSIDE - 1.0] * self.records])
         self.high = np.array([*(math.log(high) for _, high in bounds), *[1.0 - _INSIDE] * self.records])
@@ -129,7 +129,7 @@ class Problem:
         evaluations : int              At which it ends in any case.
         """
         linear = partial(_Fit, _Weighted(self, weight))
-        start = vector(hysteresis, omega_start).clip(self.low, self.high)
+        start = vector(hysteresis, omega_start)
         theta, fit, converged = minimise(linear, start, self.low, self.high, tolerance, evaluations)
         rho, sigma, n = np.exp(theta[:3]).tolist()
         return Refinement(

@@ -24,6 +24,7 @@ _NEGLIGIBLE = 0.1  # share of the tolerance: a full step that promises no more t
 _SHORTEST = 1e-12  # relative length of a step at which the iteration ends
 _RADIUS_TOLERANCE = 0.01  # share of the radius by which a step may be longer, and that is left to the last variables
 _RADIUS_ITERATIONS = 10
+_UNFELT = 1e-100  # length of a scaled combination that has no effect, lest its square be 0
 _BLOCK = 1024  # rows that are decomposed together, which stay in the cache
 _LEAST = 1e-12  # of the square of a direction is left beside the columns of own variables
 
@@ -76,8 +77,8 @@ def minimise(
     Parameters
     ----------
     evaluate : callable               The problem at a point of shape (v + w,), own variables last.
-    start : ndarray, shape (v + w,)   Within the bounds.
-    low, high : ndarray, shape (v + w,)
+    start : ndarray, shape (v + w,)   Is moved between the bounds.
+    low, high : ndarray, shape (v + w,)   Where they cross, as they may by rounding, the variable stays at `low`.
     tolerance : float                 Relative change of the sum at which the iteration ends.
     evaluations : int                 At which it ends in any case.
 
@@ -87,7 +88,9 @@ def minimise(
     trial : Trial                     The problem there.
     converged : bool                  Whether it is a minimum: there is none where evaluations were used up.
     """
-    x, best, count = start, evaluate(start), 1
+    high = np.maximum(low, high)
+    x = start.clip(low, high)
+    best, count = evaluate(x), 1
     scale: FloatArray | float = 0.0
     radius = 0.0
     while True:
@@ -180,7 +183,7 @@ def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: Fl
     step, is_full = np.zeros(low.size), True
     downhill = -J.T @ r
     free = ((downhill > 0.0) & (high > 0.0)) | ((downhill < 0.0) & (low < 0.0))
-    while free.any():
+    for _ in range(int(free.sum())):  # each leaves one more at a bound
         wanted = np.where(free, 0.0, step)
         left = np.sqrt(max(radius**2 - float(wanted @ wanted), (_RADIUS_TOLERANCE * radius) ** 2))
         wanted[free], is_full = _within_radius(J[:, free], r + J @ wanted, left)
@@ -191,7 +194,7 @@ def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: Fl
         way, bound = wanted - step, wanted.clip(low, high)
         share = np.divide(bound - step, way, out=np.ones(way.size), where=is_outside)
         first = int(share.argmin())
-        step += share[first] * way
+        step = (step + share[first] * way).clip(low, high)
         step[first], free[first] = bound[first], False
     return step, is_full
 
@@ -199,7 +202,7 @@ def _step(J: FloatArray, r: FloatArray, radius: float, low: FloatArray, high: Fl
 def _within_radius(J: FloatArray, r: FloatArray, radius: float) -> tuple[FloatArray, bool]:
     """The Gauss-Newton step, damped to the radius if it is longer, and whether it is not."""
     turned, singular, turns = np.linalg.svd(J, full_matrices=False)
-    felt = singular > np.finfo(np.float64).eps * _BLOCK * singular[0]
+    felt = singular > max(np.finfo(np.float64).eps * _BLOCK * float(singular[0]), _UNFELT)
     squares, along = singular[felt] ** 2, (turned.T @ r)[felt] * singular[felt]
     damping = 0.0
     for _ in range(_RADIUS_ITERATIONS):

@@ -22,6 +22,7 @@ _EVALUATIONS = 12  # of a fit that only shows whether a size is worth more
 _RANGE = 0.0005 * 2.0 ** np.arange(7)  # delays as shares of a cycle, plays as shares of the longest stroke
 _BETWEEN = (0.75, 0.87, 1.15, 1.35)  # sizes about the best one of the range, which it is compared with
 _ABOUT = (0.87, 1.15)  # sizes that one found is compared with
+_CHANGES = 30  # by one factor, at most: together they are as wide as the range
 _CLEARLY = 1.0  # difference of the criterion from which another size is the better one
 
 
@@ -79,7 +80,7 @@ def with_other_sizes(rig: Rig, state: Corrected) -> Corrected:
     """With other sizes of the effects that move points past reversals, where the misfit has several minima."""
     for effect in (Effect.DELAY, Effect.PLAY):
         for factor in _ABOUT if effect in state.sizes else ():
-            while True:
+            for _ in range(_CHANGES):
                 other = fitted_with(rig, state.fit, {**state.sizes, effect: factor * state.sizes[effect]})
                 if other is None or other.better_by(state) <= _CLEARLY:
                     break
