@@ -71,6 +71,30 @@ def test_degrees_are_chosen_among_those_that_the_points_decide(strokes: int, sam
     assert result.rnl > 0.9
 
 
+def dry_friction(samples: int, stiffness: float, friction: float) -> Record:
+    """It switches between two samples: what a search starts from saturates far beyond its bounds."""
+    phase = np.linspace(0.0, 20.0, samples)
+    return Record(0.004 * np.sin(phase), stiffness * np.sin(phase) + friction * np.sign(np.cos(phase)))
+
+
+@pytest.mark.parametrize("samples", [200, 700, 1500, 2000])
+@pytest.mark.parametrize(("stiffness", "friction"), [(10.0, 0.5), (1e4, 5e3), (1.0, 20.0)])
+def test_dry_friction_without_noise_is_found(samples: int, stiffness: float, friction: float) -> None:
+    found = identify(dry_friction(samples, stiffness, friction))
+    # It is missed altogether in the sample after each of the 6 reversals, and in no other.
+    assert found.rmse <= 2.0 * friction * np.sqrt(6.0 / samples)
+
+
+def test_a_refusal_says_that_forces_at_the_end_of_a_range_were_left_out() -> None:
+    assert "(<arrays>: 700 samples)" in str(refused(dry_friction(700, 0.0, 0.5)))  # all of them
+    record = record_of(spring_of(1.0, 1.0), sine())
+    peak = np.abs(record.force).max()
+    clipped = replace(record, force=record.force.clip(-peak, -0.7 * peak))
+    refusal = str(refused(clipped))
+    assert refusal.endswith(f"({record.path}: {np.sum(clipped.force == -0.7 * peak)} samples)")
+    assert "The force stays at an extreme, as at the end of a sensor's range" in refusal
+
+
 @pytest.mark.parametrize("method", [ScanOptions(), ScanOptions(degrees=(1, 0)), TwoStageOptions(degrees=(1, 0))])
 def test_as_many_parameters_as_points_are_refused(method: Any) -> None:
     path = MEAN + AMPLITUDE / 3.0 * np.array([0.0, 3.0, -2.0, 2.0, -3.0, 0.0, 3.0, -2.0])

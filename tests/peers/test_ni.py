@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from ni_starts import random_start
-from strandspring import read_record
+from strandspring import NiOptions, identify, read_record
 from strandspring.cli.main import main
 from strandspring.errors import RecordError
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
@@ -223,6 +223,12 @@ def test_another_spring_leaves_more_than_noise() -> None:
     _, period = experiment()
     result = ni_method(period, 100.0 * np.tanh(period) + 20.0 * np.sin(5.0 * period), PAPER_NI)
     assert result.outcome is not NiOutcome.CONVERGED
+
+
+def test_given_start_values_are_kept_in_the_model_file() -> None:
+    p, period = experiment(samples=400)
+    found = identify(1e-3 * np.tile(period, 2), np.tile(p.steady_force(period), 2), options=NiOptions(start=PAPER_NI))
+    assert found.spring().model.provenance["options"]["start"] == asdict(PAPER_NI)
 
 
 # The command

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import fields, replace
+from dataclasses import asdict, replace
 from itertools import combinations
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from ..errors import RecordError
 from ..ground.one_thread import one_thread
 from ..kernel.path import PathSolver
+from ..loops.left_out import clipped_samples
 from ..loops.strokes import find_strokes
 from ..model.certificate import Driven, ForceRange, shortcoming
 from ..model.outcomes import IdentificationError, Outcome, by_harm
@@ -85,10 +86,12 @@ def identify_records(
         # For matrices as small as these more threads only cost, most of all on a busy computer.
         with one_thread():
             identification = _identified(group, method, save_anyway)
-    except IdentificationError:
-        if spikes:
-            raise IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) from None
-        raise
+    except IdentificationError as problem:
+        refusal = IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes)) if spikes else problem
+        counts = {record.path: int(clipped_samples(record.force).sum()) for record in group}
+        if clipped := "; ".join(f"{path}: {count} samples" for path, count in counts.items() if count):
+            refusal.args = (f"{refusal} {Outcome.CLIPPED.value} ({clipped})",)
+        raise refusal from None
     findings = dict(identification.findings)
     if spikes and not method.withstands_outliers:
         findings[Outcome.SPIKES] = "; ".join(spikes)
@@ -201,7 +204,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         small_loops=small,
         method=method.name,
         certificate=ForceRange.of(_driven(fits, group)),
-        options={field.name: _in_json(getattr(method, field.name)) for field in fields(method)},
+        options={name: _in_json(value) for name, value in asdict(method).items()},
         wider=result.wider,
     )
 
@@ -271,7 +274,7 @@ def _of_saved_spring(uncertainty: dict[str, Any], rmse: float, fitted: float) ->
 
 def _in_json(value: Any) -> Any:
     """An option for the provenance; JSON has no infinity."""
-    return {None: "auto", math.inf: "infinite"}.get(value, value)
+    return "auto" if value is None else "infinite" if value == math.inf else value
 
 
 def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome, str]:
