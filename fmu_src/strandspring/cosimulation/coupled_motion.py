@@ -54,7 +54,8 @@ def simulate(
     ----------
     plant : Plant
     springs : sequence of FmuSpring   One for each attachment. Springs that have not been started are started at the
-                                      displacements of q; others continue their committed paths.
+                                      displacements of q; others continue their committed paths. Each that leaves
+                                      its identified range by more than 1 % of it gives a UserWarning.
     stop, step : float                End and step [s]; `stop` is rounded to whole steps.
     master : Master
     q, velocity : array_like, shape (N,)   Initial values; zero by default.
@@ -80,6 +81,8 @@ def simulate(
         except DivergenceError:
             raise CosimulationError(f"The motion diverged in the step at {time:.6g} s; take smaller steps.") from None
         states.append(state)
+    for spring in springs:
+        spring.warn_outside(stacklevel=2)
     accelerations = [
         plant.acceleration(time, state.q, state.velocity, state.forces)
         for time, state in zip(times.tolist(), states, strict=True)

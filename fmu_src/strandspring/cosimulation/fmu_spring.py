@@ -25,6 +25,7 @@ from ..core.parameters import ARRAYS, LARGEST_DISPLACEMENT
 from ..errors import StrandspringError
 from ..fmu.checks.fmpy_host import SLAVES, fmi_version, library_path
 from ..ground.scratch import TemporaryFolder
+from ..kernel.path import warn_outside
 from .messages import Messages
 
 _MODEL_VALUES: Mapping[str, ArrayLike] = {}
@@ -69,7 +70,6 @@ class FmuSpring:
     Attributes
     ----------
     displacement_min, displacement_max : float   Identified range [m].
-    committed_displacement : float     End of the committed path [m]; NaN before `start`.
     messages : list of str             Log messages of the FMU.
 
     Raises
@@ -89,7 +89,8 @@ class FmuSpring:
         self.name = name
         self.displacement_min = float(starts["displacement_min"][0])
         self.displacement_max = float(starts["displacement_max"][0])
-        self.committed_displacement = math.nan
+        self._path: list[float] = []  # committed
+        self._judged = 0  # samples of it
         self.messages = Messages(fmi)
         self._parameters = [references[name] for name in given]
         self._parameter_values = [value for values in given.values() for value in values]
@@ -117,19 +118,31 @@ class FmuSpring:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        self.close(stacklevel=3)
 
-    def close(self) -> None:
-        """Terminate and free the instance."""
+    def close(self, stacklevel: int = 2) -> None:
+        """Terminate and free the instance; warn of a path outside the identified range that was not yet warned of."""
         if self.started:
             self._slave.terminate()
         self._slave.freeInstance()
         self._folder.close()
+        self.warn_outside(stacklevel)
+
+    def warn_outside(self, stacklevel: int = 1) -> None:
+        """Warn if the path committed since the last call leaves the identified range by more than 1 % of it."""
+        path, self._judged = self._path[self._judged :], len(self._path)
+        if path:
+            warn_outside(np.array(path), self.displacement_min, self.displacement_max, stacklevel + 1)
 
     @property
     def started(self) -> bool:
         """Whether `start` has been called."""
-        return not math.isnan(self.committed_displacement)
+        return bool(self._path)
+
+    @property
+    def committed_displacement(self) -> float:
+        """End of the committed path [m]; NaN before `start`."""
+        return self._path[-1] if self._path else math.nan
 
     def start(self, displacement: float, time: float = 0.0) -> Response:
         """Begin the path at a displacement [m] and time [s]."""
@@ -139,7 +152,7 @@ class FmuSpring:
             self._call(self._slave.setReal, self._parameters, self._parameter_values)
         self._set(displacement)
         self._call(self._slave.exitInitializationMode)
-        self.committed_displacement = displacement
+        self._path.append(displacement)
         return self._get()
 
     def trial(self, displacement: float) -> Response:
@@ -151,17 +164,18 @@ class FmuSpring:
         """Commit the straight path to a displacement [m] by a step; times in s."""
         self._set(displacement)
         self._call(self._slave.doStep, time, step)
-        self.committed_displacement = displacement
+        self._path.append(displacement)
         return self._get()
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
         """Revert the FMU to its present state when the block ends."""
-        state, committed = self._call(self._slave.getFMUstate), self.committed_displacement
+        state, samples = self._call(self._slave.getFMUstate), len(self._path)
         try:
             yield
         finally:
-            self.committed_displacement = committed
+            del self._path[samples:]
+            self._judged = min(self._judged, samples)
             self._call(self._slave.setFMUstate, state)
             self._call(self._slave.freeFMUstate, state)
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..kernel.arrays import FloatArray
-from ..kernel.path import as_path, warn_outside
+from ..kernel.path import as_path
 from .fmu_spring import FmuSpring
 
 _MODEL_VALUES: Mapping[str, ArrayLike] = {}
@@ -91,8 +91,7 @@ def simulate_fmu(
         responses = [spring.start(float(path[0]), float(times[0]))]
         steps = zip(times[:-1].tolist(), np.diff(times).tolist(), path[1:].tolist(), strict=True)
         responses += [spring.commit(*step) for step in steps]
-        low, high = spring.displacement_min, spring.displacement_max
-    warn_outside(path, low, high, stacklevel=2)
+        spring.warn_outside(stacklevel=2)
     force, energy, stiffness = np.array(responses).T
     return PrescribedMotion(times, path, force, stiffness, energy)
 
