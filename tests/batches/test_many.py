@@ -10,6 +10,7 @@ import subprocess
 import sys
 import time
 import zlib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -338,14 +339,20 @@ def test_a_worker_that_dies_once_costs_nothing(few: Path) -> None:
     assert (few / "once").read_text() == "died"
 
 
-def test_an_error_of_the_program_is_a_row(few: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object) -> None:
-        raise ZeroDivisionError("of a kind")
-
+@pytest.mark.parametrize(
+    ("fail", "said"),
+    [
+        (lambda *_: 1 // 0, "ZeroDivisionError: integer division"),
+        (lambda *_: np.log(np.zeros(1)), "RuntimeWarning: divide by zero"),  # an error here, and not hidden
+    ],
+)
+def test_an_error_of_the_program_is_a_row(
+    few: Path, monkeypatch: pytest.MonkeyPatch, fail: Callable[..., object], said: str
+) -> None:
     monkeypatch.setattr("strandspring.campaigns.batches.spring_row.identify_records", fail)
     many = identify_many(few, few / "models", workers=1)
     assert many.batch.statuses["failed"] == 3
-    assert "An error of the program (ZeroDivisionError: of a kind)" in many.summary()
+    assert f"An error of the program ({said}" in many.summary()
 
 
 def test_a_script_needs_no_guard(few: Path) -> None:

@@ -117,7 +117,7 @@ def three_points(travel: FloatArray, u: FloatArray) -> Hysteresis | None:
     u1, slope1 = at(max(_H1, 0.5 * float(u[0])))
     u2, slope2 = at(_H2)
     u3, slope3 = at(_H3)
-    with np.errstate(invalid="ignore", divide="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         n = np.log((slope2 - rho) / (slope3 - rho)) / np.log(u2 / u3)  # eq. (24)
         sigma = 0.5 * ((slope1 / rho - 1.0) / np.abs(u1) ** n + 1.0)  # eq. (25)
     if not (rho > 0.0 and np.isfinite(n) and n > 0.0 and np.isfinite(sigma)):

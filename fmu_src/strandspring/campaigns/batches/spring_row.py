@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
-import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from ..._version import __version__
 from ...core.parameters import SpringParameters
@@ -141,10 +138,7 @@ class BatchWork:
 
     def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
         """Identify the springs of files, each on its own."""
-        # Numbers that overflow are refused; they need no warning.
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            return [self._finished(spring) for spring in tasks]
+        return [self._finished(spring) for spring in tasks]
 
     def fatal(self, spring: SpringFile) -> Finished:
         """The row of a file that ended its worker process twice."""

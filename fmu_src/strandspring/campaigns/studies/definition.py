@@ -232,9 +232,7 @@ class Study(Runs[RunRow]):
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""
-        # Motions that overflow are refused; they need no warning.
-        with np.errstate(all="ignore"):
-            return [self._row(run) for run in runs]
+        return [self._row(run) for run in runs]
 
     def _row(self, run: int) -> RunRow:
         place = self.place(run)

@@ -215,9 +215,7 @@ class SystemStudy(Runs[SystemRow]):
     def rows(self, runs: Iterable[int]) -> list[SystemRow]:
         """Execute runs."""
         described = lru_cache(maxsize=1)(self.described)  # runs that follow each other share it
-        # Motions that overflow are refused; they need no warning.
-        with np.errstate(all="ignore"):
-            return [self._row(run, described) for run in runs]
+        return [self._row(run, described) for run in runs]
 
     def _row(self, run: int, described: Callable[[int], SystemFile]) -> SystemRow:
         place = self.place(run)
