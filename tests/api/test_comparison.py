@@ -71,6 +71,20 @@ def test_a_known_difference_is_found_with_its_size() -> None:
     assert compare(b, a, draws=DRAWS).to_frame()["change"].dropna().iloc[0] > 0.0  # kappa_omega grows the other way
 
 
+def test_what_is_not_judged_neither_differs_nor_is_the_same() -> None:
+    """However small its probability: kappa_omega is judged together with rho, sigma and n."""
+    a, b = (by_hand(replace(TRUE, kappa_omega=kappa), 0.001) for kappa in (25.0, 30.0))
+    comparison = compare(a, b, draws=20)
+    content = comparison.as_json()
+    told = {row["quantity"]: row["differs"] for row in (*content["parameters"], *content["figures"])}
+    (kappa,) = (row for row in content["parameters"] if row["quantity"] == "kappa_omega")
+    assert kappa["p"] < 1e-100
+    assert [told[name] for name in ("kappa_omega", "loss_factor", "energy_per_cycle")] == [None, None, True]
+    assert content["hysteresis_test"]["differs"]
+    frame = comparison.to_frame()
+    assert set(frame[frame["differs"]]["quantity"]) == {"secant_stiffness", "energy_per_cycle", "mean_force"}
+
+
 def test_what_did_not_change_is_said_to_be_the_same() -> None:
     stiffer = replace(TRUE, kE=(5.0, 3150.0, *TRUE.kE[2:]))  # FE does no work over a closed loop
     other = identify(record_of(stiffer, sine(), 0.02, 2), options=RefinedOptions(degrees=(3, 2))).spring()
@@ -195,7 +209,7 @@ def test_without_uncertainty_nothing_is_judged() -> None:
         assert reason in comparison.sentence
         assert "As identified, secant stiffness" in comparison.sentence
         assert comparison.bands is None
-        assert not any(one.differs for one in comparison.figures)
+        assert {one.differs for one in comparison.figures} == {None}
     assert compare(identified(25.0, 1), identified(22.5, 2), draws=0).verdict is ComparisonVerdict.UNKNOWN
 
 

@@ -200,7 +200,7 @@ class Comparison(PlottedResult):
         import pandas as pd
 
         frame = pd.DataFrame([difference.as_json() for difference in (*self.parameters, *self.figures)])
-        return frame.drop(columns="words").astype({"amplitude": float})
+        return frame.drop(columns="words").astype({"amplitude": float, "differs": "boolean"})
 
     def as_json(self) -> dict[str, Any]:
         """The result as JSON, all in SI units."""

@@ -64,7 +64,8 @@ class SpringDifference:
     reason : str                Why z is unknown, in words; else empty.
     seen_from : float           Change that would have been judged beyond the uncertainty in 95 of 100 cases; NaN
                                 where the quantity is not judged.
-    differs : bool              Whether it is judged to be beyond the uncertainty.
+    differs : bool or None      Whether it is judged to be beyond the uncertainty; None where it is not judged, as are
+                                single parameters (their joint test is), loss factors and springs that are not drawn.
     """
 
     quantity: str
@@ -80,7 +81,7 @@ class SpringDifference:
     z: float = math.nan
     reason: str = ""
     seen_from: float = math.nan
-    differs: bool = False
+    differs: bool | None = None
 
     @property
     def p(self) -> float:
@@ -102,14 +103,14 @@ class HysteresisTest:
     chi_square : float
     degrees_of_freedom : int
     p : float                   Probability of as large a chi-square if the springs are the same.
-    differs : bool              Whether it is judged to be beyond the uncertainty.
+    differs : bool or None      Whether it is judged to be beyond the uncertainty; None if no springs were drawn.
     """
 
     parameters: tuple[str, ...]
     chi_square: float
     degrees_of_freedom: int
     p: float
-    differs: bool = False
+    differs: bool | None = None
 
 
 def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[JointCovariance, JointCovariance] | None, str]:
