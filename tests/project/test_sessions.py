@@ -8,6 +8,7 @@ import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def _identify(number: int) -> bytes:
 
 
 @pytest.mark.parametrize("work", [_response, _isolate, _identify], ids=["response", "isolate", "identify"])
-def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes]) -> None:
+def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes], tmp_path: Path) -> None:
     numbers = range(2) if work is _identify else range(THREADS)
     alone = {number: work(number) for number in numbers}
     together = threading.Barrier(THREADS)
@@ -57,7 +58,10 @@ def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes]) -> None
 
     with ThreadPoolExecutor(THREADS) as pool:
         for number, answer in pool.map(begun_together, range(THREADS)):
-            assert answer == alone[number]
+            if answer != alone[number]:
+                for name, text in (("alone", alone[number]), ("among_others", answer)):
+                    (tmp_path / name).write_bytes(text)
+                pytest.fail(f"number {number} differs among other threads; both answers are in {tmp_path}")
 
 
 # What belongs to the program that imports, as text.
