@@ -40,7 +40,7 @@ def test_json_is_one_object_with_everything(terminal: Terminal) -> None:
     command = ("simulate", "gun_cradle.toml", *FEW, "--draws", "16", "-o", "out.csv", "--plot", "sheet.png", "--json")
     told = json.loads(terminal(*command, "--histories", "courses"))
     assert set(told) == {
-        "file", "system", "limits", "candidates", "cases", "output", "report", "plot", "histories"
+        "file", "system", "limits", "tested", "candidates", "cases", "output", "report", "plot", "histories"
     }  # fmt: skip
     (case,) = told["cases"]
     assert case["verdict"] == "pass"

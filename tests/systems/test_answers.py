@@ -50,7 +50,7 @@ def kinds(answer: CaseAnswer) -> set[CautionKind]:
     ("low", "high", "limit", "is_outside", "verdict"),
     [
         (0.8, 0.9, 1.0, False, CaseVerdict.PASSES),
-        (0.8, 0.9, None, False, CaseVerdict.PASSES),
+        (0.8, 0.9, None, False, CaseVerdict.NO_LIMITS),
         (1.01, 1.1, 1.0, False, CaseVerdict.FAILS),
         (0.8, 1.01, 1.0, False, CaseVerdict.UNDECIDED),
         (0.4, 0.5, 1.0, True, CaseVerdict.OUTSIDE),
@@ -61,7 +61,7 @@ def test_a_verdict_follows_from_ranges_and_limits(
     low: float, high: float, limit: float | None, is_outside: bool, verdict: CaseVerdict
 ) -> None:
     figure = Figure(FigureKind.SWAY, "point", 0.5 * (low + high), 0.0, low, high, limit)
-    assert judged([figure], is_outside) is verdict
+    assert judged([figure], is_outside, limit is not None) is verdict
     assert figure.margin == (None if limit is None else pytest.approx(1.0 - high / limit))
 
 
@@ -77,7 +77,7 @@ def test_a_spring_beyond_its_range_is_outside_and_never_passes() -> None:
     weak = answer_case(
         "one", system, replace(strong, channels=shaken(HalfSine(100.0, 0.01), (0, 0, 1.0)).channels), FREE
     )
-    assert weak.verdict is CaseVerdict.PASSES
+    assert weak.verdict is CaseVerdict.NO_LIMITS
     assert CautionKind.OUTSIDE not in kinds(weak)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .._version import __version__
-from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, overall_verdicts, untested
 from ..vibration.verdicts.case_cautions import CautionKind
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts, verdict_charts
@@ -33,7 +33,20 @@ from .simulation_tables import at_rest, inputs, natural_modes, tiny
 
 _SHOWN = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 _MOST_TILES, _MOST_HISTORIES = 8, 40
-_LEVELS = {CaseVerdict.PASSES: Level.GOOD, CaseVerdict.UNDECIDED: Level.CARE}  # else poor
+_LEVELS = {
+    CaseVerdict.NO_LIMITS: Level.INFORMATION,
+    CaseVerdict.PASSES: Level.GOOD,
+    CaseVerdict.NOT_TESTED: Level.CARE,
+    CaseVerdict.UNDECIDED: Level.CARE,
+}  # else poor
+# Of the best candidates.
+_HEADS = {
+    CaseVerdict.PASSES: "Within all limits in all load cases: {}.",
+    CaseVerdict.NOT_TESTED: "Not tested against all limits: {}. Those that load cases test are kept.",
+    CaseVerdict.NO_LIMITS: "No limits: {}. Springs stay within their identified ranges, and nothing else is judged.",
+    CaseVerdict.UNDECIDED: "Not decided: {}. No limit is known to be exceeded, but in some load cases a range reaches "
+    "beyond one.",
+}
 _NOTHING = 1e-9  # of rounding, in display units
 
 
@@ -105,20 +118,13 @@ def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     by_candidate: dict[str, list[CaseAnswer]] = {}
     for answer in answers:
         by_candidate.setdefault(answer.candidate, []).append(answer)
-    open_verdicts = {CaseVerdict.PASSES, CaseVerdict.UNDECIDED}
-    verdicts = {name: {answer.verdict for answer in of_one} for name, of_one in by_candidate.items()}
-    good = [name for name, of_one in verdicts.items() if of_one == {CaseVerdict.PASSES}]
-    undecided = [name for name, of_one in verdicts.items() if of_one <= open_verdicts]
-    if good:
-        yield Notice(Level.GOOD, f"Within all limits in all load cases: {', '.join(good)}.")
-    elif undecided:
-        yield Notice(
-            Level.CARE,
-            f"Not decided: {', '.join(undecided)}. No limit is known to be exceeded, but in some load cases a range "
-            "reaches beyond one.",
-        )
-    elif answers:
-        yield Notice(Level.POOR, "No candidate is within all limits in all load cases.")
+    overall = overall_verdicts(answers)
+    best = next((verdict for verdict in _HEADS if verdict in overall.values()), CaseVerdict.FAILS)
+    names = ", ".join(name for name, verdict in overall.items() if verdict is best)
+    head = _HEADS.get(best, "No candidate is within all limits in all load cases.")
+    yield Notice(_LEVELS.get(best, Level.POOR), head.format(names))
+    for kind in untested(answers):
+        yield Notice(Level.CARE, kind.untested)
     yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
     if chart := verdict_charts.shares_of_limits(answers):
         yield Gallery((chart,))

@@ -109,6 +109,7 @@ def _axis(axis: MountAxis) -> tuple[str, ...]:
 
 
 def _limits(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
+    tested = answers[0].limits.tested([answer.case for answer in answers if answer.candidate == answers[0].candidate])
     limits: dict[tuple[FigureKind, float], dict[str, None]] = {}
     counts: dict[FigureKind, set[str]] = {}
     for answer in answers:
@@ -121,8 +122,9 @@ def _limits(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
         of_all = len(subjects) == len(counts[quantity]) and len(subjects) > 1
         shown = quantity.column.shown.replace("deg", "°")
         rows.append((quantity.value, f"{number(quantity.column.factor * limit)} {shown}",
-                     "all" if of_all else ", ".join(subjects)))  # fmt: skip
-    yield from first_rows("Limits", ("quantity", "at most", "of"), rows)
+                     "all" if of_all else ", ".join(subjects), ", ".join(tested.get(quantity, ("all",)))))  # fmt: skip
+    rows += [(kind.value, "–", "–", "not tested") for kind, names in tested.items() if not names]
+    yield from first_rows("Limits", ("quantity", "at most", "of", "tested by"), rows)
     without = [quantity.value for quantity in counts if not any(of == quantity for of, _ in limits)]
     if without:
         yield Text(f"Without a limit, and only reported: {', '.join(without)}.")

@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _COLORS = {
+    CaseVerdict.NO_LIMITS: "tab:blue",
     CaseVerdict.PASSES: "tab:green",
+    CaseVerdict.NOT_TESTED: "tab:cyan",
     CaseVerdict.UNDECIDED: "tab:olive",
     CaseVerdict.FAILS: "tab:red",
     CaseVerdict.OUTSIDE: "tab:purple",
@@ -46,7 +48,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     Attributes
     ----------
     study : SystemStudy
-    cautions : tuple of str   Models that are taken as known in all draws.
+    cautions : tuple of str   Limits that are not tested, and models that are taken as known in all draws.
     name : str
     """
 
@@ -178,7 +180,7 @@ def study_system(
     where, content, files = readable(system), read_description(system), FilesOfFolder(Path(system).parent)
     try:
         planned = planned_study(content, files, vary, cases, candidates, draws, seed, step)
-        cautions = undrawn(planned)
+        cautions = (*(kind.untested for kind in planned.untested), *undrawn(planned))
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
 

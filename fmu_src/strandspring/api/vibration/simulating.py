@@ -15,7 +15,14 @@ from ...errors import MountedSystemError
 from ...ground.arguments import flag, optional_number, optional_whole, workers_of
 from ...ground.files import refuse_unwritable, write_csv
 from ...vibration.description.system_file import SystemFile, load_system_file
-from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, answer_candidate, answer_case
+from ...vibration.verdicts.answers import (
+    CandidateAnswer,
+    CaseAnswer,
+    answer_candidate,
+    answer_case,
+    overall_verdicts,
+    untested,
+)
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict
@@ -55,20 +62,22 @@ class Simulation(PlottedResult):
     answers: tuple[CaseAnswer, ...]
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each figure of each case, in SI units; a refused case has one row without a figure."""
+        """One row for each figure of each case, in SI units; a refused case has one row without a figure, and a limit
+        that no case tests one for each candidate without a case.
+        """
         import pandas as pd
 
         return pd.DataFrame(self._rows(), columns=list(_COLUMNS))
 
     def verdicts(self) -> pd.DataFrame:
-        """Candidates down, cases across, and the verdict of each."""
+        """Candidates down, cases across, and the verdict of each; "all cases" is that on all of them together."""
         import pandas as pd
 
         cases = list(dict.fromkeys(answer.case.name for answer in self.answers))
-        table = {candidate.name: dict.fromkeys(cases, "") for candidate in self.candidates}
+        table = {name: {"all cases": verdict.value} for name, verdict in overall_verdicts(self.answers).items()}
         for answer in self.answers:
             table[answer.candidate][answer.case.name] = answer.verdict.value
-        return pd.DataFrame.from_dict(table, orient="index", columns=cases)
+        return pd.DataFrame.from_dict(table, orient="index", columns=[*cases, "all cases"])
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the rows of `to_frame`.
@@ -128,14 +137,16 @@ class Simulation(PlottedResult):
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""
-        limits = self.file.limits
+        limits, overall = self.file.limits, overall_verdicts(self.answers)
+        tested = limits.tested([answer.case for answer in self.answers if answer.candidate == self.candidates[0].name])
         return {
             "system": self.file.name,
             "limits": {
                 **{kind.name.lower(): limit for kind, limit in limits.of_all.items()},
                 **{kind.name.lower(): dict(of_subjects) for kind, of_subjects in limits.of_kind.items()},
             },
-            "candidates": [candidate_json(candidate) for candidate in self.candidates],
+            "tested": {kind.name.lower(): names for kind, names in tested.items()},
+            "candidates": [candidate_json(candidate, overall[candidate.name]) for candidate in self.candidates],
             "cases": [case_json(answer) for answer in self.answers],
         }
 
@@ -145,6 +156,10 @@ class Simulation(PlottedResult):
             head = {"candidate": answer.candidate, "case": answer.case.name, "verdict": answer.verdict.value}
             figures = [figure_json(figure) for figure in answer.figures] or [{}]
             rows += [dict.fromkeys(_COLUMNS) | head | figure for figure in figures]
+        for kind in untested(self.answers):
+            left: dict[str, Any] = {"verdict": CaseVerdict.NOT_TESTED.value, "quantity": kind.value, "unit": kind.unit}
+            left["limit"] = self.file.limits.of_all.get(kind)
+            rows += [dict.fromkeys(_COLUMNS) | {"candidate": one.name} | left for one in self.candidates]
         return rows
 
     def brief(self, width: int | None = None) -> list[str]:
@@ -243,7 +258,7 @@ def simulate(
             room -= answer.courses.size
         answers.append(answer if room >= 0 else replace(answer, courses=None))
         progress(f"{answer.candidate}, {answer.case.name}", len(answers), len(tasks))
-    if answers and all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
+    if all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
     refusals = [candidate.refusal for candidate in statics if candidate.refusal]
     if len(refusals) == len(statics):

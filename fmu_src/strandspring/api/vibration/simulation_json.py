@@ -16,15 +16,16 @@ from ...vibration.bodies.simulation import CaseRun
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.figures import RangeUse
-from ...vibration.verdicts.verdicts import Figure
+from ...vibration.verdicts.verdicts import CaseVerdict, Figure
 
 Json = dict[str, Any]
 
 
-def candidate_json(candidate: CandidateAnswer) -> Json:
-    """Static poses and modes of a candidate."""
+def candidate_json(candidate: CandidateAnswer, verdict: CaseVerdict) -> Json:
+    """The verdict on a candidate in all load cases together, its static poses and modes."""
     static = candidate.static
-    form: Json = {"name": candidate.name, "refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
+    form: Json = {"name": candidate.name, "verdict": verdict.value}
+    form |= {"refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
     if static is None:
         return {**form, "static_equilibrium": None, "modes": None}
     names = candidate.system.axis_names

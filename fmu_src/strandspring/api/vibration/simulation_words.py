@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
+from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, overall_verdicts, untested
 from ...vibration.verdicts.case_cautions import Caution, CautionKind
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted, in_few_words
@@ -17,25 +17,24 @@ _COLUMNS = {FigureKind.ACCELERATION: "accel. g", FigureKind.SWAY: "sway mm", Fig
 
 
 def headline(name: str, answers: Sequence[CaseAnswer]) -> str:
-    """The verdicts counted."""
+    """The verdicts counted, and limits that are not tested."""
     candidates = len({answer.candidate for answer in answers})
     cases = len({answer.case.name for answer in answers})
     counts = Counter(answer.verdict for answer in answers)
     verdicts = ", ".join(f"{counts[verdict]} {verdict.value}" for verdict in CaseVerdict if counts[verdict])
     where = f"{counted(candidates, 'candidate')} in {counted(cases, 'load case')}"
-    return f"{name}: {where}: {verdicts}" if answers else f"{name}: no load case"
+    left = ", ".join(kind.value for kind in untested(answers))
+    return f"{name}: {where}: {verdicts}{'; limits not tested: ' if left else ''}{left}"
 
 
 def verdict_lines(answers: Sequence[CaseAnswer], width: int | None = None, brief: bool = False) -> list[str]:
     """A table of verdicts, with the range of the figure of each kind that is nearest to its limit."""
-    if not answers:
-        return []
     rows: list[list[str]] = []
-    candidate = ""
+    candidate, overall = "", overall_verdicts(answers)
     for answer in answers:
         if answer.candidate != candidate:
             candidate = answer.candidate
-            rows.append([f"{candidate}:", *[""] * (len(_COLUMNS) + 2)])
+            rows.append([f"{candidate}:", overall[candidate].value, *[""] * (len(_COLUMNS) + 1)])
         ranges = [range_words(answer.worst(quantity)) for quantity in _COLUMNS]
         nearest = answer.nearest_limit
         limit = "-" if nearest is None else f"{share_words(nearest)} {nearest.quantity.value}"
@@ -72,7 +71,10 @@ def share_words(figure: Figure) -> str:
 def caution_lines(
     candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], brief: bool = False
 ) -> Iterator[str]:
-    """Refusals and cautions, each once: a sentence on several candidates or cases names the one it is most about."""
+    """Limits that are not tested, refusals and cautions, each once: a sentence on several candidates or cases names the
+    one it is most about.
+    """
+    yield from (kind.untested for kind in untested(answers))
     for candidate in candidates:
         if candidate.refusal:
             yield f"{candidate.name}: refused: {candidate.refusal}"

@@ -20,7 +20,7 @@ from ...vibration.description.value_paths import Location
 from ...vibration.verdicts.answers import answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import DRAWS, LEAST_DRAWS, Unknowns
-from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind, of_all_cases
 from .runs import Place, Runs
 from .summaries import most_frequent
 from .system_row import SystemRow, system_row
@@ -28,8 +28,6 @@ from .varied import Varied, with_texts
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_VERDICTS = [verdict.value for verdict in CaseVerdict]  # from the best to the worst
 
 # Of the fields of a row after the accelerations.
 _COLUMNS = (
@@ -158,12 +156,11 @@ class SystemStudy(Runs[SystemRow]):
         return pd.MultiIndex.from_product(axes, names=names).to_frame(index=False)
 
     def sum_up(self, runs: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """See `Runs`; counts have "verdict", the worst of all cases, "beyond", the largest share of draws beyond a
+        """See `Runs`; counts have "verdict", that on all cases together, "beyond", the largest share of draws beyond a
         limit, "refused", "reason", and "least_margin", the limit that has the least margin, with its case.
         """
         import pandas as pd
 
-        ranks = runs["verdict"].map(_VERDICTS.index)
         refused = runs[runs["verdict"] == CaseVerdict.REFUSED.value]
         # Unknown where a spring without free travel has left its range, which is worse than any other.
         margin = runs[_MARGINS].min(axis=1).where(runs["stroke"].notna())
@@ -174,7 +171,8 @@ class SystemStudy(Runs[SystemRow]):
         nearest = nearest.sort_values("margin", kind="stable").drop_duplicates(["group", "draw"]).sort_index()
         limits = zip(nearest["governing"], nearest["case"], strict=True)
         governing = pd.Series([f"{name} in {self.cases[case][1]}" for name, case in limits], nearest.index, dtype=str)
-        counts = ranks.groupby(runs["group"]).max().map(_VERDICTS.__getitem__).to_frame("verdict")
+        verdicts = runs["verdict"].groupby(runs["group"])
+        counts = verdicts.agg(lambda of: of_all_cases(map(CaseVerdict, of), self.untested).value).to_frame("verdict")
         counts["beyond"] = runs.groupby("group")["beyond"].max()
         counts["refused"] = refused.groupby("group").size().reindex(counts.index, fill_value=0)
         counts["reason"] = most_frequent(refused["outcome"], refused["group"])
@@ -207,6 +205,12 @@ class SystemStudy(Runs[SystemRow]):
         for content in with_texts(self.content, self._table, self.varied):
             with suppress(StrandspringError):
                 yield system_of_content(content, self.files)
+
+    @cached_property
+    def untested(self) -> tuple[FigureKind, ...]:
+        """The kinds of figures whose limits none of the cases tests."""
+        file = system_of_content(self.content, self.files)
+        return file.limits.untested([file.cases[number] for number, _ in self.cases])
 
     @cached_property
     def _table(self) -> SystemTable:

@@ -83,8 +83,9 @@ def simulate(
 
     The verdict on a candidate in a case is "pass" (all ranges are within their limits), "fail" (a range is beyond its
     limit), "not decided" (a limit lies within a range), "outside" (a spring leaves its identified range, so that all
-    figures are extrapolated) or "refused" (it cannot be simulated). All of these are results, with exit status 0; the
-    status is 1 if nothing could be simulated.
+    figures are extrapolated), "refused" (it cannot be simulated, or most draws cannot) or "no limits" (none applies).
+    On all cases together it is the worst of these, or "not tested" if no case tests some limit. All of these are
+    results, with exit status 0; the status is 1 if nothing could be simulated, or there is no case.
 
     \b
     Examples:

@@ -106,7 +106,7 @@ def limits_of(table: LimitsTable, points: Iterable[Point]) -> Limits:
     of_all: dict[FigureKind, float] = {}
     spectra: dict[str, RequiredSpectrum] = {}
     for kind in FigureKind:
-        given = getattr(table, kind.name.lower(), None)
+        given = getattr(table, kind.name.lower()) if kind.name.lower() in table.model_fields_set else None
         if isinstance(given, dict):
             for name in given:
                 if name not in names:

@@ -125,7 +125,7 @@ class SystemFile:
 
         Raises
         ------
-        MountedSystemError   If there is none of a name.
+        MountedSystemError   If there is none of a name, or no name.
         """
         names = _names(wanted)
         known = [name for name, _ in self.candidates]
@@ -141,12 +141,15 @@ class SystemFile:
 
         Raises
         ------
-        MountedSystemError   If there is none of a name.
+        MountedSystemError   If there is none of a name, or none at all.
         """
+        if not self.cases:
+            where = self.path or "the description"
+            raise MountedSystemError(f"{where} has no [[case]], without which there is no verdict; add a load case.")
         names = _names(wanted)
         for name in names or ():
             if not any(_is_meant(case, name) for case in self.cases):
-                known = ", ".join(case.name for case in self.cases) or "none"
+                known = ", ".join(case.name for case in self.cases)
                 raise MountedSystemError(f"There is no load case {name!r}; there are {known}.")
         return [case for case in self.cases if names is None or any(_is_meant(case, name) for name in names)]
 
@@ -159,7 +162,10 @@ def _is_meant(case: LoadCase, name: str) -> bool:
 def _names(wanted: str | Sequence[str] | None) -> tuple[str, ...] | None:
     if wanted is None:
         return None
-    return (wanted,) if isinstance(wanted, str) else tuple(wanted)
+    names = (wanted,) if isinstance(wanted, str) else tuple(wanted)
+    if not names:
+        raise MountedSystemError("`cases` and `candidates` must name one or more, or be None for all.")
+    return names
 
 
 def is_system_file(path: str | os.PathLike[str]) -> bool:

@@ -7,7 +7,7 @@ all that is unknown drawn; the range of a figure holds both and the numerical er
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,9 +23,10 @@ from .draws import DrawnRun, Unknowns, drawn_case, ranges
 from .figures import CaseFigures, RangeUse
 from .static_answer import StaticAnswer, static_answer
 from .system_cautions import overloads, system_cautions
-from .verdicts import CaseVerdict, Figure, FigureKind, Limits, judged
+from .verdicts import CaseVerdict, Figure, FigureKind, Limits, judged, of_all_cases
 
 _MOST_OUTSIDE = 0.5  # share of the draws that leave identified ranges, from which nothing else is judged
+_MOST_REFUSED = 0.5  # share of the draws that cannot be simulated, from which those that can say nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,7 @@ class CaseAnswer:
     system : MountedSystem
     case : LoadCase
     verdict : CaseVerdict
+    limits : Limits
     figures : tuple of Figure       Acceleration and sway of each point, tilt of each body, stroke and force of each
                                     axis, and root mean squares where it settles.
     runs : tuple of CaseRun         The nominal one, and those of the draws; empty if it was refused.
@@ -54,6 +56,7 @@ class CaseAnswer:
     system: MountedSystem
     case: LoadCase
     verdict: CaseVerdict
+    limits: Limits = field(default_factory=Limits)
     figures: tuple[Figure, ...] = ()
     runs: tuple[CaseRun, ...] = ()
     uses: tuple[RangeUse, ...] = ()
@@ -136,6 +139,8 @@ def answer_case(
     try:
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
+        if draws.refused > _MOST_REFUSED * draws.count:
+            raise MountedSystemError(f"{draws.refused} of {draws.count} draws are refused, most often: {draws.reason}")
         known = CaseFigures(system, case, limits.spectra)
         bounds = np.array(
             [np.inf if (limit := limits.limit_of(*subject)) is None else limit for subject in known.subjects]
@@ -149,7 +154,7 @@ def answer_case(
             worst = draws.runs[int(np.argmax((values / bounds).max(axis=1)))] if draws.runs else identified
             drawn = courses(worst.system, worst.case, worst.run, limits.spectra)
     except MountedSystemError as problem:
-        return CaseAnswer(name, system, case, CaseVerdict.REFUSED, refusal=str(problem))
+        return CaseAnswer(name, system, case, CaseVerdict.REFUSED, limits, refusal=str(problem))
     runs = (nominal, *(draw.run for draw in draws.runs))
     uses = tuple(RangeUse.from_run(system.laws, run) for run in runs)
     cautions = case_cautions(system, case, nominal, draws.runs, uses, limits.of_all.get(FigureKind.TILT))
@@ -163,14 +168,16 @@ def answer_case(
     figures = _figures(known.subjects, np.array([middle, errors, low, high]), bounds, values)
     outside = np.array([use.is_outside.any() for use in uses])
     beyond = np.count_nonzero(outside[1:] | (values > bounds).any(axis=1)) + draws.refused
-    verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE)
-    if draws.refused and verdict is CaseVerdict.PASSES:
+    is_limited = any(limits.tested([case]).values())
+    verdict = judged(figures, bool(outside[0]) or float(outside.mean()) > _MOST_OUTSIDE, is_limited)
+    if draws.refused and verdict in (CaseVerdict.PASSES, CaseVerdict.NO_LIMITS):
         verdict = CaseVerdict.UNDECIDED
     return CaseAnswer(
         candidate=name,
         system=system,
         case=case,
         verdict=verdict,
+        limits=limits,
         figures=figures,
         runs=runs,
         uses=uses,
@@ -181,6 +188,20 @@ def answer_case(
         beyond=beyond / draws.count if draws.count else 0.0,
         refusal=draws.reason,
     )
+
+
+def untested(answers: Sequence[CaseAnswer]) -> tuple[FigureKind, ...]:
+    """The kinds of figures whose limits none of the load cases tests."""
+    return answers[0].limits.untested([answer.case for answer in answers])
+
+
+def overall_verdicts(answers: Sequence[CaseAnswer]) -> dict[str, CaseVerdict]:
+    """The verdict on each candidate in all load cases together, by its name."""
+    names = dict.fromkeys(answer.candidate for answer in answers)
+    left = untested(answers)
+    return {
+        name: of_all_cases((answer.verdict for answer in answers if answer.candidate == name), left) for name in names
+    }
 
 
 def _nearest_limit(figures: Sequence[Figure]) -> Figure | None:

@@ -103,15 +103,12 @@ class CaseFigures:
             FigureKind.FORCE: system.axis_names,
             FigureKind.MOUNT_FORCE: [mount.name for mount in system.mounts],
             FigureKind.REACTION: ["base"],
+            FigureKind.RMS_ACCELERATION: along,
+            FigureKind.THREE_SIGMA: points,
+            FigureKind.RMS_SWAY: along,
+            FigureKind.SRS: tuple(self.spectra),
         }
-        if self.case.settling > 0.0:
-            names |= {
-                FigureKind.RMS_ACCELERATION: along,
-                FigureKind.THREE_SIGMA: points,
-                FigureKind.RMS_SWAY: along,
-            }
-        names[FigureKind.SRS] = tuple(self._allowed)
-        return tuple((kind, subject) for kind, subjects in names.items() for subject in subjects)
+        return tuple((kind, subject) for kind in names if kind.is_of(self.case) for subject in names[kind])
 
     @property
     def _allowed(self) -> Mapping[str, RequiredSpectrum]:

@@ -1,21 +1,30 @@
-"""Figures of a load case with their ranges beside their limits, and the verdict on them."""
+"""Figures of a load case with their ranges beside their limits, and the verdict on them.
+
+A limit that no load case tests is not kept: candidates then pass in none of their cases together.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.result_columns import ResultColumn
+from ..bodies.loads import LoadCase
 from ..signals.shock_spectra import RequiredSpectrum
 
 
 class CaseVerdict(Enum):
-    """The verdict on a candidate in a load case, from the best to the worst; the value is how people name it."""
+    """The verdict on a candidate in a load case; the value is how people name it.
 
+    Of several cases the last of their verdicts is that on all of them.
+    """
+
+    NO_LIMITS = "no limits"  # none applies to the case; all ranges are within the identified ranges
     PASSES = "pass"  # all ranges are within their limits, and within the identified ranges
+    NOT_TESTED = "not tested"  # of all cases: they pass, but none of them tests some limit
     UNDECIDED = "not decided"  # a limit lies within the range of its figure
     FAILS = "fail"  # a range is beyond its limit
     OUTSIDE = "outside"  # a spring leaves its identified range: the figures are extrapolated
@@ -45,6 +54,16 @@ class FigureKind(Enum):
         """In which figures are held; empty for a share."""
         return self.column.unit
 
+    def is_of(self, case: LoadCase) -> bool:
+        """Whether a load case has such figures."""
+        return case.is_shock if self is FigureKind.SRS else self not in _SETTLED or case.settling > 0.0
+
+    @property
+    def untested(self) -> str:
+        """That a limit of it is not tested, in words."""
+        needed = "pulse, drop, srs, record or force" if self is FigureKind.SRS else "random, sine or settling record"
+        return f"The limit of {self.value} is not tested: no load case is a {needed}; simulate one, or leave it out."
+
     @property
     def column(self) -> ResultColumn:
         """How its figures are presented."""
@@ -52,6 +71,7 @@ class FigureKind(Enum):
         return ResultColumn(self.name.lower(), unit, self.value, self.value, shown, factor)
 
 
+_SETTLED = (FigureKind.RMS_ACCELERATION, FigureKind.THREE_SIGMA, FigureKind.RMS_SWAY)
 # In SI, for people, and the factor between them.
 _ACCELERATION, _LENGTH = ("m/s^2", "g", 1.0 / STANDARD_GRAVITY), ("m", "mm", 1e3)
 _FORCE = ("N", "N", 1.0)
@@ -80,18 +100,29 @@ class Limits:
     Parameters
     ----------
     of_kind : mapping   Of each kind of figure, the largest value by the name of its subject, in SI units.
-    of_all : mapping    Of each kind of figure, the largest value where the subject has none of its own.
+    of_all : mapping    Of each kind of figure, the largest value where the subject has none of its own. Strokes end
+                        with the identified range whether or not there is a limit of them.
     spectra : mapping   Shock response spectra by the name of the point, all of one quality factor; the limit of kind
                         SRS is 1 at these points.
     """
 
     of_kind: Mapping[FigureKind, Mapping[str, float]] = field(default_factory=dict)
-    of_all: Mapping[FigureKind, float] = field(default_factory=lambda: {FigureKind.STROKE: 1.0})
+    of_all: Mapping[FigureKind, float] = field(default_factory=dict)
     spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
     def limit_of(self, kind: FigureKind, subject: str) -> float | None:
         """The limit of a figure, if there is one."""
-        return self.of_kind.get(kind, {}).get(subject, self.of_all.get(kind))
+        otherwise = 1.0 if kind is FigureKind.STROKE else None
+        return self.of_kind.get(kind, {}).get(subject, self.of_all.get(kind, otherwise))
+
+    def tested(self, cases: Sequence[LoadCase]) -> dict[FigureKind, tuple[str, ...]]:
+        """The names of the load cases that test the limit of each kind of figure; none where it is not tested."""
+        kinds = [kind for kind in FigureKind if kind in self.of_all or self.of_kind.get(kind)]
+        return {kind: tuple(case.name for case in cases if kind.is_of(case)) for kind in kinds}
+
+    def untested(self, cases: Sequence[LoadCase]) -> tuple[FigureKind, ...]:
+        """The kinds of figures whose limits no load case tests."""
+        return tuple(kind for kind, names in self.tested(cases).items() if not names)
 
 
 @dataclass(frozen=True)
@@ -141,10 +172,17 @@ class Figure:
         return self.limit is not None and self.low > self.limit
 
 
-def judged(figures: Sequence[Figure], is_outside: bool) -> CaseVerdict:
-    """The verdict on figures, of which extrapolated ones never pass."""
+def judged(figures: Sequence[Figure], is_outside: bool, is_limited: bool) -> CaseVerdict:
+    """The verdict on figures, of which extrapolated ones never pass, nor those without a limit of the file."""
     if is_outside:
         return CaseVerdict.OUTSIDE
     if any(figure.is_beyond for figure in figures):
         return CaseVerdict.FAILS
-    return CaseVerdict.PASSES if all(figure.is_within for figure in figures) else CaseVerdict.UNDECIDED
+    if not all(figure.is_within for figure in figures):
+        return CaseVerdict.UNDECIDED
+    return CaseVerdict.PASSES if is_limited else CaseVerdict.NO_LIMITS
+
+
+def of_all_cases(verdicts: Iterable[CaseVerdict], untested: Sequence[FigureKind]) -> CaseVerdict:
+    """The verdict on a candidate in all its load cases together, which leave some limits untested."""
+    return max([*verdicts, *(CaseVerdict.NOT_TESTED for _ in untested)], key=list(CaseVerdict).index)
