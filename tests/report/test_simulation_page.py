@@ -88,10 +88,18 @@ def test_all_answers_stand_beside_their_limits_and_the_drawing_names_their_loads
     assert {"drop, transport", "circuit board"} <= set(drawn)
 
 
-def test_marks_of_the_sheet_name_their_cases() -> None:
-    axes = simulate(BOX, ["shock +y", "drop"], draws=16, workers=1).plot()
-    texts = [text.get_text() for text in axes.texts]
-    assert (texts.count("shock +y"), texts.count("drop")) == (2, 2)
+def test_the_sheet_shows_verdicts_and_what_decides() -> None:
+    """All marks are within the drawn limits; sway decides, which is not drawn."""
+    found = simulate(BOX, ["shock +y", "drop"], draws=16, workers=1)
+    axes = found.plot()
+    texts = sorted(text.get_text().partition(" %")[0].rpartition(" ")[0] for text in axes.texts)
+    assert texts == ["drop: sway", "drop: sway", "shock +y: fail, sway", "shock +y: not decided, sway"]
+    crosses = [line for line in axes.lines if line.get_marker() == "X" for _ in line.get_xdata()]
+    assert len(crosses) == sum(answer.verdict.value != "pass" for answer in found.answers) == 2
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    for candidate, verdict in found.verdicts()["all cases"].items():
+        (name,) = (name for name in names if name.startswith(f"{candidate}: {verdict}, sway 1"))
+        assert name.endswith("% of its limit in shock +y")
 
 
 def test_a_report_is_the_same_twice_and_can_be_a_pdf(folder: Path, tmp_path: Path) -> None:

@@ -467,6 +467,9 @@ def test_a_plot_has_a_marker_for_each_candidate_at_each_grid_point() -> None:
     markers = [len(container[0].get_xdata()) for container in axes.containers]
     assert sum(markers) == 4
     assert axes.get_ylabel() == "largest acceleration [g]"
+    names = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert "standard: refused" in names
+    assert any(name.startswith("softer: pass, least margin: ") and name.endswith(" in drop") for name in names)
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,8 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     def plot(self, ax: Axes | None = None) -> Axes:
         """Acceleration against stroke, a marker for each candidate at each grid point in the colour of its verdict.
 
-        The worst of all points, mounts and cases counts, at the upper end of its range.
+        The worst of all points, mounts and cases counts, at the upper end of its range; the legend has the limit with
+        the least margin, that of most grid points.
 
         Parameters
         ----------
@@ -81,15 +82,18 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
         """
         (axes,) = self._axes(ax)
         names = [name for _, name in self.study.candidates]
-        summaries = self._summaries.dropna(subset=["stroke_median", "acceleration_median"])
+        summaries = self._summaries
         for verdict, color in _COLORS.items():
             for number, name in enumerate(names):
                 chosen = summaries[(summaries["verdict"] == verdict.value) & (summaries["candidate"] == name)]
                 if chosen.empty:
                     continue
                 label = f"{name}: {verdict.value}" if len(names) > 1 else verdict.value
+                deciding = chosen["least_margin"].mode()
+                label += f", least margin: {deciding[0]}" if deciding.size else ""
+                drawn = chosen.dropna(subset=["stroke_median", "acceleration_median"])
                 self._bars(
-                    axes, chosen, {"stroke": 100.0, "acceleration": 1.0 / STANDARD_GRAVITY}, label=label,
+                    axes, drawn, {"stroke": 100.0, "acceleration": 1.0 / STANDARD_GRAVITY}, label=label,
                     linestyle="none", marker=_MARKERS[number % len(_MARKERS)], color=color,
                 )  # fmt: skip
         axes.set_xlabel("stroke used on the way from rest to the end of the range [%]")

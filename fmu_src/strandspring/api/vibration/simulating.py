@@ -55,7 +55,7 @@ class Simulation(PlottedResult):
     answers : tuple of CaseAnswer           Of each candidate in each case, in their order.
     """
 
-    _size = (8.0, 5.0)
+    _size = (9.0, 6.0)
 
     file: SystemFile
     candidates: tuple[CandidateAnswer, ...]
@@ -128,7 +128,7 @@ class Simulation(PlottedResult):
         return written
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw acceleration against stroke of all answers into axes of matplotlib, new ones if None."""
+        """Draw acceleration against stroke of all answers, with verdicts, into axes of matplotlib, new ones if None."""
         from ...report.charts.verdict_charts import acceleration_against_stroke
         from ...report.rendering.drawing import draw
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ...vibration.verdicts.answers import CaseAnswer
-from ...vibration.verdicts.verdicts import FigureKind
+from ...vibration.verdicts.answers import CaseAnswer, overall_verdicts
+from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
-from ..content.quantities import MM, NUMBER, PERCENT, DisplayUnit, G, number, span
+from ..content.quantities import MM, NUMBER, PERCENT, DisplayUnit, G, number, percent, span
 
 _COLOURS = (Role.FIRST, Role.SECOND, Role.THIRD, Role.LOAD, Role.REFERENCE)
 _MOST_ANSWERS = 40  # beside their limits
@@ -49,29 +49,34 @@ def shares_of_limits(answers: Sequence[CaseAnswer]) -> Chart | None:
 
 
 def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
-    """One mark for each case with its name, one colour for each candidate."""
-    traces = []
-    for k, candidate in enumerate(dict.fromkeys(answer.candidate for answer in answers)):
-        marks = [mark for answer in answers if answer.candidate == candidate for mark in _marks(answer)]
-        if marks:
-            x, y = np.array([mark[:2] for mark in marks]).T
-            texts = tuple(answer.case.name for _, _, answer in marks)
-            traces.append(Trace(candidate, x, y, _COLOURS[k % len(_COLOURS)], ChartForm.MARKS, texts=texts))
-    right, top = 0.0, 0.0
-    if traces:
-        strokes, accelerations = (
-            sorted({figure.limit * unit.factor for answer in answers for figure in answer.figures_of(kind)
-                    if figure.limit})
-            for kind, unit in ((FigureKind.STROKE, PERCENT), (FigureKind.ACCELERATION, G))
-        )  # fmt: skip
-        right = max(*(float(trace.x.max()) for trace in traces), *strokes, 0.0)
-        top = max(*(float(trace.y.max()) for trace in traces), *accelerations, 0.0)
-        for limit in strokes:
-            x, y = np.full(2, limit), np.array([0.0, 1.05 * top])
-            traces.append(Trace(f"limit of stroke, {number(limit)} %", x, y, Role.LIMIT, ChartForm.DASHED))
-        for limit in accelerations:
-            x, y = np.array([0.0, 1.05 * right]), np.full(2, limit)
-            traces.append(Trace(f"limit of a point, {number(limit)} g", x, y, Role.LIMIT, ChartForm.DOTTED))
+    """One mark for each case with the figure that decides, and a cross with the verdict where it does not pass; one
+    colour for each candidate, which the legend names with the verdict on all cases together.
+    """
+    traces, order = [], list(CaseVerdict)
+    for k, (candidate, verdict) in enumerate(overall_verdicts(answers).items()):
+        of_one = sorted(
+            (answer for answer in answers if answer.candidate == candidate),
+            key=lambda answer: (-order.index(answer.verdict), -_share(answer)),
+        )
+        figure = _deciding(of_one[0])
+        name = f"{candidate}: {verdict.value}{figure and f', {figure} of its limit in {of_one[0].case.name}'}"
+        for form in (ChartForm.CROSSES, ChartForm.MARKS):
+            marks = [mark for answer in of_one for mark in _marks(answer, form)]
+            x, y = np.array([mark[:2] for mark in marks]).reshape(-1, 2).T
+            texts = tuple(text for _, _, text in marks)
+            traces.append(Trace(name, x, y, _COLOURS[k % len(_COLOURS)], form, texts=texts))
+    strokes, accelerations = (
+        sorted({figure.limit * unit.factor for answer in answers for figure in answer.figures_of(kind) if figure.limit})
+        for kind, unit in ((FigureKind.STROKE, PERCENT), (FigureKind.ACCELERATION, G))
+    )
+    right = max([*(x for trace in traces for x in trace.x.tolist()), *strokes])
+    top = max([*(y for trace in traces for y in trace.y.tolist()), *accelerations])
+    for limit in strokes:
+        x, y = np.full(2, limit), np.array([0.0, 1.05 * top])
+        traces.append(Trace(f"limit of stroke, {number(limit)} %", x, y, Role.LIMIT, ChartForm.DASHED))
+    for limit in accelerations:
+        x, y = np.array([0.0, 1.05 * right]), np.full(2, limit)
+        traces.append(Trace(f"limit of a point, {number(limit)} g", x, y, Role.LIMIT, ChartForm.DOTTED))
     return Chart(
         "sheet", "Acceleration against stroke", Axis("stroke", PERCENT, limits=(0.0, 1.05 * right or 1.0)),
         Axis("acceleration", G, limits=(0.0, 1.05 * top or 1.0)), tuple(traces),
@@ -80,11 +85,24 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     )  # fmt: skip
 
 
-def _marks(answer: CaseAnswer) -> Iterator[tuple[float, float, CaseAnswer]]:
-    """Stroke [%] and acceleration [g] of an answer, if it has both."""
+def _share(answer: CaseAnswer) -> float:
+    """Of the limit that is nearest."""
+    return answer.nearest_limit.share if answer.nearest_limit else 0.0
+
+
+def _deciding(answer: CaseAnswer) -> str:
+    """The figure that is nearest to its limit, and its share of that; empty without one."""
+    nearest = answer.nearest_limit
+    return "" if nearest is None else f"{nearest.quantity.value} {percent(nearest.share, 3)}"
+
+
+def _marks(answer: CaseAnswer, form: ChartForm) -> Iterator[tuple[float, float, str]]:
+    """Stroke [%] and acceleration [g] of an answer of this form, if it has both, and what it is."""
     stroke, acceleration = answer.worst(FigureKind.STROKE), answer.worst(FigureKind.ACCELERATION)
-    if stroke is not None and acceleration is not None and math.isfinite(stroke.high):
-        yield PERCENT.factor * stroke.high, G.factor * acceleration.high, answer
+    passes = answer.verdict in (CaseVerdict.NO_LIMITS, CaseVerdict.PASSES)
+    if stroke and acceleration and math.isfinite(stroke.high) and passes == (form is ChartForm.MARKS):
+        words = f"{answer.case.name}: {'' if passes else f'{answer.verdict.value}, '}{_deciding(answer)}"
+        yield PERCENT.factor * stroke.high, G.factor * acceleration.high, words
 
 
 def strokes(answers: Mapping[int, CaseAnswer]) -> Chart:

@@ -39,6 +39,7 @@ class ChartForm(Enum):
     DOTTED = "dot"
     DOTS = "dots"  # one for each sample
     MARKS = "marks"  # few and large, with error bars if there are errors
+    CROSSES = "crosses"  # likewise, of what is not as it should be
     RANGES = "ranges"  # from `low` to `y` at each place
     MARKED_LINE = "marked line"
     BARS = "bars"  # from `low` or 0 to `y`

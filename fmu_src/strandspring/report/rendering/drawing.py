@@ -199,9 +199,10 @@ def _trace(trace: Trace, axes: Axes, label: str, scale: float, order: float) -> 
             # Thousands of dots are no picture for vectors.
             dots: dict[str, Any] = {"marker": ".", "ms": 2.8 * scale, "mew": 0.0, "alpha": 0.8}
             axes.plot(trace.x, trace.y, ls="none", rasterized=True, **dots, **style)
-        case ChartForm.MARKS:
+        case ChartForm.MARKS | ChartForm.CROSSES:
+            marker = "o" if trace.form is ChartForm.MARKS else "X"
             axes.errorbar(
-                trace.x, trace.y, yerr=trace.error, ls="none", marker="o", ms=4.0 * scale, capsize=2.5 * scale,
+                trace.x, trace.y, yerr=trace.error, ls="none", marker=marker, ms=4.0 * scale, capsize=2.5 * scale,
                 elinewidth=0.9 * scale, **style,
             )  # fmt: skip
         case _:
