@@ -20,7 +20,8 @@ from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine
 from strandspring.vibration.signals.random_signal import RandomVibration
-from strandspring.vibration.signals.shock_spectra import shock_spectrum
+from strandspring.vibration.signals.shock_spectra import RequiredSpectrum, shock_spectrum
+from strandspring.vibration.signals.shock_synthesis import synthesized_shock
 from strandspring.vibration.verdicts.answers import CaseAnswer, answer_candidate, answer_case
 from strandspring.vibration.verdicts.case_cautions import CautionKind
 from strandspring.vibration.verdicts.drawn_springs import Drawn
@@ -274,6 +275,21 @@ def test_random_vibration_is_of_several_realisations() -> None:
     assert len(set(peaks.tolist())) == 16
     uncoupled = np.arange(16) % 3 != 1
     assert answer.figures[0].value == pytest.approx(peaks[uncoupled].mean(), rel=1e-12)
+
+
+def test_a_seed_draws_realisations_of_its_own() -> None:
+    """Of random vibration and of shocks by their spectrum, with springs and omega at rest known."""
+    random = shaken(RandomVibration(LevelTable(((10.0, 4.0), (100.0, 4.0))), 2.0, 3), kind="random")
+    shock = shaken(synthesized_shock(RequiredSpectrum(LevelTable(((20.0, 100.0), (200.0, 400.0)))), 0.3), kind="srs")
+    system = one_mass(MountAxis(elastic(0.0, 1.0e4), X, 0.0))
+    for case in (random, shock):
+        peaks = [
+            {float(run.figures.acceleration[0]) for run in answer_case("one", system, case, FREE, unknowns).runs[1:]}
+            for unknowns in (Unknowns(draws=16, seed=seed, rest_omega=0.0) for seed in (0, 0, 1))
+        ]
+        assert peaks[0] == peaks[1]
+        assert not peaks[0] & peaks[2]
+        assert len(peaks[0]) >= 8
 
 
 def test_a_model_without_uncertainty_is_taken_as_known_and_told() -> None:

@@ -87,7 +87,7 @@ def test_a_shock_of_which_the_spectrum_is_given_is_drawn_too() -> None:
     figure = of_spectrum(answer)
     assert figure.high > 1.02 * figure.low
     for number in range(8):
-        other = shock.redrawn(number)
+        other = shock.redrawn(0, number)
         assert not np.array_equal(other.value, shock.value)
         frequency = asked.frequencies()
         found = shock_spectrum(other.value, float(other.time[1]), frequency, asked.damping).maximax

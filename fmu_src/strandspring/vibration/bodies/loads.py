@@ -47,8 +47,8 @@ class Signal(Protocol):
 class RandomSignal(Signal, Protocol):
     """A signal of which other realisations can be drawn."""
 
-    def redrawn(self, number: int) -> Signal:
-        """Another realisation; the same number gives the same."""
+    def redrawn(self, seed: int, number: int) -> Signal:
+        """Another realisation; the same seed and number give the same."""
         ...
 
 
@@ -127,10 +127,10 @@ class LoadCase:
         """Whether it is random vibration, and no shock of which only the spectrum is given."""
         return self.has_realisations and self.kind != "srs"
 
-    def redrawn(self, number: int) -> LoadCase:
-        """Another realisation of its random signals; the same number gives the same."""
+    def redrawn(self, seed: int, number: int) -> LoadCase:
+        """Another realisation of its random signals; the same seed and number give the same."""
         channels = [
-            replace(channel, signal=channel.signal.redrawn(number))
+            replace(channel, signal=channel.signal.redrawn(seed, number))
             if isinstance(channel.signal, RandomSignal)
             else channel
             for channel in self.channels

@@ -64,9 +64,10 @@ class RandomVibration:
                 f"({MOST_SAMPLES} samples), got {self.duration:g} s; shorten it, the statistics need no more."
             )
 
-    def redrawn(self, number: int) -> RandomVibration:
-        """Another realisation; the same number gives the same."""
-        return replace(self, seed=int(np.random.SeedSequence((self.seed, number)).generate_state(1, np.uint64)[0]))
+    def redrawn(self, seed: int, number: int) -> RandomVibration:
+        """Another realisation; the same seed and number give the same."""
+        words = np.random.SeedSequence((self.seed, number, seed)).generate_state(1, np.uint64)
+        return replace(self, seed=int(words[0]))
 
     @property
     def _interval(self) -> float:

@@ -35,7 +35,7 @@ _ENOUGH = 0.08  # deviation of the logarithms, 0.7 dB
 _PER_OCTAVE, _MOST_PER_OCTAVE, _CHECKED_PER_OCTAVE = 12, 48, 48
 _MOST_NUMBERS = 20_000_000  # samples of all oscillators
 _MOST_KEPT = 16
-_REALISATIONS = 8  # that are drawn
+_REALISATIONS = 8  # that are drawn with one seed
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +57,11 @@ class SynthesizedSignal(RecordedSignal):
     deviation: tuple[float, float] = field(kw_only=True)
     wavelets: int = field(kw_only=True)
 
-    def redrawn(self, number: int) -> SynthesizedSignal:
-        """Another of them, one of a few; itself if the spectrum is not met with other delays."""
+    def redrawn(self, seed: int, number: int) -> SynthesizedSignal:
+        """Another of them, one of a few of each seed; itself if the spectrum is not met with other delays."""
+        drawn = self.seed + 1 + _REALISATIONS * seed + number % _REALISATIONS
         try:
-            return synthesized_shock(self.required, self.asked_duration, self.seed + 1 + number % _REALISATIONS)
+            return synthesized_shock(self.required, self.asked_duration, drawn)
         except MountedSystemError:
             return self
 

@@ -115,7 +115,7 @@ class Unknowns:
         ModelError           If hardly any draw of a spring is physically possible.
         MountedSystemError   If it cannot be simulated.
         """
-        drawn, realisation = self.springs.system(system, self.seed, number), case.redrawn(number)
+        drawn, realisation = self.springs.system(system, self.seed, number), case.redrawn(self.seed, number)
         drawn = replace(drawn, coupled=self.is_coupled(system, number))
         start = self.rest(drawn, number, case.weightless)
         return DrawnRun(drawn, realisation, run_case(drawn, realisation, start, step, ends_at_turns))
