@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import click
+import grimp
 import pytest
 
 import strandspring
@@ -18,12 +19,21 @@ from strandspring.cli.shared.output import with_flags
 PACKAGE = Path(strandspring.__file__).parent
 # The page of a record prints the options of the command line that choose what its reader marks; a script has its own.
 WITH_FLAGS = {PACKAGE / "report" / "record_page.py", PACKAGE / "examples" / "mounts.py"}
-OPTIONS = {
-    name
-    for command in COMMANDS
-    for parameter in strandspring_command.get_command(click.Context(strandspring_command), command).params
-    for name in parameter.opts
+CONTEXT = click.Context(strandspring_command)
+# Of each command its options by their names, those of subcommands too.
+OF_COMMANDS = {
+    name: {
+        flag: parameter
+        for one in (command, *getattr(command, "commands", {}).values())
+        for parameter in one.params
+        for flag in parameter.opts
+    }
+    for name in COMMANDS
+    if (command := strandspring_command.get_command(CONTEXT, name))
 }
+OPTIONS = {flag for options in OF_COMMANDS.values() for flag in options}
+# Whose modules print for these alone.
+OF_VIBRATION = {"isolate", "simulate", "study"}
 
 
 def texts(path: Path) -> list[str]:
@@ -36,6 +46,31 @@ def texts(path: Path) -> list[str]:
 
 def flags(text: str) -> set[str]:
     return set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", text)) & OPTIONS
+
+
+def test_remedies_are_options_of_the_commands_that_print_them() -> None:
+    """As far as imports tell which: some command that reaches the message has the option, each that has it takes the
+    value, and of the three commands about vibration each that reaches a message of theirs has it.
+    """
+    graph = grimp.build_graph("strandspring", cache_dir=None)
+    modules = {name: f"strandspring.cli.commands.{name.replace('-', '_')}" for name in OF_COMMANDS}
+    reached = {name: {module, *graph.find_upstream_modules(module)} for name, module in modules.items()}
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        place = ".".join(("strandspring", *path.relative_to(PACKAGE).with_suffix("").parts))
+        printing = {name for name, ways in reached.items() if place in ways}
+        for text in texts(path) if printing else ():
+            for flag, value in re.findall(r"(?<![\w-])(--[a-z][a-z-]*)(?: (\d+))?", with_flags(text)):
+                having = {name for name in printing if flag in OF_COMMANDS[name]}
+                own = printing & OF_VIBRATION if place.split(".")[1] in ("api", "vibration") else set()
+                if flag in OPTIONS and not (having and own <= having):
+                    wrong.append((place, flag, value))
+                for name in having if value else ():
+                    try:
+                        OF_COMMANDS[name][flag].type_cast_value(CONTEXT, value)
+                    except click.BadParameter:
+                        wrong.append((place, flag, value, name))
+    assert not wrong
 
 
 def test_no_flag_stands_outside_the_command_line() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,12 @@ import pytest
 from strandspring.api.vibration.simulating import simulate
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
+from strandspring.vibration.bodies.loads import LoadCase
+from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.description.named_files import FilesOfFolder, HeldFiles, named_models
 from strandspring.vibration.description.system_file import load_system_file, read_description, system_of_content
 from strandspring.vibration.verdicts.implausible_loads import implausible_loads
+from strandspring.vibration.verdicts.implausible_relations import implausible_relations
 from strandspring.vibration.verdicts.implausible_sizes import implausible_sizes
 
 Content = dict[str, Any]
@@ -52,7 +55,9 @@ def random(psd: list[list[Any]]) -> Callable[[Content], None]:
     return case(random={"psd": psd, "duration": "5 s"})
 
 
-INERTIA = ("body", 0, "inertia")
+INERTIA, AXIS = ("body", 0, "inertia"), ("mount_type", "corner", "axes", 0)
+PLACES = ("mount", 0, "places")
+PSD = [[20, "0.01 g^2/Hz"], [200, "0.01 g^2/Hz"]]
 TRAPS: list[tuple[str, Any, str]] = [
     # Numbers without a unit.
     ("a peak", change(*CASE, "peak", to=10), r"case\[1\].peak: 10 has no unit; write '10 g' or '10 m/s\^2'"),
@@ -68,6 +73,8 @@ TRAPS: list[tuple[str, Any, str]] = [
     ("a point [m]", change(*BODY, "point", 0, "place", to=["50 m", 0, 0]), "circuit board is 50 m from the centre"),
     ("a mount", change("mount", 0, "places", 0, to=["15 m", 0, 0]), "Mount corner 1 is 15.* m from .* are 216.6 mm"),
     ("a centre", change(*BODY, "center", to=[0, 0, "60 m"]), "The mounts of box are 60.12 m from its centre"),
+    ("one of mm in m", change(*PLACES, 0, to=[0.15, 0.1, -0.12]), "Mount corner 1 is 0.2166 mm from .* are 216.6 mm"),
+    ("a point of mm in m", change(*BODY, "point", 0, "place", to=[0.1, 0, 0.05]), "Point circuit board is 0.1118 mm"),
     ("all in um", change("units", "length", to="um"), "The mounts of box are 0.2166 mm from its centre of gravity"),
     # Masses and moments of inertia.
     ("a mass in g", change(*BODY, "mass", to="45 g"), "0.045 kg with box weigh 0.441 N, .* check the unit of `mass`"),
@@ -93,8 +100,20 @@ TRAPS: list[tuple[str, Any, str]] = [
     ("a sweep", case(sweep={"first": 0.1, "last": 9, "rate": "9 oct/min", "amplitude": "1 g"}), "move by .-24.8 m"),
     ("a fall", change("case", 1, "drop", "height", to="50 m"), "The fall ends at 31.32 m/s"),
     ("a speed", change(*CASE, "peak", to="900 g"), "changes the velocity of the base by 61.8. m/s"),
+    # Values that contradict each other.
+    ("a pull", change(*AXIS, "direction", to="+z"), "weight of box pulls corner 1 compression.* its `direction`"),
+    ("two at one place", change(*PLACES, 1, to=[150, 100, -120]), "corner 1 and corner 2 act at one place"),
+    ("kN s/m", change(*AXIS, "damping", to="100 kN s/m"), "a damping ratio of 108, .* check the unit of `damping`"),
+    ("0.1 s", case(random={"psd": PSD, "duration": "0.1 s"}), "0.71 periods of the lowest .* last 14 times as long"),
+    ("a fall up", change("case", 1, "direction", to="+z"), "The fall goes against gravity"),
     ("N as kN", case(force={"pulse": "half-sine", "peak": "2000 kN", "duration": "6 ms"}), "1.02e.04 times the weight"),
 ]  # fmt: skip
+
+
+def all_sentences(system: MountedSystem, cases: Sequence[LoadCase]) -> list[str]:
+    of_cases = [sentence for case in cases for find in (implausible_loads, implausible_relations)
+                for sentence in find(system, case)]  # fmt: skip
+    return [*implausible_sizes(system), *implausible_relations(system), *of_cases]
 
 
 @pytest.mark.parametrize(("damage", "words"), [trap[1:] for trap in TRAPS], ids=[trap[0] for trap in TRAPS])
@@ -112,8 +131,7 @@ def test_a_value_in_another_unit_is_seen(tmp_path: Path, damage: Any, words: str
         sentences = [str(refusal)]
     else:
         system = file.candidates[0][1]
-        loads = [sentence for case in file.cases for sentence in implausible_loads(system, case)]
-        sentences = [*implausible_sizes(system), *loads]
+        sentences = all_sentences(system, file.cases)
     assert any(re.search(words, sentence) for sentence in sentences), sentences
     assert all(sentence.endswith(".") for sentence in sentences)
 
@@ -122,15 +140,25 @@ def test_a_value_in_another_unit_is_seen(tmp_path: Path, damage: Any, words: str
 def test_the_examples_are_plausible(path: Path) -> None:
     file = load_system_file(path)
     for _, system in file.candidates:
-        assert [*implausible_sizes(system)] == []
-        assert [sentence for case in file.cases for sentence in implausible_loads(system, case)] == []
+        assert all_sentences(system, file.cases) == []
+
+
+def test_places_in_another_unit_blame_neither_masses_nor_inertia() -> None:
+    content = copy.deepcopy(CONTENT)
+    places = [[coordinate / 1000.0 for coordinate in place] for place in content["mount"][0]["places"]]
+    content["mount"][0]["places"] = places
+    file = system_of_content(content, FilesOfFolder(SYSTEMS))
+    (sentence,) = implausible_sizes(file.candidates[0][1])
+    assert "check the unit of `place`" in sentence
 
 
 def test_a_verdict_shows_the_caution() -> None:
     content = copy.deepcopy(CONTENT)
     content["case"][0] |= {"peak": "0.02 g"}
     content["body"][0]["mass"] = "45 g"
+    content["case"][1]["direction"] = "+z"
     file = system_of_content(content, HeldFiles.read(FilesOfFolder(SYSTEMS), named_models(CONTENT), ()))
-    lines = " ".join(" ".join(simulate(file, "shock +z", "standard", workers=1).text_lines()).split())
+    lines = " ".join(" ".join(simulate(file, ["shock +z", "drop"], "standard", workers=1).text_lines()).split())
     assert "0.045 kg with box weigh" in lines
     assert "The peak is 0.02 g" in lines
+    assert "standard, drop: The fall goes against gravity" in lines

@@ -109,14 +109,14 @@ class JointCovariance:
         if joint is None:
             raise ModelError(
                 'field "uncertainty" holds no joint covariance of the coefficients to draw from; identify with the '
-                "refined method, or ask for no draws (`draws=0`)."
+                "refined method."
             )
         for name, row in zip(HYSTERETIC_UNITS, joint.root[-len(HYSTERETIC_UNITS) :], strict=True):
             share = math.hypot(*row)
             if share > _LARGEST_RELATIVE:
                 raise ModelError(
                     f'field "uncertainty.joint" says that {name} is known to {100.0 * share:.0f} % only, too little '
-                    "to draw from; identify from records that determine it, or ask for no draws (`draws=0`)."
+                    "to draw from; identify from records that determine it."
                 )
         return joint
 
@@ -135,7 +135,7 @@ class JointCovariance:
                 return self.moved(spring, generator.standard_normal(len(self.root)).tolist())
         raise ModelError(
             f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify "
-            "from records that determine FA, with a lower degree of FA, or ask for no draws (`draws=0`)."
+            "from records that determine FA, or with a lower degree of FA."
         )
 
     def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:

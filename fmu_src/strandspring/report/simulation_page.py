@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .._version import __version__
-from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, overall_verdicts, untested
-from ..vibration.verdicts.case_cautions import CautionKind
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, gathered_cautions, overall_verdicts, untested
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts, verdict_charts
 from .charts.system_drawing import system_drawing
@@ -70,10 +69,10 @@ def write_simulation(
     """
     check_report_path(path)
     kept = [place for place, answer in enumerate(answers) if answer.courses is not None]
-    nearest = sorted(kept, key=lambda place: -_severity(answers[place]))[:_MOST_HISTORIES]
+    nearest = sorted(kept, key=lambda place: -answers[place].severity)[:_MOST_HISTORIES]
     drawn = {place: answers[place] for place in sorted(nearest)}
     names = {
-        place: f"{answer.case.name if len(candidates) == 1 else _where(answer)}: {answer.verdict.value}"
+        place: f"{answer.case.name if len(candidates) == 1 else answer.where}: {answer.verdict.value}"
         for place, answer in drawn.items()
     }
     cases = list({answer.case.name: answer.case for answer in answers}.values())
@@ -98,20 +97,10 @@ def write_simulation(
         records=names,
         footer=f"strandspring {__version__}",
         noun="Case",
-        first=max(drawn, key=lambda place: _severity(drawn[place]), default=None),
+        first=max(drawn, key=lambda place: drawn[place].severity, default=None),
         panels=_MOST_HISTORIES,
     )
     write(path, content)
-
-
-def _where(answer: CaseAnswer) -> str:
-    return f"{answer.candidate}, {answer.case.name}"
-
-
-def _severity(answer: CaseAnswer) -> float:
-    """How near an answer is to a limit."""
-    nearest = answer.nearest_limit
-    return 0.0 if nearest is None else nearest.share
 
 
 def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
@@ -140,7 +129,7 @@ def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
 
 def _tile(name: str, answers: Sequence[CaseAnswer]) -> Tile:
     passed = sum(answer.verdict is CaseVerdict.PASSES for answer in answers)
-    answer = max(answers, key=_severity)
+    answer = max(answers, key=lambda answer: answer.severity)
     figure, note = answer.nearest_limit, "no figures"
     if figure is not None:
         share = percent(figure.share, 3)
@@ -157,7 +146,7 @@ def _verdict_table(answers: Sequence[CaseAnswer]) -> PageTable:
     header.append("draws beyond a limit")
     rows = []
     for answer in answers:
-        row = [_where(answer), answer.verdict.value]
+        row = [answer.where, answer.verdict.value]
         row += [_cell(answer.worst(quantity)) for quantity in shown]
         row.append(percent(answer.beyond, 3) if answer.draws else "–")
         rows.append(tuple(row))
@@ -192,17 +181,12 @@ def _cautions(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswe
             of_candidates.setdefault(sentence, []).append(candidate.name)
     for sentence, names in of_candidates.items():
         yield Notice(Level.CARE, f"{', '.join(names)}: {prose(sentence)}")
-    by_kind: dict[CautionKind, list[tuple[float, str, str]]] = {}
     for answer in answers:
         if answer.verdict is CaseVerdict.REFUSED:
-            yield Notice(Level.POOR, f"{_where(answer)}: refused. {prose(answer.refusal)}")
-        for caution in answer.cautions:
-            by_kind.setdefault(caution.kind, []).append((caution.measure, _where(answer), caution.text))
-    for cautions in (by_kind[kind] for kind in CautionKind if kind in by_kind):
-        _, where, text = max(cautions, key=lambda entry: entry[0])
-        others = [other for _, other, _ in cautions if other != where]
-        more = f" Less so in: {'; '.join(others)}." if others else ""
-        yield Notice(Level.CARE, f"{where}: {prose(text)}{more}")
+            yield Notice(Level.POOR, f"{answer.where}: refused. {prose(answer.refusal)}")
+    for where, caution, others in gathered_cautions(answers):
+        more = f" {'Less so' if caution.measure else 'Also'} in: {'; '.join(others)}." if others else ""
+        yield Notice(Level.CARE, f"{where}: {prose(caution.text)}{more}")
 
 
 def _histories(
@@ -234,7 +218,7 @@ def _settled(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
         for k, point in enumerate(answer.system.points):
             cells = [tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
             error = max((spectrum.root_mean_square_error for spectrum in power[k]), default=0.0) if power else math.nan
-            rows.append((f"{_where(answer)}, {point.name}", *cells, percent(error) if math.isfinite(error) else "–"))
+            rows.append((f"{answer.where}, {point.name}", *cells, percent(error) if math.isfinite(error) else "–"))
     header = (
         "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
     )  # fmt: skip
@@ -260,7 +244,7 @@ def _errors(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     for answer in answers:
         if not answer.runs:
             continue
-        row = [_where(answer)]
+        row = [answer.where]
         for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
             figure = answer.worst(quantity)
             row.append("–" if figure is None or not figure.value else percent(figure.error / figure.value))

@@ -227,4 +227,5 @@ def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Joi
     try:
         return JointCovariance.to_draw_from(spring, content.uncertainty)
     except ModelError as problem:
-        raise ModelError(f"{path_of(source) or content.name}: {problem}") from None
+        remedy = "Or ask for no draws (`draws=0`)."
+        raise ModelError(f"{path_of(source) or content.name}: {problem} {remedy}") from None

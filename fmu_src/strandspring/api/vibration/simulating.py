@@ -257,7 +257,7 @@ def simulate(
         if answer.courses is not None:
             room -= answer.courses.size
         answers.append(answer if room >= 0 else replace(answer, courses=None))
-        progress(f"{answer.candidate}, {answer.case.name}", len(answers), len(tasks))
+        progress(answer.where, len(answers), len(tasks))
     if all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
         raise MountedSystemError(answers[0].refusal)
     refusals = [candidate.refusal for candidate in statics if candidate.refusal]

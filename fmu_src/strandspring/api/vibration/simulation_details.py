@@ -81,7 +81,7 @@ def figure_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Ite
         if answer.figures:
             worst = [answer.worst(quantity) for quantity in _JUDGED]
             cells = [cell for figure in worst for cell in _cells(figure)]
-            rows.append([answer.case.name, *cells, _largest_error(answer)])
+            rows.append([answer.case.name, *cells, f"{100.0 * answer.relative_error:.2g}"])
     if rows:
         yield "  largest of what is unknown, and the largest numerical error of any figure:"
         yield from table_lines([*headings, "error %"], rows, {"case", *_JUDGED.values()}, width)
@@ -97,17 +97,6 @@ def _cells(figure: Figure | None) -> tuple[str, str, str]:
         "-" if math.isnan(share) else f"{100.0 * share:.0f} %",
         figure.subject,
     )
-
-
-def _largest_error(answer: CaseAnswer) -> str:
-    """Of the figures that are judged, relative to the largest of each kind."""
-    errors = [
-        figure.error / largest
-        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE)
-        if (largest := max((judged.value for judged in answer.figures_of(quantity)), default=0.0)) > 0.0
-        for figure in answer.figures_of(quantity)
-    ]
-    return f"{100.0 * max(errors, default=0.0):.2g}"
 
 
 def _moved(displacements: FloatArray) -> str:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
-from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, overall_verdicts, untested
-from ...vibration.verdicts.case_cautions import Caution, CautionKind
+from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer, gathered_cautions, overall_verdicts, untested
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.text import counted, in_few_words
 from ..common.text_table import table_lines
@@ -78,29 +77,14 @@ def caution_lines(
     for candidate in candidates:
         if candidate.refusal:
             yield f"{candidate.name}: refused: {candidate.refusal}"
+    refused = {(candidate.name, candidate.refusal) for candidate in candidates}
     for answer in answers:
-        if answer.refusal and not _is_of_candidate(answer, candidates):
-            yield f"{answer.candidate}, {answer.case.name}: refused: {answer.refusal}"
+        if answer.refusal and (answer.candidate, answer.refusal) not in refused:
+            yield f"{answer.where}: refused: {answer.refusal}"
     for sentence in dict.fromkeys(sentence for candidate in candidates for sentence in candidate.cautions):
         names = [candidate.name for candidate in candidates if sentence in candidate.cautions]
         about = "" if len(names) == len(candidates) else f"{', '.join(names)}: "
         yield f"Caution: {about}{in_few_words(sentence) if brief else sentence}"
-    for sentence in grouped_cautions(answers):
-        yield f"Caution: {in_few_words(sentence) if brief else sentence}"
-
-
-def _is_of_candidate(answer: CaseAnswer, candidates: Iterable[CandidateAnswer]) -> bool:
-    return any((candidate.name, candidate.refusal) == (answer.candidate, answer.refusal) for candidate in candidates)
-
-
-def grouped_cautions(answers: Sequence[CaseAnswer]) -> Iterator[str]:
-    """For each kind of caution the largest one of all answers."""
-    by_kind: dict[CautionKind, list[tuple[Caution, CaseAnswer]]] = {}
-    for answer in answers:
-        for caution in answer.cautions:
-            by_kind.setdefault(caution.kind, []).append((caution, answer))
-    for pairs in (by_kind[kind] for kind in CautionKind if kind in by_kind):
-        caution, answer = max(pairs, key=lambda pair: pair[0].measure)
-        others = len({id(affected) for _, affected in pairs}) - 1
-        more = f" and {counted(others, 'other')}" if others else ""
-        yield f"{answer.candidate}, {answer.case.name}{more}: {caution.text}"
+    for where, caution, others in gathered_cautions(answers):
+        more = f" and {counted(len(others), 'other')}" if others else ""
+        yield f"Caution: {where}{more}: {in_few_words(caution.text) if brief else caution.text}"

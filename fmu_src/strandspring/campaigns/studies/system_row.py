@@ -12,7 +12,6 @@ from .runs import DONE
 OUTSIDE = "outside"
 # Figures of which the worst subject stands in a row; those with limits come first.
 LIMITED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
-_WITH_ERRORS = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE)
 
 
 @dataclass(frozen=True)
@@ -71,13 +70,12 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     for kind in LIMITED:
         shares = [figure.margin for figure in answer.figures_of(kind) if figure.margin is not None]
         margins[f"{kind.name.lower()}_margin"] = finite(min(shares, default=None))
-    limited = [figure for figure in answer.figures if figure.margin is not None]
-    nearest = min(limited, key=lambda figure: figure.margin or 0.0, default=None)
+    nearest = answer.nearest_limit
     return SystemRow(
         run=run,
         accelerations=tuple(figure.high for figure in answer.figures_of(FigureKind.ACCELERATION)),
         mount=stroke.subject,
-        error=finite(_error(answer)),
+        error=finite(answer.relative_error),
         **worst,
         **margins,
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
@@ -85,14 +83,3 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
         verdict=answer.verdict.value,
         outcome=OUTSIDE if answer.verdict is CaseVerdict.OUTSIDE else DONE,
     )
-
-
-def _error(answer: CaseAnswer) -> float:
-    """The largest numerical error of a figure, relative to the largest of its kind."""
-    errors = [0.0]
-    for quantity in _WITH_ERRORS:
-        figures = answer.figures_of(quantity)
-        largest = max((figure.high for figure in figures), default=0.0)
-        if largest > 0.0:
-            errors.append(max(figure.error for figure in figures) / largest)
-    return max(errors)

@@ -56,7 +56,7 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
     for k, (candidate, verdict) in enumerate(overall_verdicts(answers).items()):
         of_one = sorted(
             (answer for answer in answers if answer.candidate == candidate),
-            key=lambda answer: (-order.index(answer.verdict), -_share(answer)),
+            key=lambda answer: (-order.index(answer.verdict), -answer.severity),
         )
         figure = _deciding(of_one[0])
         name = f"{candidate}: {verdict.value}{figure and f', {figure} of its limit in {of_one[0].case.name}'}"
@@ -83,11 +83,6 @@ def acceleration_against_stroke(answers: Sequence[CaseAnswer]) -> Chart:
         "Each mark is a load case: largest acceleration of the worst point, and largest share of a spring's way "
         "from rest to the end of its identified range.", wide=True,
     )  # fmt: skip
-
-
-def _share(answer: CaseAnswer) -> float:
-    """Of the limit that is nearest."""
-    return answer.nearest_limit.share if answer.nearest_limit else 0.0
 
 
 def _deciding(answer: CaseAnswer) -> str:

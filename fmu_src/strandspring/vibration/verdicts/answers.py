@@ -6,7 +6,7 @@ all that is unknown drawn; the range of a figure holds both and the numerical er
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,7 +17,7 @@ from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, simulate_case
-from .case_cautions import Caution, case_cautions
+from .case_cautions import Caution, CautionKind, case_cautions
 from .courses import Courses, courses
 from .draws import DrawnRun, Unknowns, drawn_case, ranges
 from .figures import CaseFigures, RangeUse
@@ -67,6 +67,11 @@ class CaseAnswer:
     beyond: float = 0.0
     refusal: str = ""
 
+    @property
+    def where(self) -> str:
+        """The candidate and the load case."""
+        return f"{self.candidate}, {self.case.name}"
+
     def figures_of(self, quantity: FigureKind) -> tuple[Figure, ...]:
         """The figures of a quantity."""
         return tuple(figure for figure in self.figures if figure.quantity is quantity)
@@ -80,6 +85,21 @@ class CaseAnswer:
     def nearest_limit(self) -> Figure | None:
         """The figure that is nearest to its limit or furthest beyond it; None if none has a limit."""
         return _nearest_limit(self.figures)
+
+    @property
+    def severity(self) -> float:
+        """Share of the nearest limit that is taken; 0 without one."""
+        return 0.0 if self.nearest_limit is None else self.nearest_limit.share
+
+    @property
+    def relative_error(self) -> float:
+        """The largest numerical error of acceleration, sway or stroke, relative to the largest figure of its kind."""
+        errors = [0.0]
+        for quantity in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE):
+            figures = self.figures_of(quantity)
+            largest = max((figure.high for figure in figures), default=0.0)
+            errors += [figure.error / largest for figure in figures if largest > 0.0]
+        return max(errors)
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,6 +222,18 @@ def overall_verdicts(answers: Sequence[CaseAnswer]) -> dict[str, CaseVerdict]:
     return {
         name: of_all_cases((answer.verdict for answer in answers if answer.candidate == name), left) for name in names
     }
+
+
+def gathered_cautions(answers: Sequence[CaseAnswer]) -> Iterator[tuple[str, Caution, list[str]]]:
+    """The largest caution of each kind, and each without a measure, with where it is and where others like it are."""
+    alike: dict[tuple[int, str], list[tuple[str, Caution]]] = {}
+    for answer in answers:
+        for caution in answer.cautions:
+            key = list(CautionKind).index(caution.kind), "" if caution.measure else caution.text
+            alike.setdefault(key, []).append((answer.where, caution))
+    for _, pairs in sorted(alike.items(), key=lambda entry: entry[0][0]):
+        worst, caution = max(pairs, key=lambda pair: pair[1].measure)
+        yield worst, caution, [where for where in dict(pairs) if where != worst]
 
 
 def _nearest_limit(figures: Sequence[Figure]) -> Figure | None:

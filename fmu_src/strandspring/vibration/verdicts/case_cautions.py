@@ -18,6 +18,7 @@ from ..bodies.simulation import CaseRun
 from .draws import DrawnRun
 from .figures import RangeUse
 from .implausible_loads import implausible_loads
+from .implausible_relations import implausible_relations
 
 _LARGE_TILT = math.radians(10.0)  # from which the twist of mounts is felt, where no limit says more
 _ROUNDING = 1e-9  # of a duration
@@ -38,6 +39,7 @@ class CautionKind(Enum):
     SETTLING = "settling"
     FALL = "fall"
     UNITS = "units"
+    RELATION = "relation"
     CATALOGUE = "catalogue"
 
 
@@ -79,6 +81,7 @@ def case_cautions(
     runs = (nominal, *(draw.run for draw in draws))
     return (
         *(Caution(CautionKind.UNITS, 0.0, text) for text in implausible_loads(system, case)),
+        *(Caution(CautionKind.RELATION, 0.0, text) for text in implausible_relations(system, case)),
         *_outside(system, uses),
         *_stopped(system, uses),
         *_tilted(system, runs, tilt_limit),

@@ -14,7 +14,7 @@ from ..bodies.parts import BASE, MotionKind, RigidBody
 from ..bodies.small_motion import SmallMotion
 
 FREQUENCIES = (0.1, 2000.0)  # [Hz] within which bodies on mounts vibrate
-_FAR = 20.0  # times the reach of the mounts, beyond which a point is hardly on the body
+_NEAR, _FAR = 1.0 / 450.0, 20.0  # times the reach of the mounts, outside which a place is hardly meant
 _REACH = (2e-3, 20.0)  # [m] of the mounts from the centre of gravity
 _GYRATION = (1.0 / 15.0, 3.0)  # radius of gyration, as a share of the reach
 _LOAD = (0.005, 1.0)  # static load, as a share of the force that the mounts can hold
@@ -22,19 +22,24 @@ _LOAD = (0.005, 1.0)  # static load, as a share of the force that the mounts can
 
 def implausible_sizes(system: MountedSystem) -> Iterator[str]:
     """A sentence for each size that is hardly meant, with what was read and what it may have been."""
-    for number in range(len(system.bodies)):
-        yield from _places(system, number)
-        yield from _gyration(system, number)
+    places = [[*_places(system, number)] for number in range(len(system.bodies))]
+    for number, of_body in enumerate(places):
+        yield from of_body or _gyration(system, number)  # which wrong places change
         yield from _load(system, number)
-    yield from _frequencies(system)
+    if not any(places):
+        yield from _frequencies(system)
+
+
+def natural_modes(motion: SmallMotion) -> list[tuple[float, FloatArray]]:
+    """Angular frequencies of vanishing motion [rad/s], rising, those of a falling force left out, and coordinates."""
+    stiffness = motion.stiffness(motion.system.laws.tangents(motion.springs), np.zeros_like(motion.springs))
+    values, shapes = np.linalg.eigh(stiffness / motion.mass)
+    return [(math.sqrt(value), shapes[:, k]) for k, value in enumerate(values.tolist()) if value > 0.0]
 
 
 def natural_frequencies(system: MountedSystem) -> tuple[float, ...]:
     """Of vanishing motion in the nominal pose, rising, those of a falling force left out [Hz]."""
-    motion = SmallMotion.about_nominal(system)
-    stiffness = motion.stiffness(system.laws.tangents(motion.springs), np.zeros_like(motion.springs))
-    values = np.linalg.eigvalsh(stiffness / motion.mass)
-    return tuple(math.sqrt(value) / (2.0 * math.pi) for value in values.tolist() if value > 0.0)
+    return tuple(rate / (2.0 * math.pi) for rate, _ in natural_modes(SmallMotion.about_nominal(system)))
 
 
 def _arms(system: MountedSystem, number: int) -> dict[str, float]:
@@ -63,10 +68,10 @@ def _places(system: MountedSystem, number: int) -> Iterator[str]:
         if point.body == number:
             distances[f"Point {point.name}"] = math.dist(point.place, body.center)
     for name, distance in distances.items():
-        if reach > 0.0 and distance > _FAR * reach:
+        if reach > 0.0 and (distance > _FAR * reach or 0.0 < distance < _NEAR * reach):
             yield (
-                f"{name} is {_length(distance)} from the centre of gravity of {body.name}, and "
-                f"the mounts are {_length(reach)} from it; check the unit of its `place`, which may be mm."
+                f"{name} is {_length(distance)} from the centre of gravity of {body.name}, and the mounts are "
+                f"{_length(reach)} from it; check the unit of its `place`, in which mm and m may have been exchanged."
             )
 
 

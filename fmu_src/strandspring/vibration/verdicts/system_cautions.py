@@ -11,6 +11,7 @@ from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ..bodies.mounted import MountedSystem
 from ..bodies.parts import MountAxis
+from .implausible_relations import implausible_relations
 from .implausible_sizes import implausible_sizes
 from .static_answer import StaticAnswer
 
@@ -19,6 +20,7 @@ def system_cautions(system: MountedSystem, models: Mapping[str, ModelFile]) -> t
     """What the description of a system leaves out."""
     return (
         *implausible_sizes(system),
+        *implausible_relations(system),
         *_across(system),
         *_shared(system),
         *_about_files(system, models),
