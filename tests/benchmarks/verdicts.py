@@ -39,6 +39,7 @@ from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Li
 
 console = Console(width=110)
 CHECKED = ("acceleration", "sway", "tilt", "force")
+ANY_STROKE = {FigureKind.STROKE: math.inf}
 JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY)
 
 
@@ -112,14 +113,14 @@ def verdicts(seed: int, share: float) -> None:
     for number in range(math.ceil(100 * share)):
         generator = np.random.default_rng((seed, 1000 + number))
         system, case = drawn_system(generator), drawn_shock(generator, 10.0)
-        free = answer_case("drawn", system, case, Limits({}, {}))
+        free = answer_case("drawn", system, case, Limits({}, ANY_STROKE))
         values = values_of_draws(free, generator, 60, 4.0)
         kind = JUDGED[number % 2]
         place = next(k for k, figure in enumerate(free.figures) if figure.quantity is kind)
         true = float(values[:, place].max())
         limit = true * float(generator.uniform(0.85, 1.15))
         subject = free.figures[place].subject
-        answer = answer_case("drawn", system, case, Limits({kind: {subject: limit}}, {}))
+        answer = answer_case("drawn", system, case, Limits({kind: {subject: limit}}, ANY_STROKE))
         counts[answer.verdict] = counts.get(answer.verdict, 0) + 1
         figure = answer.figures[place]
         if answer.verdict is CaseVerdict.PASSES and true > limit + figure.high - figure.low:

@@ -208,17 +208,11 @@ def _settled(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     """Root mean squares of vibration."""
     rows = []
     for answer in answers:
-        values = [
-            [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_ACCELERATION)],
-            [figure.quantity.column.factor * figure.value for figure in answer.figures_of(FigureKind.RMS_SWAY)],
-        ]
-        if not values[0]:
-            continue
         power = answer.courses.power if answer.courses is not None else ()
-        for k, point in enumerate(answer.system.points):
-            cells = [tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
+        for k, (name, values) in enumerate(answer.settled):
             error = max((spectrum.root_mean_square_error for spectrum in power[k]), default=0.0) if power else math.nan
-            rows.append((f"{answer.where}, {point.name}", *cells, percent(error) if math.isfinite(error) else "–"))
+            cells = (*map(tiny, values), percent(error) if math.isfinite(error) else "–")
+            rows.append((f"{answer.where}, {name}", *cells))
     header = (
         "candidate, case and point", "x [g]", "y [g]", "z [g]", "x [mm]", "y [mm]", "z [mm]", "statistical error",
     )  # fmt: skip

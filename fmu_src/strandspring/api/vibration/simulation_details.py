@@ -133,15 +133,7 @@ def run_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterat
 
 def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:
     """Root mean squares of the points in cases that settle."""
-    rows = []
-    for answer in answers:
-        values = [
-            [quantity.column.factor * figure.value for figure in answer.figures_of(quantity)]
-            for quantity in (FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)
-        ]
-        for k, point in enumerate(answer.system.points if values[0] else ()):
-            cells = [_tiny(value) for kind in values for value in kind[3 * k : 3 * k + 3]]
-            rows.append([answer.case.name, point.name, *cells])
+    rows = [[answer.case.name, name, *map(_tiny, values)] for answer in answers for name, values in answer.settled]
     if rows:
         yield "  root mean squares from the settling on, of sway about its mean:"
         headings = ["case", "point", "x g", "y g", "z g", "x mm", "y mm", "z mm"]

@@ -9,9 +9,8 @@ from ...vibration.verdicts.answers import CaseAnswer
 from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind
 from .runs import DONE
 
-OUTSIDE = "outside"
-# Figures of which the worst subject stands in a row; those with limits come first.
-LIMITED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
+# Figures whose margins stand in a row.
+_LIMITED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 
 
 @dataclass(frozen=True)
@@ -33,7 +32,7 @@ class SystemRow:
     governing : str or None               The limit with the least margin.
     verdict : str                         See `CaseVerdict`.
     beyond : float or None                Share of the draws beyond a limit or an identified range.
-    outcome : str                         `DONE`, `OUTSIDE` where figures are extrapolated, or why it is refused.
+    outcome : str                         `DONE`, "outside" where figures are extrapolated, or why it is refused.
     """
 
     run: int
@@ -67,7 +66,7 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
     }
     stroke = max(answer.figures_of(FigureKind.STROKE), key=lambda figure: figure.high)
     margins: dict[str, float | None] = {}
-    for kind in LIMITED:
+    for kind in _LIMITED:
         shares = [figure.margin for figure in answer.figures_of(kind) if figure.margin is not None]
         margins[f"{kind.name.lower()}_margin"] = finite(min(shares, default=None))
     nearest = answer.nearest_limit
@@ -81,5 +80,5 @@ def system_row(run: int, answer: CaseAnswer) -> SystemRow:
         governing=None if nearest is None else f"{nearest.quantity.value} of {nearest.subject}",
         beyond=answer.beyond,
         verdict=answer.verdict.value,
-        outcome=OUTSIDE if answer.verdict is CaseVerdict.OUTSIDE else DONE,
+        outcome=answer.verdict.value if answer.verdict is CaseVerdict.OUTSIDE else DONE,
     )

@@ -13,29 +13,15 @@ from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ...vibration.description.system_tables import MOST_DRAWS
 from ...vibration.verdicts.draws import LEAST_DRAWS
-from ..shared.option_types import output_options, positive
+from ..shared.mount import system_options
+from ..shared.option_types import output_options
 from ..shared.output import present, reporting, result, save
-from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
+from ..shared.paths import FileNamed, FileOfFormat, refuse_overwriting
 
 
 @click.command()
 @click.argument("system", metavar="SYSTEM.toml")
-@click.option(
-    "--case",
-    "cases",
-    multiple=True,
-    metavar="NAME",
-    help="Simulate only this load case, in all its directions; repeat for more.",
-)
-@click.option(
-    "--candidate", "candidates", multiple=True, metavar="NAME", help="Simulate only this candidate; repeat for more."
-)
-@click.option(
-    "--step",
-    type=positive("s"),
-    metavar="S",
-    help="Time step of the coarser of two runs [s].  [default: the file's, or found for errors of 0.1 %]",
-)
+@system_options()
 @click.option(
     "--draws",
     type=click.IntRange(LEAST_DRAWS, MOST_DRAWS),
@@ -46,12 +32,6 @@ from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwritin
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
 @click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
-@click.option(
-    "--plot",
-    type=PLOT_FILE,
-    metavar="FILE.png",
-    help="Plot acceleration against stroke of all candidates in all cases (.png, .svg or .pdf).",
-)
 @click.option(
     "--histories",
     metavar="FOLDER",

@@ -15,10 +15,10 @@ from ...api.studies.system_studying import SystemStudyResult, study_system
 from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
-from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
-from ..shared.option_types import FiniteRange, output_options, together
+from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, system_options
+from ..shared.option_types import FiniteRange, output_options, positive, together
 from ..shared.output import note, present, reporting_kept, save
-from ..shared.paths import PLOT_FILE, refuse_overwriting
+from ..shared.paths import refuse_overwriting
 from ..shared.worker_options import cluster_option, worker_options
 from ..shared.zero import zero_option
 
@@ -53,15 +53,7 @@ _system_options = together(
     click.option("--vary", multiple=True, metavar="PATH=VALUES",
                  help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with "
                  "commas, such as '15 kg:25 kg:5'; repeat for a grid."),
-    click.option("--case", "cases", multiple=True, metavar="NAME",
-                 help="Of a SYSTEM.toml: only this load case, of several directions all; repeat for more."),
-    click.option("--candidate", "candidates", multiple=True, metavar="NAME",
-                 help="Of a SYSTEM.toml: only this candidate; repeat for more."),
-    click.option("--step", type=positive("s"), metavar="S",
-                 help="Of a SYSTEM.toml: time step of the coarser of two runs [s].  [default: the file's, or found for "
-                 "errors of 0.1 %]"),
-    click.option("--plot", type=PLOT_FILE, metavar="FILE.png",
-                 help="Of a SYSTEM.toml: plot acceleration against stroke (.png, .svg or .pdf)."),
+    system_options("Of a SYSTEM.toml: "),
 )  # fmt: skip
 _SEVERAL = "repeat, or give LOW:HIGH:COUNT, for more"
 

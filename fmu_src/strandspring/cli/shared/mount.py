@@ -1,4 +1,4 @@
-"""Options shared by the commands about a mass on a mount."""
+"""Options shared by the commands about a mass on a mount, or bodies on mounts."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from ...vibration.one_mass.band import checked_limits
 from ...vibration.one_mass.system import MOST_SPRINGS, Excitation
 from .option_types import Command, FiniteRange, checked_by, together
 from .option_types import positive as positive
+from .paths import PLOT_FILE
 
 EXCITATIONS = tuple(excitation.value.replace(" ", "_") for excitation in Excitation)
 
@@ -56,6 +57,21 @@ def curve_options(points: int) -> Callable[[Command], Command]:
                      help="Number of frequencies, logarithmically spaced."),
         click.option("--extrapolate", is_flag=True,
                      help="Continue where the motion leaves the identified range, instead of refusing."),
+    )  # fmt: skip
+
+
+def system_options(of: str = "") -> Callable[[Command], Command]:
+    """Options of how a SYSTEM.toml is simulated; `of` stands before the help of each."""
+    return together(
+        click.option("--case", "cases", multiple=True, metavar="NAME",
+                     help=f"{of}Only this load case, in all its directions; repeat for more."),
+        click.option("--candidate", "candidates", multiple=True, metavar="NAME",
+                     help=f"{of}Only this candidate; repeat for more."),
+        click.option("--step", type=positive("s"), metavar="S",
+                     help=f"{of}Time step of the coarser of two runs [s].  [default: the file's, or found for errors "
+                     "of 0.1 %]"),
+        click.option("--plot", type=PLOT_FILE, metavar="FILE.png",
+                     help=f"{of}Plot acceleration against stroke, with verdicts (.png, .svg or .pdf)."),
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.small_motion import SmallMotion
-from .implausible_sizes import natural_modes
+from .implausible_sizes import natural_frequencies, natural_modes
 
 _ALONG = 0.5  # cosine between an axis and gravity from which it carries weight
 _PLACES, _DIGITS = 6, 3  # decimals of places [m] and directions that are the same
@@ -27,17 +27,17 @@ def implausible_relations(system: MountedSystem, case: LoadCase | None = None) -
 def _pulled(system: MountedSystem) -> Iterator[str]:
     """The weight of a body against the direction of compression of all mounts below it."""
     down = np.array(system.gravity) / (np.linalg.norm(system.gravity) or 1.0)
+    named = [
+        (mount.body, name, way)
+        for axis, mount, name in zip(system.axes, system.axis_mounts, system.axis_names, strict=True)
+        if "compress" in f"{axis.name} {axis.model}".lower() and abs(way := np.dot(axis.direction, down)) > _ALONG
+    ]
     for number, body in enumerate(system.bodies):
-        ways = {
-            name: float(np.dot(axis.direction, down))
-            for axis, mount, name in zip(system.axes, system.axis_mounts, system.axis_names, strict=True)
-            if mount.body == number and "compress" in f"{axis.name} {axis.model}".lower()
-        }
-        carrying = [name for name, way in ways.items() if abs(way) > _ALONG]
-        if carrying and all(ways[name] < 0.0 for name in carrying):
+        ways = {name: way for of, name, way in named if of == number}
+        if max(ways.values(), default=0.0) < 0.0:
             yield (
-                f"The weight of {body.name} pulls {carrying[0]}, which by its name is compressed as the displacement "
-                "grows; reverse its `direction`, if the body stands on its mounts."
+                f"The weight of {body.name} pulls {next(iter(ways))}, which by its name is compressed as the "
+                "displacement grows; reverse its `direction`, if the body stands on its mounts."
             )
 
 
@@ -70,9 +70,8 @@ def _overdamped(system: MountedSystem) -> Iterator[str]:
 
 def _short(system: MountedSystem, case: LoadCase) -> Iterator[str]:
     """The duration of random vibration against the slowest natural vibration."""
-    rates = [rate for rate, _ in natural_modes(SmallMotion.about_nominal(system))]
     taken = case.duration - case.settling
-    periods = taken * min(rates, default=np.inf) / (2.0 * np.pi)
+    periods = taken * min(natural_frequencies(system), default=np.inf)
     if case.is_random and periods < _PERIODS:
         yield (
             f"Random vibration is taken over {taken:.3g} s, {periods:.2g} periods of the lowest natural frequency: its "

@@ -1,7 +1,4 @@
-"""Figures of a load case with their ranges beside their limits, and the verdict on them.
-
-A limit that no load case tests is not kept: candidates then pass in none of their cases together.
-"""
+"""Figures of a load case with their ranges beside their limits, and the verdict on them."""
 
 from __future__ import annotations
 
