@@ -99,6 +99,7 @@ TRAPS: list[tuple[str, Any, str]] = [
     ("a slow sine", case(sine={"frequency": 0.2, "amplitude": "1 g", "duration": "20 s"}), "would move by .-6.21 m"),
     ("a sweep", case(sweep={"first": 0.1, "last": 9, "rate": "9 oct/min", "amplitude": "1 g"}), "move by .-24.8 m"),
     ("a fall", change("case", 1, "drop", "height", to="50 m"), "The fall ends at 31.32 m/s"),
+    ("a held level", case(acceleration={"level": "500 g"}), "constant acceleration is 500 g .* unit of its `level`"),
     ("a speed", change(*CASE, "peak", to="900 g"), "changes the velocity of the base by 61.8. m/s"),
     # Values that contradict each other.
     ("a pull", change(*AXIS, "direction", to="+z"), "weight of box pulls corner 1 compression.* its `direction`"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from functools import singledispatch
+from itertools import chain, islice
 
 import numpy as np
 
@@ -46,50 +46,34 @@ def implausible_loads(system: MountedSystem, case: LoadCase) -> Iterator[str]:
             yield from _sampling(channel.signal, natural_frequencies(system))
 
 
-@singledispatch
-def _acceleration(_: object) -> Iterator[str]:
+def _acceleration(signal: Signal) -> Iterator[str]:
     """What is hardly meant in a signal of base acceleration."""
-    yield from ()
-
-
-@_acceleration.register
-def _(signal: Pulse) -> Iterator[str]:
-    yield from _level("peak", abs(signal.peak), _PEAK)
-    yield from _pulse_duration(signal)
-    speed = abs(getattr(signal, "velocity_change", 0.0))
-    if speed > _SPEED:
-        yield (
-            f"The pulse changes the velocity of the base by {speed:.4g} m/s; check the units of `peak` (g or m/s^2) "
-            "and `duration` (ms or s)."
-        )
-
-
-@_acceleration.register
-def _(signal: HeldAcceleration) -> Iterator[str]:
-    yield from _level("constant acceleration", signal.peak, _AMPLITUDE, "its `level`")
-
-
-@_acceleration.register
-def _(signal: RandomVibration) -> Iterator[str]:
-    yield from _level("rms", signal.density.root_mean_square, _AMPLITUDE, "the density (g^2/Hz or (m/s^2)^2/Hz)")
-    edges = np.geomspace(signal.density.lowest, signal.density.highest, 200)
-    travel = math.sqrt(float(np.sum(signal.density.by_band(edges) / (2.0 * np.pi * edges[:-1]) ** 4)))
-    if travel > _TRAVEL:
-        yield _travels(3.0 * travel, "the density and its lowest frequency")
-
-
-@_acceleration.register
-def _(signal: SineDwell) -> Iterator[str]:
-    yield from _sine(signal.amplitude, signal.frequency)
-
-
-@_acceleration.register
-def _(signal: SineSweep) -> Iterator[str]:
-    for frequency, amplitude in signal.amplitude.points:
-        cautions = tuple(_sine(amplitude, frequency))
-        if cautions:
-            yield cautions[0]
-            return
+    match signal:
+        case HeldAcceleration():
+            yield from _level("constant acceleration", signal.peak, _AMPLITUDE, "its `level`")
+        case Pulse():
+            yield from _level("peak", abs(signal.peak), _PEAK)
+            yield from _pulse_duration(signal)
+            speed = abs(getattr(signal, "velocity_change", 0.0))
+            if speed > _SPEED:
+                yield (
+                    f"The pulse changes the velocity of the base by {speed:.4g} m/s; check the units of `peak` (g or "
+                    "m/s^2) and `duration` (ms or s)."
+                )
+        case RandomVibration():
+            level = signal.density.root_mean_square
+            yield from _level("rms", level, _AMPLITUDE, "the density (g^2/Hz or (m/s^2)^2/Hz)")
+            edges = np.geomspace(signal.density.lowest, signal.density.highest, 200)
+            travel = math.sqrt(float(np.sum(signal.density.by_band(edges) / (2.0 * np.pi * edges[:-1]) ** 4)))
+            if travel > _TRAVEL:
+                yield _travels(3.0 * travel, "the density and its lowest frequency")
+        case SineDwell():
+            yield from _sine(signal.amplitude, signal.frequency)
+        case SineSweep():
+            of_points = (_sine(amplitude, frequency) for frequency, amplitude in signal.amplitude.points)
+            yield from islice(chain.from_iterable(of_points), 1)
+        case RecordedSignal():
+            yield from _recorded(signal)
 
 
 def _sine(amplitude: float, frequency: float) -> Iterator[str]:
@@ -103,8 +87,7 @@ def _travels(travel: float, checked: str) -> str:
     return f"The base would move by +-{travel:.3g} m; check the units of {checked}."
 
 
-@_acceleration.register
-def _(signal: RecordedSignal) -> Iterator[str]:
+def _recorded(signal: RecordedSignal) -> Iterator[str]:
     peak = float(np.abs(signal.value).max())
     yield from _level("peak of the record", peak, _PEAK, "its column (g, m/s^2 or a sensor's mV)")
     offset, duration = float(np.median(signal.value)), signal.duration
