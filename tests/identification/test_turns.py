@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from strandspring import Outcome, Record, Spring, TwoStageOptions, identify
+from strandspring.identification.identify_records import samples_per_cycle, turns_between_samples
 from strandspring.identification.points.steady_part import find_steady_part
-from strandspring.identification.points.turns import samples_per_cycle, turns_between_samples
 from strandspring.loops.strokes import find_strokes
 from synthetic import record_of, sine, spring_of
 

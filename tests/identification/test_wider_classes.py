@@ -13,7 +13,7 @@ import pytest
 from mounts_with_branches import FIRST, SECOND, maxwell, record, sines, two_rates
 from strandspring import Identification, Outcome, Record, RefinedOptions, Spring, identify, read_record
 from strandspring.errors import RecordError
-from strandspring.identification.classes.positive import is_positive_series, non_negative, positive_rays
+from strandspring.identification.classes.problem import is_positive_series, non_negative, positive_rays
 from strandspring.kernel.branches import maxwell_columns
 from strandspring.model.joint import JointCovariance
 from zoo_rig import draw_case

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from strandspring.peers import filters as filters_module
-from strandspring.peers.filters import fourier_filter, low_pass
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
+from strandspring.peers.two_stage_options import fourier_filter, low_pass
 
 FloatArray = np.ndarray
 Filter = Callable[[FloatArray], FloatArray]

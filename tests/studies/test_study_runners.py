@@ -33,8 +33,8 @@ from journal_content import execute, rows_in, written
 from strandspring import StrandspringError, __version__
 from strandspring.campaigns.jobs import cluster as cluster_module
 from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.rowlog import open_alone
 from strandspring.campaigns.jobs.runners import Local
-from strandspring.campaigns.jobs.sole_database import open_alone
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import Journal, journal_path

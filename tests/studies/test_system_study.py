@@ -29,8 +29,7 @@ from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.campaigns.studies.summaries import summaries
 from strandspring.campaigns.studies.system_planning import planned_study, undrawn
-from strandspring.campaigns.studies.system_row import SystemRow, system_row
-from strandspring.campaigns.studies.system_study import SystemStudy
+from strandspring.campaigns.studies.system_study import SystemRow, SystemStudy, system_row
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.files import write_csv

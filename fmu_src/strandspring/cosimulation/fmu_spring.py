@@ -10,14 +10,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
-from ctypes import c_double, c_uint
+from ctypes import byref, c_double, c_uint
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple
+from weakref import WeakValueDictionary
 
 import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.model_description import ModelDescription
 from numpy.typing import ArrayLike
 
@@ -26,9 +29,10 @@ from ..errors import StrandspringError
 from ..fmu.checks.fmpy_host import SLAVES, fmi_version, library_path
 from ..ground.scratch import TemporaryFolder
 from ..kernel.path import warn_outside
-from .messages import Messages
 
 _MODEL_VALUES: Mapping[str, ArrayLike] = {}
+_keys = count(1)
+_instances: WeakValueDictionary[int, Messages] = WeakValueDictionary()
 
 
 class CosimulationError(StrandspringError):
@@ -251,3 +255,50 @@ def _instead(unknown: str, parameters: Collection[str]) -> str:
     if unknown in ARRAYS and f"{unknown}_0" in parameters:
         return f"; its elements are parameters: give `{unknown}_0` and so on"
     return ""
+
+
+try:
+    from fmpy import logging as _proxies
+except OSError:  # FMPy has no such library for this platform; messages then keep their placeholders
+    _proxies = None
+
+
+class Messages(list[str]):
+    """Log messages of one instance.
+
+    Attributes
+    ----------
+    arguments : dict   Of FMPy's method that instantiates the FMU, by a version of FMI, 2 or 3.
+    """
+
+    def __init__(self, fmi: int) -> None:
+        super().__init__()
+        # In FMI 3.0 an instance has a logger of its own; there and in Python-backed FMUs warnings need logging.
+        own: dict[str, Any] = {"callbacks": self._callbacks()} if fmi == 2 else {"logMessage": self._append}
+        self.arguments = {"loggingOn": True, **own}
+
+    def _append(self, _environment: Any, _status: int, _category: bytes, message: bytes) -> None:
+        self.append(message.decode("utf-8", "replace"))
+
+    def _callbacks(self) -> fmi2CallbackFunctions:
+        """What hands the messages of an instance of FMI 2.0 to this list."""
+        callbacks = fmi2CallbackFunctions()
+        # FMPy's proxy, which fills in placeholders, forwards to the logger registered last. So there is one logger for
+        # all, and the environment identifies the instance.
+        callbacks.logger = _LOGGER
+        callbacks.allocateMemory = defaultCallbacks.allocateMemory
+        callbacks.freeMemory = defaultCallbacks.freeMemory
+        callbacks.componentEnvironment = next(_keys)
+        _instances[callbacks.componentEnvironment] = self
+        if _proxies is not None:
+            _proxies.addLoggerProxy(byref(callbacks))
+        return callbacks
+
+
+def _receive(environment: int, _name: Any, status: int, category: bytes, message: bytes) -> None:
+    messages = _instances.get(environment)
+    if messages is not None:
+        messages._append(environment, status, category, message)
+
+
+_LOGGER = fmi2CallbackLoggerTYPE(_receive)

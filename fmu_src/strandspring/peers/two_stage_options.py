@@ -7,11 +7,14 @@ cusp just where eq. (23) reads it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
+from scipy.fft import dct
+from scipy.signal import butter, sosfiltfilt
 
 from ..errors import RecordError
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
@@ -32,6 +35,9 @@ _FILTERS = ("moving-average", "low-pass", "fourier")
 _H1, _H2, _H3 = -0.5, 0.35, 0.7
 # Where the loading branch is looked at: densely after the reversal.
 _BRANCH_SHARES = ((np.arange(200) + 0.5) / 200) ** 2
+_ORDER = 4  # of the Butterworth filter, which runs forth and back
+_CUTOFFS = 60  # tried between one half cycle per record and the Nyquist frequency
+_FEWEST = 16  # samples
 
 
 def three_point_stages(
@@ -39,6 +45,9 @@ def three_point_stages(
 ) -> list[tuple[Hysteresis, float] | None]:
     """Both stages by the paper's formulas; arguments and result as `identification.two_stage.Stages` says."""
     return [_both_stages(loops, basis, columns, travel, smoothing) for travel in steady_travels]
+
+
+_FORMULAS: dict[str, Stages] = {"whole-branch": whole_branches, "three-point": three_point_stages}
 
 
 def _both_stages(
@@ -125,9 +134,6 @@ def three_points(travel: FloatArray, u: FloatArray) -> Hysteresis | None:
     return Hysteresis(rho, float(np.clip(sigma, *SIGMA_BOUNDS)), float(np.clip(n, *N_BOUNDS)))
 
 
-_FORMULAS: dict[str, Stages] = {"whole-branch": whole_branches, "three-point": three_point_stages}
-
-
 @dataclass(frozen=True)
 class TwoStageOptions(Method):
     """Options of the two-stage method.
@@ -173,7 +179,6 @@ class TwoStageOptions(Method):
                 "another `filter=...`."
             )
         # SciPy's signal processing takes a third of a second to import, and most identifications go without.
-        from .filters import fourier_filter, low_pass
 
         try:
             if self.filter == "low-pass":
@@ -190,3 +195,108 @@ class TwoStageOptions(Method):
         """Identify without start values."""
         loops = join([part.loops for part in parts])
         return fitted(loops, two_stage(loops, self.degrees, _FORMULAS[self.formulas], self.smoothing), where)
+
+
+def low_pass(force: FloatArray) -> FloatArray:
+    """Zero-phase Butterworth low-pass of order 4, run forth and back, on samples uniform in time.
+
+    At the cut-off a quarter of the power, half of the amplitude, is left.
+
+    Parameters
+    ----------
+    force : ndarray, shape (K,)   [N], or any other signal.
+
+    Returns
+    -------
+    ndarray, shape (K,)           [N]
+
+    Raises
+    ------
+    ValueError                    If there are fewer than 16 samples.
+    """
+    values = _checked(force)
+    cutoff = _cutoff_of_noise(values)
+    if cutoff is None:
+        return values.copy()
+    sections = butter(_ORDER, 2.0 * cutoff, output="sos")
+    # The transient at the ends lasts about a period of the cut-off frequency for each order.
+    padding = min(values.size - 1, math.ceil(_ORDER / cutoff))
+    width = min(values.size, max(2, math.ceil(0.25 / cutoff)))
+    head = 2.0 * _end_value(values[:width]) - values[padding:0:-1]
+    tail = 2.0 * _end_value(values[: -width - 1 : -1]) - values[-2 : -padding - 2 : -1]
+    smooth = sosfiltfilt(sections, np.concatenate([head, values, tail]), padlen=0)
+    return np.asarray(smooth[padding : padding + values.size])
+
+
+def fourier_filter(force: FloatArray, periods: int) -> FloatArray:
+    """Ni's non-causal filter: the discrete Fourier series over whole periods without its high harmonics.
+
+    What lies between the harmonics goes as well, so that every period comes out the same.
+
+    Parameters
+    ----------
+    force : ndarray, shape (K,)   Exactly `periods` whole periods at uniform phases [N].
+    periods : int                 Number of periods in it, >= 1.
+
+    Returns
+    -------
+    ndarray, shape (K,)           [N]
+
+    Raises
+    ------
+    ValueError                    If there are fewer than 16 samples in a period.
+    """
+    values = _checked(force)
+    if values.size < _FEWEST * periods:
+        raise ValueError(
+            f"`force` must have at least {_FEWEST} samples per period, got {values.size} for {periods} periods."
+        )
+    spectrum = np.fft.rfft(values)
+    harmonics = _harmonics_of_noise(np.abs(spectrum[::periods]) ** 2)
+    kept = np.zeros(spectrum.size)
+    kept[: harmonics * periods + 1 : periods] = 1.0
+    return np.fft.irfft(spectrum * kept, values.size)
+
+
+def _end_value(values: FloatArray) -> float:
+    """First of the values on their straight line: reflected about the sample itself, its noise would stay."""
+    position = np.arange(values.size)
+    return float(np.polyval(np.polyfit(position, values, 1), 0.0))
+
+
+def _harmonics_of_noise(power: FloatArray) -> int:
+    """Number of harmonics with the least expected error; ``power[h]`` belongs to harmonic h."""
+    noise = _floor(power)
+    # A harmonic kept costs v, one dropped costs P - v.
+    change = np.cumsum(2.0 * noise - power[1:])
+    return int(np.argmin(change)) + 1
+
+
+def _cutoff_of_noise(values: FloatArray) -> float | None:
+    """Cut-off of `low_pass` with the least expected error [cycles per sample]; None if no filter does better."""
+    # The cosine transform continues a signal evenly, so that ends of different height make no high frequencies.
+    power = dct(values, norm="ortho")[1:] ** 2
+    noise = _floor(power)
+    frequency = 0.5 * np.arange(1, values.size) / values.size
+    signal = power - noise
+    best, least = None, noise * power.size
+    for cutoff in np.geomspace(frequency[0], 0.45, _CUTOFFS):
+        gain = 1.0 / (1.0 + (np.tan(math.pi * frequency) / math.tan(math.pi * cutoff)) ** (2 * _ORDER))
+        error = float(np.sum((1.0 - gain) ** 2 * signal + gain**2 * noise))
+        if error < least:
+            best, least = float(cutoff), error
+    return best
+
+
+def _floor(power: FloatArray) -> float:
+    """Noise power per coefficient: the mean of the upper half of the frequencies."""
+    return float(np.mean(power[power.size // 2 :]))
+
+
+def _checked(force: FloatArray) -> FloatArray:
+    values = np.asarray(force, dtype=np.float64)
+    if values.ndim != 1 or values.size < _FEWEST:
+        raise ValueError(f"`force` must have shape (K,) with K >= {_FEWEST}, got shape {values.shape}.")
+    if not np.isfinite(values).all():
+        raise ValueError("`force` must be finite [N]; remove the samples that are not.")
+    return values

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain, count
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ...campaigns.jobs.threads import in_threads
 from ...errors import MountedSystemError
@@ -26,7 +30,6 @@ from ...vibration.verdicts.answers import (
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict
-from ..common.history_table import history_table, unique_names
 from ..common.progress import Progress, unseen
 from ..common.result import PlottedResult
 from .simulation_details import detail_lines
@@ -42,6 +45,7 @@ _COLUMNS = (
     "candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "low", "high", "limit", "margin",
     "beyond",
 )  # fmt: skip
+_LONGEST = 100  # of the name of a file
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -185,9 +189,9 @@ class Simulation(PlottedResult):
 
 def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
     """Refuse draws, a seed or a time step [s] that are none; raises MountedSystemError or TypeError."""
-    for name, count, least in (("draws", draws, LEAST_DRAWS), ("seed", seed, 0)):
-        if (number := optional_whole(name, count)) is not None and number < least:
-            raise MountedSystemError(f"`{name}` must be >= {least}, got {count!r}.")
+    for name, given, least in (("draws", draws, LEAST_DRAWS), ("seed", seed, 0)):
+        if (number := optional_whole(name, given)) is not None and number < least:
+            raise MountedSystemError(f"`{name}` must be >= {least}, got {given!r}.")
     seconds = optional_number("step", step, "s")
     if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
         raise MountedSystemError(f"`step` must be finite and > 0 [s], got {step!r}.")
@@ -264,3 +268,46 @@ def simulate(
     if len(refusals) == len(statics):
         raise MountedSystemError(refusals[0])
     return Simulation(file, statics, tuple(answers))
+
+
+def history_table(answer: CaseAnswer) -> tuple[list[str], Iterable[Iterable[object]]]:
+    """Headings and rows: time, base, points and axes of mounts, in SI units.
+
+    Raises
+    ------
+    MountedSystemError   If the histories were not kept.
+    """
+    courses = answer.courses
+    if courses is None:
+        raise MountedSystemError(f"The histories of {answer.candidate} in {answer.case.name} were not kept.")
+    histories = courses.histories
+    header = ["time [s]", *(f"base acceleration {letter} [m/s^2]" for letter in "xyz")]
+    columns = [histories.time[:, None], courses.base]
+    for k, point in enumerate(answer.system.points):
+        header += [f"{point.name} acceleration {letter} [m/s^2]" for letter in "xyz"]
+        header += [f"{point.name} displacement {letter} [m]" for letter in "xyz"]
+        columns += [histories.acceleration[:, k], histories.sway[:, k]]
+    for k, name in enumerate(answer.system.axis_names):
+        header += [f"{name} displacement of a spring [m]", f"{name} force [N]"]
+        columns += [histories.displacement[:, k : k + 1], histories.force[:, k : k + 1]]
+    return header, np.hstack(columns).tolist()
+
+
+def unique_names(texts: Sequence[str]) -> list[str]:
+    """Names of files made of texts: letters, digits, signs and underscores, each once.
+
+    Examples
+    --------
+    >>> unique_names(["softer_shock +x", "softer_shock -x", "a/b", "a b"])
+    ['softer_shock_+x', 'softer_shock_-x', 'a_b', 'a_b_2']
+    """
+    names: list[str] = []
+    taken: set[str] = set()
+    for text in texts:
+        name = re.sub(r"[^\w+-]+", "_", text)[:_LONGEST]
+        chosen = next(
+            variant for variant in chain([name], (f"{name}_{k}" for k in count(2))) if variant.lower() not in taken
+        )
+        taken.add(chosen.lower())
+        names.append(chosen)
+    return names

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import re
 from array import array
@@ -10,18 +11,19 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ...errors import StrandspringError
-from ...ground.files import readable, refuse_unwritable, write_text
+from ...ground.files import readable, reason_of, refuse_unwritable, write_text
 from ...kernel.arrays import FloatArray
 from ...model.outcomes import Outcome
 from ..jobs.cluster import Cluster
+from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError, Runner, finished_rows
 from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
-from .sources import COLUMNAR_TABLE, TABLE, SpringFile
-from .spring_log import SpringLog
+from .sources import COLUMNAR_TABLE, JOURNAL, TABLE, SpringFile
 from .spring_row import IDENTIFIED, BatchWork, Finished, SpringRow, digest
 from .spring_table import Layout, TableRow, write_columnar_table, write_table
 
@@ -29,6 +31,7 @@ _MOST_NAMED = 20  # files that a summary names
 _COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
 _MOST_KINDS = 1000  # files that all say something else must not fill the memory
+_MANIFEST = {"format": "strandspring-batch", "format_version": 4}
 
 
 @dataclass
@@ -273,3 +276,80 @@ def _judge(log: SpringLog, figures: FloatArray, summary: BatchSummary) -> dict[i
     for place in list(outliers)[:_MOST_NAMED]:
         summary.outliers[readable(log[place].file)] = outliers[place]
     return outliers
+
+
+class SpringLog(RowLog[SpringRow]):
+    """Rows of the files of a batch, and of other files that were identified into the same folder.
+
+    Parameters
+    ----------
+    folder : Path                      Of the results.
+    springs : sequence of SpringFile
+
+    Raises
+    ------
+    JobError                           See `RowLog`.
+    """
+
+    def __init__(self, folder: Path, springs: Sequence[SpringFile]) -> None:
+        self._folder = folder
+        keys = [_key(spring.file) for spring in springs]
+        self._places = {key: place for place, key in enumerate(keys)}
+        super().__init__(folder / JOURNAL, SpringRow, keys, _MANIFEST)
+
+    def key(self, row: SpringRow) -> int:
+        """See `RowLog`."""
+        return _key(row.file)
+
+    def place(self, key: int) -> int | None:
+        """See `RowLog`."""
+        return self._places.get(key)
+
+    def check(self, manifest: object, expected: dict[str, Any]) -> None:
+        """Refuse any other file."""
+        if manifest != expected:
+            raise JobError(
+                f"{self.name} is not the journal of a batch that this version of strandspring reads; move it away, or "
+                "write to another folder."
+            )
+
+    def model_path(self, row: SpringRow) -> Path:
+        """Path of a spring's model file."""
+        return self._folder / f"{row.model}.json"
+
+    @staticmethod
+    def _remove_model(path: Path) -> None:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as problem:
+            raise JobError(
+                f"{readable(path)} belongs to a record that has changed, but cannot be removed: {reason_of(problem)}; "
+                "remove it."
+            ) from None
+
+    def forget_changed(self, springs: Sequence[SpringFile], settings: str) -> int:
+        """Forget rows that cannot be, of files that have changed, of other settings, or whose model file is missing or
+        changed; the model files that belong to them are removed. Returns the number of those of other settings.
+        """
+        of_other_settings = 0
+        for place, spring in enumerate(springs):
+            if place not in self:
+                continue
+            row = self[place]
+            if not row.is_possible:
+                self.forget(place)
+                continue
+            is_there = row.status != IDENTIFIED or digest(str(self.model_path(row)))[1] == row.model_sha256
+            is_known = row.sha256 is not None and digest(spring.path) == (row.size, row.sha256)
+            if is_there and is_known and (row.settings, row.model) == (settings, spring.name):
+                continue
+            of_other_settings += row.settings != settings
+            self.forget(place)
+            if row.status == IDENTIFIED and is_there:
+                self._remove_model(self.model_path(row))
+        return of_other_settings
+
+
+def _key(file: str) -> int:
+    """The key of a file, which is no number, in 64 bits."""
+    return int.from_bytes(hashlib.sha256(file.encode(errors="replace")).digest()[:8], "big", signed=True)
