@@ -213,7 +213,10 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         small_loops=small,
         method=method.name,
         certificate=ForceRange.of(_driven(fits, group)),
-        options={name: _in_json(value) for name, value in asdict(method).items()},
+        options={
+            name: "auto" if value is None else "infinite" if value == math.inf else value  # JSON has no infinity
+            for name, value in asdict(method).items()
+        },
         wider=result.wider,
     )
 
@@ -279,11 +282,6 @@ def _of_saved_spring(uncertainty: dict[str, Any], rmse: float, fitted: float) ->
         return uncertainty
     widened = interval.widened(math.sqrt(rmse**2 - fitted**2))
     return {**uncertainty, "prediction_interval": widened.as_json()}
-
-
-def _in_json(value: Any) -> Any:
-    """An option for the provenance; JSON has no infinity."""
-    return "auto" if value is None else "infinite" if value == math.inf else value
 
 
 def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome, str]:
