@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -207,3 +208,11 @@ def test_verify_simulates_the_ends_of_the_band_and_the_peak() -> None:
     assert not wrong.agrees
     assert "amplitude +2.000 %" in wrong.sentence
     assert "DIFFERS" in wrong.sentence
+
+
+def test_verify_does_not_warn_of_what_was_asked_for() -> None:
+    result = isolate(SOFT, 5.1, base_displacement=2e-3, damping=20.0, band=(5.0, 25.0), points=30, extrapolate=True)
+    assert all(response.extrapolating for _, response in result.every)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(result.verify(lambda *_: None)) == 3

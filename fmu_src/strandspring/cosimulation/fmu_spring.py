@@ -75,6 +75,7 @@ class FmuSpring:
     ----------
     displacement_min, displacement_max : float   Identified range [m].
     messages : list of str             Log messages of the FMU.
+    warns : bool                       Whether a path outside the identified range gives a UserWarning; at first True.
 
     Raises
     ------
@@ -90,7 +91,7 @@ class FmuSpring:
         interface, fmi = description.coSimulation, fmi_version(description)
         references = {variable.name: variable.valueReference for variable in description.modelVariables}
         starts = {variable.name: [variable.start] for variable in description.modelVariables} | given
-        self.name = name
+        self.name, self.warns = name, True
         self.displacement_min = float(starts["displacement_min"][0])
         self.displacement_max = float(starts["displacement_max"][0])
         self._path: list[float] = []  # committed
@@ -135,7 +136,7 @@ class FmuSpring:
     def warn_outside(self, stacklevel: int = 1) -> None:
         """Warn if the path committed since the last call leaves the identified range by more than 1 % of it."""
         path, self._judged = self._path[self._judged :], len(self._path)
-        if path:
+        if path and self.warns:
             warn_outside(np.array(path), self.displacement_min, self.displacement_max, stacklevel + 1)
 
     @property
