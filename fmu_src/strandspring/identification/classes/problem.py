@@ -357,10 +357,11 @@ def non_negative(matrix: FloatArray, target: FloatArray) -> FloatArray:
             step[free] = np.linalg.lstsq(unit[:, free], target, rcond=1e-12)[0]
             if (step[free] > 0.0).all():
                 break
-            falling = free & (step <= 0.0)
-            share = np.min(x[falling] / np.maximum(x[falling] - step[falling], 1e-300))
-            x = x + share * (step - x)
+            falling = np.flatnonzero(free & (step <= 0.0))
+            shares = x[falling] / np.maximum(x[falling] - step[falling], 1e-300)
+            x = x + shares.min() * (step - x)
             free &= x > 1e-15 * x.max(initial=0.0)
+            free[falling[shares.argmin()]] = False  # whatever its rounding: so the loop ends
             x[~free] = 0.0
             if not free.any():
                 break
