@@ -166,7 +166,7 @@ def test_a_good_fmu_is_found_good(fmu: Path) -> None:
     found = verify_fmu(fmu)
     assert [finding.about for finding in found] == ["files", "rules", "spring", "run"]
     assert not any(finding.is_problem for finding in found)
-    assert "The reference comes out of co-simulation" in found[2].text
+    assert "The reference comes out of co-simulation" in found[3].text
 
 
 def test_one_changed_byte_is_found_in_any_file(fmu: Path, tmp_path: Path) -> None:

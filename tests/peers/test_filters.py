@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from strandspring.peers import filters as filters_module
+from strandspring.peers import two_stage_options as filters_module
 from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
 from strandspring.peers.two_stage_options import fourier_filter, low_pass
 
