@@ -144,8 +144,8 @@ class SystemFile:
         MountedSystemError   If there is none of a name, or none at all.
         """
         if not self.cases:
-            where = self.path or "the description"
-            raise MountedSystemError(f"{where} has no [[case]], without which there is no verdict; add a load case.")
+            where = f"{self.path}, " if self.path else ""
+            raise MountedSystemError(f"{where}case: there is none, and without one no verdict; add a [[case]].")
         names = _names(wanted)
         for name in names or ():
             if not any(_is_meant(case, name) for case in self.cases):
