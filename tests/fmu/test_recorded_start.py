@@ -72,7 +72,7 @@ def test_a_first_loading_begins_at_rest(
 
 
 def test_what_was_left_out_of_the_fit_tells_where_it_began() -> None:
-    """The memory of the start is gone where the fit begins, so that only the first stroke shows it."""
+    """The memory of the start is gone where the fit begins, so that only the first force shows it."""
     path = rig(0.0)
     model = identify(Record(path, Spring(RUBBER).response(path, omega_start=-0.6), TIME)).model_file()
     assert model.fit["records"][0]["first_sample"] == 100

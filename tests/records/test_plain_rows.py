@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from strandspring.errors import RecordError
-from strandspring.records import plain_rows, text_table
+from strandspring.records import text_table
 from strandspring.records.reading import read_record
 
 ROWS, PART = 600, 1 << 10
@@ -35,15 +35,15 @@ def text(separator: str, decimal: str, ending: str = "\n") -> list[str]:
 def outcome(path: Path, least: int, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, int]:
     """The arrays or the refusal of a file, and how many rows were read in parts."""
     sizes = []
-    parts = plain_rows.plain_parts
+    parts = text_table.plain_parts
 
     def counted(*arguments: Any) -> Any:
         for values, size in parts(*arguments):
             sizes.append(len(values))
             yield values, size
 
-    monkeypatch.setattr(plain_rows, "_LEAST", least)
-    monkeypatch.setattr(plain_rows, "_PART", PART)
+    monkeypatch.setattr(text_table, "_LEAST", least)
+    monkeypatch.setattr(text_table, "_PART", PART)
     monkeypatch.setattr(text_table, "plain_parts", counted)
     try:
         record = read_record(path)

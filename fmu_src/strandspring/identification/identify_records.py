@@ -27,6 +27,7 @@ from .certainty.figures import (
     alone,
     along_smoothed,
     estimate_omega_start,
+    omega_of_first_force,
     overall,
     periodic_start,
     record_fit,
@@ -44,9 +45,7 @@ from .points.unit_check import refuse_differing_units
 from .unrecorded.small_loops import small_loops
 
 _POOR_RNL = 0.9
-# Difference between the forces compared, share of their range, that makes where the record started a matter of its
-# first strokes alone.
-_FORGOTTEN = 1e-9
+_SAME_RNL = 1e-4  # difference that four digits do not show
 _LARGER = 1.02  # error of the spring alone in that of the fit from which it counts
 _MANY_COMMON = 16  # samples; parts one after the other share one
 _ENOUGH = 100.0  # samples per cycle from which only a change of the force is reported
@@ -308,15 +307,16 @@ def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start
     if part.periodic:
         omega_start = periodic_start(solver, measured.displacement)
         return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")
-    low, high = (solver.force(measured.displacement, end, measured.rising_time)[first:] for end in (-1.0, 1.0))
-    is_forgotten = np.abs(high - low).max() <= _FORGOTTEN * np.ptp(low)
-    if is_forgotten or not np.array_equal(part.record.displacement, measured.displacement):
+    if not np.array_equal(part.record.displacement, measured.displacement):
         strokes = find_strokes(measured.displacement)
         omega_start = estimate_omega_start(solver, strokes, measured, measured.compared)
-    compared = "all samples"
-    if first:
-        compared = f"from sample {first + 1}; earlier samples only initialise the hysteresis state"
-    return alone(solver, measured, first, omega_start, compared)
+    if not first:
+        return alone(solver, measured, first, omega_start, "all samples")
+    compared = f"from sample {first + 1}; earlier samples only initialise the hysteresis state"
+    starts = (omega_start, omega_of_first_force(solver, measured))
+    fit, begun = (alone(solver, measured, first, start, compared) for start in starts)
+    # What is compared may not depend on the start, or hardly: then the first sample shows it better.
+    return begun if begun.rnl >= fit.rnl - _SAME_RNL else fit
 
 
 def samples_per_cycle(strokes: Strokes, used: BoolArray) -> float:

@@ -183,6 +183,13 @@ def began_at_rest(record: Record) -> bool:
     return abs(float(force[0])) <= max(3.0 * noise_level(force), _UNLOADED * float(np.ptp(force)))
 
 
+def omega_of_first_force(solver: PathSolver, record: Record) -> float:
+    """The omega with which the force at the first sample is the measured one, or nearest to it."""
+    at = record.displacement[:1]
+    low, high = (float(solver.slow.force(at, end)[0]) for end in (-1.0, 1.0))
+    return float(np.clip(2.0 * (record.force[0] - low) / max(high - low, 1e-300) - 1.0, -1.0, 1.0))
+
+
 def periodic_start(solver: PathSolver, path: FloatArray) -> float:
     """The omega at the start of one steady period, which ends with the memory it began with."""
     return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
