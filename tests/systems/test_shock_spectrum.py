@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from strandspring.errors import MountedSystemError
-from strandspring.kernel.shock import largest_responses
+from strandspring.kernel.shock import largest_responses, smooth_pieces, straight_pieces
 from strandspring.vibration.signals.pulses import CORNERS, StraightPulse
 from strandspring.vibration.signals.shock_spectra import octave_frequencies, shock_spectrum
 from tools import tool
@@ -71,7 +71,7 @@ def test_smallwood_filter_on_the_same_straight_lines(zeta: float) -> None:
     x[0] = lines[0] = 0.0
     lines[: fine + 1] = np.linspace(0.0, x[1], fine + 1)
     theta = 2.0 * np.pi * np.array([0.001, 0.01, 0.03, 0.1])
-    found = largest_responses(x, theta, zeta)
+    found = largest_responses(straight_pieces(x), theta, zeta)
     for row, phase in zip(found, theta, strict=True):
         numerator, denominator = smallwood(phase / fine, zeta)
         after = math.ceil(2.0 * math.pi / phase) + 2
@@ -107,7 +107,7 @@ def test_no_digits_are_lost_where_the_sampling_is_dense(theta: float, zeta: floa
             responses.append(y)
     # While it rises, the largest response is that at the last sample.
     rising = next((i for i in range(1, 200) if responses[i] <= responses[i - 1]), 202) - 2
-    found = largest_responses(x[:rising], np.array([theta]), zeta)[0, 0]
+    found = largest_responses(straight_pieces(x[:rising]), np.array([theta]), zeta)[0, 0]
     assert rising > 4
     assert found == pytest.approx(float(responses[rising - 1]), rel=1e-13)
 

@@ -1,8 +1,8 @@
 """Largest responses of oscillators to a base acceleration, compiled; see `shock.c` for the recursion.
 
-It steps the state of each oscillator exactly for an input that is straight between its samples. That is the same as
-Smallwood's ramp-invariant digital recursive filter (Shock and Vibration Bulletin 51, 1981), but keeps its digits where
-the product of natural frequency and sampling interval is tiny.
+It steps the state of each oscillator exactly for an input that is a cubic between its samples. Of straight lines that
+is the same as Smallwood's ramp-invariant digital recursive filter (Shock and Vibration Bulletin 51, 1981), but keeps its
+digits where the product of natural frequency and sampling interval is tiny.
 """
 
 from __future__ import annotations
@@ -13,31 +13,42 @@ from .arrays import FloatArray, address, floats
 from .library import library
 
 
-def largest_responses(
-    samples: FloatArray,
-    phase: FloatArray,
-    damping: float,
-) -> FloatArray:
+def largest_responses(pieces: FloatArray, phase: FloatArray, damping: float) -> FloatArray:
     """Largest and smallest absolute accelerations of oscillators that start at rest.
 
     Parameters
     ----------
-    samples : ndarray, shape (K,)     Base acceleration [m/s^2]; it is 0 after the last sample.
-    phase : ndarray, shape (F,)       Natural angular frequency times the sampling interval [rad], > 0.
+    pieces : ndarray, shape (K, 4)    Base acceleration: coefficients of the cubics over the share [0, 1] of each
+                                      interval, constant term first [m/s^2]; it is 0 after the last.
+    phase : ndarray, shape (F,)       Natural angular frequency times the interval [rad], > 0.
     damping : float                   Share of critical damping, >= 0 and < 1.
 
     Returns
     -------
     ndarray, shape (F, 4)             Maximum and minimum during the samples, maximum and minimum after them [m/s^2].
     """
-    x, theta = floats(samples), floats(phase)
+    x, theta = floats(pieces), floats(phase)
     out = np.empty((theta.size, 4))
-    library().shock_spectrum(
-        x.size,
-        address(x),
-        damping,
-        theta.size,
-        address(theta),
-        address(out),
-    )
+    library().shock_spectrum(len(x), address(x), damping, theta.size, address(theta), address(out))
     return out
+
+
+def straight_pieces(samples: FloatArray) -> FloatArray:
+    """Straight lines between samples of shape (K + 1,) as cubics, shape (K, 4)."""
+    pieces = np.zeros((len(samples) - 1, 4))
+    pieces[:, 0], pieces[:, 1] = samples[:-1], np.diff(samples)
+    return pieces
+
+
+def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
+    """Cubics between samples that may be jumps, with slopes of fourth order but at these, shape (K, 4).
+
+    Parameters
+    ----------
+    before, after : ndarray, shape (K + 1,)   Values on either side of each sample.
+    """
+    rise, is_jump = before[1:] - after[:-1], before != after
+    beside = np.pad(rise, 2, mode="edge")
+    slope = (7.0 * (beside[1:-2] + beside[2:-1]) - beside[:-3] - beside[3:]) / 12.0
+    first, last = np.where(is_jump[:-1], rise, slope[:-1]), np.where(is_jump[1:], rise, slope[1:])
+    return np.column_stack([after[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise])

@@ -5,40 +5,78 @@
 #define SHOCK_SERIES 1.0
 #define SHOCK_PI 3.14159265358979323846
 
-/* A step of w*h = theta. With p = w^2*z, q = w*z' and primes for d/d(w*t), p' = q and q' = -2*zeta*q - p - x; for x
- * straight over the step from x0 by dx,
+/* The longest step of w*h in which a response is taken as a cubic, with an error up to 1/384 of its fourth power. */
+#define SHOCK_LONGEST 0.63
+
+/* A step of w*h = theta. With p = w^2*z, q = w*z' and primes for d/d(w*t), p' = q and q' = -2*zeta*q - p - x; for an
+ * input x0 + x1*s + x2*s^2 + x3*s^3 at the share s of the step,
  *
- *     p1 = p + s*q - u*(p + x0) - ramp_p*dx,   q1 = q - s*(p + x0) - d*q - ramp_q*dx,
+ *     p1 = p + I0*q - I1*(p + x0) - sum of k!*I(k+1)/theta^k*xk,   q1 = q - I0*(p + x0) - d*q - sum of k!*Ik/theta^k*xk,
  *
- * with the impulse response s(theta), u and w its first and second integrals, d = u + 2*zeta*s, ramp_p = w/theta and
- * ramp_q = u/theta. Increments keep the digits that the coefficients of a recursive filter lose where theta is tiny. */
+ * with the impulse response I0(theta), its integrals I1 to I4 and d = I1 + 2*zeta*I0. Increments keep the digits that the
+ * coefficients of a recursive filter lose where theta is tiny. */
 typedef struct {
-    double s, u, d, ramp_p, ramp_q;
+    double s, u, d, of_p[3], of_q[3];
 } ShockStep;
 
 static ShockStep shock_step(double theta, double zeta)
 {
-    double s, u, w;
+    double I[5] = {0.0};
     if (theta < SHOCK_SERIES) {
-        /* s = sum of a_n*theta^n/n! with a_0 = 0, a_1 = 1, a_(n+2) = -2*zeta*a_(n+1) - a_n. */
+        /* I0 = sum of a_n*theta^n/n! with a_0 = 0, a_1 = 1, a_(n+2) = -2*zeta*a_(n+1) - a_n. */
         double a = 1.0, before = 0.0, power = theta;
-        s = u = w = 0.0;
         for (int n = 1; n <= 24; n++) {
-            s += a * power;
-            u += a * power * theta / (n + 1.0);
-            w += a * power * theta / (n + 1.0) * theta / (n + 2.0);
-            double next = -2.0 * zeta * a - before;
+            double term = a * power, next = -2.0 * zeta * a - before;
+            for (int k = 0; k < 5; k++) {
+                I[k] += term;
+                term *= theta / (n + k + 1.0);
+            }
             before = a;
             a = next;
             power *= theta / (n + 1.0);
         }
     } else {
-        double beta = sqrt((1.0 - zeta) * (1.0 + zeta)), e = exp(-zeta * theta);
-        s = e * sin(beta * theta) / beta;
-        u = 1.0 - e * cos(beta * theta) - zeta * s;
-        w = theta - s - 2.0 * zeta * u;
+        double beta = sqrt((1.0 - zeta) * (1.0 + zeta)), e = exp(-zeta * theta), power = 1.0;
+        I[0] = e * sin(beta * theta) / beta;
+        I[1] = 1.0 - e * cos(beta * theta) - zeta * I[0];
+        for (int k = 2; k < 5; k++) {
+            power *= theta / (k - 1.0);
+            I[k] = power - I[k - 2] - 2.0 * zeta * I[k - 1];
+        }
     }
-    return (ShockStep){s, u, u + 2.0 * zeta * s, w / theta, u / theta};
+    ShockStep step = {.s = I[0], .u = I[1], .d = I[1] + 2.0 * zeta * I[0]};
+    double factor = 1.0;
+    for (int k = 1; k < 4; k++) {
+        factor *= k / theta;
+        step.of_p[k - 1] = factor * I[k + 1];
+        step.of_q[k - 1] = factor * I[k];
+    }
+    return step;
+}
+
+static inline void shock_move(const ShockStep *step, const double *x, double *p, double *q)
+{
+    double force = *p + x[0], rate = *q;
+    *p += step->s * rate - step->u * force - (step->of_p[0] * x[1] + step->of_p[1] * x[2] + step->of_p[2] * x[3]);
+    *q -= step->s * force + step->d * rate + (step->of_q[0] * x[1] + step->of_q[1] * x[2] + step->of_q[2] * x[3]);
+}
+
+/* Whether the magnitude of the response may be above a level within a step of theta. The response is x + e with
+ * e'' + 2*zeta*e' + e = -x'': e less the line that solves this swings freely. */
+static inline int shock_may_exceed(const double *x, double p, double q, double theta, double zeta, double level)
+{
+    double third = 6.0 * x[3] / (theta * theta * theta), at = 2.0 * zeta * third - 2.0 * x[2] / (theta * theta);
+    double swing = -p - 2.0 * zeta * q - x[0] - at;
+    double rate = 2.0 * zeta * (2.0 * zeta * q + p + x[0]) - q - x[1] / theta + third;
+    /* A cubic lies between the control points of its Bezier form. */
+    double line = fabs(at) + theta * fabs(third), most = fabs(x[0]), points[3];
+    points[0] = fabs(x[0] + x[1] / 3.0);
+    points[1] = fabs(x[0] + (2.0 * x[1] + x[2]) / 3.0);
+    points[2] = fabs(x[0] + x[1] + x[2] + x[3]);
+    for (int i = 0; i < 3; i++)
+        most = points[i] > most ? points[i] : most;
+    double left = level - most - line;
+    return left < 0.0 || swing * swing + 2.0 * zeta * swing * rate + rate * rate > (1.0 - zeta * zeta) * left * left;
 }
 
 /* Where the cubic with these values and slopes at 0 and 1 is largest between them; m0 > 0 > m1. */
@@ -72,36 +110,45 @@ static void shock_residual(double y0, double m0, double zeta, double *most, doub
 }
 
 /* Largest and smallest absolute acceleration x + z'' = -(w^2*z + 2*zeta*w*z') of an oscillator z'' + 2*zeta*w*z' + w^2*z
- * = -x(t) during the samples and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary minimum, residual
+ * = -x(t) during the steps and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary minimum, residual
  * maximum, residual minimum of the oscillator with w*h = theta[k] > 0; none of the primary is below 0 or above it
- * respectively, as all start at rest. x is straight between its `count` >= 1 samples and 0 after the last;
- * 0 <= zeta < 1. */
-void shock_spectrum(size_t count, const double *x, double zeta, size_t frequencies, const double *theta, double *out)
+ * respectively, as all start at rest. Where theta[k] > SHOCK_LONGEST, that of the smaller magnitude may be larger. x is the cubic pieces[4*i] + pieces[4*i + 1]*s + ... + pieces[4*i + 3]*s^3 at the
+ * share s of step i, and 0 after the last; it may jump between them. 0 <= zeta < 1. */
+void shock_spectrum(
+    size_t steps, const double *pieces, double zeta, size_t frequencies, const double *theta, double *out)
 {
+    const double b = 2.0 * zeta;
     for (size_t k = 0; k < frequencies; k++) {
-        ShockStep step = shock_step(theta[k], zeta);
-        /* The response is y = a*p + b*q, its slope over a step theta*(a*q + b*q'). */
-        const double a = -1.0, b = -2.0 * zeta;
-        double p = 0.0, q = 0.0, y = 0.0, slope = -theta[k] * b * x[0], most = 0.0, least = 0.0;
-        for (size_t i = 1; i < count; i++) {
-            double force = p + x[i - 1], change = x[i] - x[i - 1];
-            double p1 = p + (step.s * q - step.u * force - step.ramp_p * change);
-            double q1 = q - (step.s * force + step.d * q + step.ramp_q * change);
-            double y1 = a * p1 + b * q1;
-            double slope1 = theta[k] * (a * q1 - b * (2.0 * zeta * q1 + p1 + x[i]));
-            most = fmax(most, y1);
-            least = fmin(least, y1);
-            if (slope > 0.0 && slope1 < 0.0)
-                most = fmax(most, shock_top(y, slope, y1, slope1));
-            else if (slope < 0.0 && slope1 > 0.0)
-                least = fmin(least, -shock_top(-y, -slope, -y1, -slope1));
-            p = p1;
-            q = q1;
-            y = y1;
-            slope = slope1;
+        size_t parts = 1 + (size_t)(theta[k] / SHOCK_LONGEST);
+        double width = 1.0 / (double)parts, part = theta[k] * width;
+        ShockStep whole = shock_step(theta[k], zeta), short_step = shock_step(part, zeta);
+        double p = 0.0, q = 0.0, most = 0.0, least = 0.0;
+        for (size_t i = 0; i < steps; i++) {
+            const double *x = pieces + 4 * i;
+            if (parts > 1 && !shock_may_exceed(x, p, q, theta[k], zeta, fmax(most, -least))) {
+                shock_move(&whole, x, &p, &q);
+                continue;
+            }
+            for (size_t j = 0; j < parts; j++) {
+                double s = (double)j * width, bend = x[2] + 3.0 * s * x[3];
+                double piece[4] = {
+                    x[0] + s * (x[1] + s * (x[2] + s * x[3])), width * (x[1] + s * (x[2] + bend)),
+                    width * width * bend, width * width * width * x[3]};
+                /* The response is y = -p - b*q, its slope over a step part*(b*(b*q + p + x) - q). */
+                double y = -p - b * q, slope = part * (b * (piece[0] - y) - q);
+                shock_move(&short_step, piece, &p, &q);
+                double y1 = -p - b * q, slope1 = part * (b * (piece[0] + piece[1] + piece[2] + piece[3] - y1) - q);
+                most = fmax(most, y1);
+                least = fmin(least, y1);
+                if (slope > 0.0 && slope1 < 0.0)
+                    most = fmax(most, shock_top(y, slope, y1, slope1));
+                else if (slope < 0.0 && slope1 > 0.0)
+                    least = fmin(least, -shock_top(-y, -slope, -y1, -slope1));
+            }
         }
+        double y = -p - b * q;
         out[4 * k] = most;
         out[4 * k + 1] = least;
-        shock_residual(y, a * q - b * (2.0 * zeta * q + p), zeta, &out[4 * k + 2], &out[4 * k + 3]);
+        shock_residual(y, -q - b * y, zeta, &out[4 * k + 2], &out[4 * k + 3]);
     }
 }

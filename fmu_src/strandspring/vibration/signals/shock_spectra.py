@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
-from ...kernel.shock import largest_responses
+from ...kernel.shock import largest_responses, straight_pieces
 from .averaging import LARGEST_SIGNAL, check_interval
 from .level_table import FREQUENCY_RANGE, LevelTable
 
@@ -108,7 +108,7 @@ def shock_spectrum(
     """
     x, f = floats(samples), np.atleast_1d(floats(frequency))
     _check(x, interval, f, damping)
-    return ShockSpectrum(f, largest_responses(x, 2.0 * np.pi * f * interval, damping).T)
+    return ShockSpectrum(f, largest_responses(straight_pieces(x), 2.0 * np.pi * f * interval, damping).T)
 
 
 def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatArray:
