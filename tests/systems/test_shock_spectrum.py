@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from strandspring.errors import MountedSystemError
-from strandspring.kernel.shock import largest_responses, smooth_pieces, straight_pieces
+from strandspring.kernel.shock import largest_responses, straight_pieces
 from strandspring.vibration.signals.pulses import CORNERS, StraightPulse
 from strandspring.vibration.signals.shock_spectra import octave_frequencies, shock_spectrum
 from tools import tool

@@ -49,11 +49,13 @@ class Histories:
     ----------
     time : ndarray, shape (K,)                      [s].
     acceleration, sway : ndarray, shape (K, P, 3)   Of the points, absolute and from the nominal pose [m/s^2], [m].
+    after_jump : ndarray, shape (K, P, 3)           The acceleration once a load has jumped there [m/s^2].
     displacement, force : ndarray, shape (K, A)     Of one spring, and of the axis [m], [N].
     """
 
     time: FloatArray
     acceleration: FloatArray
+    after_jump: FloatArray
     sway: FloatArray
     displacement: FloatArray
     force: FloatArray
@@ -215,6 +217,7 @@ class MotionSolver:
         }
         histories = {
             "accelerations": np.zeros((row_count, self.points, 3)),
+            "after_jumps": np.zeros((row_count, self.points, 3)),
             "sway": np.zeros((row_count, self.points, 3)),
             "displacements": np.zeros((row_count, self.axes)),
             "forces": np.zeros((row_count, self.axes)),

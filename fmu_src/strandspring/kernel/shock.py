@@ -1,8 +1,8 @@
 """Largest responses of oscillators to a base acceleration, compiled; see `shock.c` for the recursion.
 
 It steps the state of each oscillator exactly for an input that is a cubic between its samples. Of straight lines that
-is the same as Smallwood's ramp-invariant digital recursive filter (Shock and Vibration Bulletin 51, 1981), but keeps its
-digits where the product of natural frequency and sampling interval is tiny.
+is the same as Smallwood's ramp-invariant digital recursive filter (Shock and Vibration Bulletin 51, 1981), but keeps
+its digits where the product of natural frequency and sampling interval is tiny.
 """
 
 from __future__ import annotations

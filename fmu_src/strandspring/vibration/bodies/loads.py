@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...kernel.structures import rows
+from ..signals.shock_spectra import RequiredSpectrum
 from .parts import RigidBody, Vector
 
 _ROUNDING = 1e-12  # of a number of steps
@@ -100,6 +101,8 @@ class LoadCase:
     settling : float              From when on root mean squares and spectra are taken [s].
     velocity : Vector             Of the bodies relative to the base at the beginning, as after a drop [m/s].
     weightless : bool             Whether the bodies begin at rest without their weight, as in a free fall.
+    allowed : tuple of (str, RequiredSpectrum)   Shock response spectra by the name of the point, of which runs find how
+                                  much is taken.
     text : str                    The case in words.
     """
 
@@ -110,6 +113,7 @@ class LoadCase:
     settling: float = 0.0
     velocity: Vector = (0.0, 0.0, 0.0)
     weightless: bool = False
+    allowed: tuple[tuple[str, RequiredSpectrum], ...] = ()
     text: str = ""
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -33,6 +33,8 @@ class RunFigures:
     rate : ndarray, shape (A,)                      Largest speed of the axis [m/s].
     omega_low, omega_high : ndarray, shape (A,)     [-].
     absorbed : ndarray, shape (A,)                  By all springs of the axis [J].
+    spectra : ndarray, shape (S,)                   Largest share of each allowed shock response spectrum that the
+                                                    accelerations along x, y and z take, over all frequencies.
     """
 
     acceleration: FloatArray
@@ -52,9 +54,10 @@ class RunFigures:
     omega_low: FloatArray
     omega_high: FloatArray
     absorbed: FloatArray
+    spectra: FloatArray
 
     @classmethod
-    def from_motion_figures(cls, figures: MotionFigures) -> RunFigures:
+    def from_motion_figures(cls, figures: MotionFigures, spectra: Sequence[float] = ()) -> RunFigures:
         """From what the kernel gives, in its order."""
         points, axes = figures.of_points, figures.of_axes
         return cls(
@@ -75,6 +78,7 @@ class RunFigures:
             omega_low=axes[:, 3],
             omega_high=axes[:, 4],
             absorbed=axes[:, 5],
+            spectra=np.array(spectra),
         )
 
     def combined(self, other: RunFigures, how: Callable[[FloatArray, FloatArray], FloatArray]) -> RunFigures:

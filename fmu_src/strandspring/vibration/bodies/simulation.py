@@ -21,6 +21,7 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.motion import Histories, MotionFigures
+from ..signals.shock_spectra import SHARE_ERROR
 from .loads import ChannelKind, LoadCase, channel_rows
 from .mounted import MountedSystem
 from .parts import MotionKind
@@ -33,6 +34,7 @@ _RANDOM_TOLERANCE = 5e-3  # of one realisation of random vibration, of which no 
 MOST_STEPS = 100_000_000
 _OF_STABLE, _RANDOM_OF_STABLE, _OF_SHORTEST, _LEAST_STEPS = 0.25, 0.5, 0.1, 50.0  # the first step tried
 _SMALL_TILT = 1e-3  # [rad], below which tilt asks for no shorter steps
+_MOST_ROWS = 2_000_000  # of histories, of which spectra are taken
 _LARGEST_RESIDUAL = 0.01  # of the energy balance, relative to what was exchanged
 
 
@@ -120,8 +122,18 @@ def run_case(
 def _run_with_step(
     system: MountedSystem, case: LoadCase, start: RestPose, step: float, ends_at_turns: bool = True
 ) -> CaseRun:
-    figures, _ = _motion(system, case, start, step, ends_at_turns=ends_at_turns)
-    return CaseRun(start, step, RunFigures.from_motion_figures(figures), Energies.from_motion_figures(figures))
+    stride = 1 if case.allowed else None
+    if stride and case.steps(step) > _MOST_ROWS:
+        raise MountedSystemError(
+            f"{case.name}: its shock response spectra would take {case.steps(step):,} steps of {step:.3g} s, more than "
+            f"{_MOST_ROWS:,}; shorten the case, or leave out the limit `srs`."
+        )
+    figures, histories = _motion(system, case, start, step, stride, ends_at_turns)
+    numbers = {point.name: number for number, point in enumerate(system.points)}
+    sides = (histories.acceleration, histories.after_jump)
+    spectra = [allowed.share(*(side[:, numbers[name]] for side in sides), step) for name, allowed in case.allowed]
+    of_run = RunFigures.from_motion_figures(figures, spectra)
+    return CaseRun(start, step, of_run, Energies.from_motion_figures(figures))
 
 
 def _check_case(system: MountedSystem, case: LoadCase) -> None:
@@ -188,7 +200,8 @@ def _bounds(figures: RunFigures, changes: RunFigures) -> RunFigures:
         name: np.maximum(getattr(changes, name), 0.5 * largest * getattr(figures, name))
         for name in ("acceleration", "sway", "sway_components", "tilt", "force")
     }
-    return replace(changes, **floored)
+    spectra = changes.spectra + SHARE_ERROR * figures.spectra
+    return replace(changes, **floored, spectra=spectra)
 
 
 def check_balance(case: LoadCase, energies: Energies, step: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
-from ...kernel.shock import largest_responses, straight_pieces
+from ...kernel.shock import largest_responses, smooth_pieces, straight_pieces
 from .averaging import LARGEST_SIGNAL, check_interval
 from .level_table import FREQUENCY_RANGE, LevelTable
 
@@ -19,6 +20,17 @@ from .level_table import FREQUENCY_RANGE, LevelTable
 # an error up to (2*pi*f*dt)^4/384, 1.6 %.
 _COARSEST = 0.25
 MOST_FREQUENCIES = 100_000
+_LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = (
+    12,
+    48,
+    1.2,
+)  # so that neighbours are within the width of a resonance
+_SAME, _NOTHING = 1e-9, 1e-200  # share of a frequency; level [m/s^2]
+_CERTAIN = 2e-4  # of a maximum over frequency
+_BULGE = 3.0 / 8.0  # of a second difference between two frequencies; an eighth of it, and resonances are sharper
+_MOST_HALVINGS = 16  # of the distance of frequencies
+# Of a share of an allowed spectrum: of its maximum over frequency, and of an extremum between two parts of a step.
+SHARE_ERROR = 1e-3
 QUALITY_RANGE = (0.5, 1000.0)
 
 
@@ -70,16 +82,63 @@ class RequiredSpectrum:
         """Share of critical damping."""
         return 0.5 / self.quality
 
-    def frequencies(self, per_octave: int = 12) -> FloatArray:
-        """From the first to the last of its frequencies at equal ratios, shape (F,) [Hz]."""
-        return octave_frequencies(self.levels.lowest, self.levels.highest, per_octave)
+    @property
+    def per_octave(self) -> int:
+        """How many frequencies of an octave are compared first."""
+        return min(_MOST_PER_OCTAVE, max(_LEAST_PER_OCTAVE, math.ceil(_PER_QUALITY * self.quality)))
 
-    def excess(self, samples: ArrayLike, interval: float, per_octave: int = 12) -> FloatArray:
-        """By how much the spectrum of an acceleration is above this one at `frequencies`, shape (F,) [dB]."""
+    def frequencies(self, per_octave: int) -> FloatArray:
+        """Those of its table, and between them the others at equal ratios, shape (F,) [Hz]."""
+        given = np.array(self.levels.points)[:, 0]
+        even = octave_frequencies(self.levels.lowest, self.levels.highest, per_octave)
+        nearest = given[np.abs(np.log(even[:, None] / given)).argmin(axis=1)]
+        return np.unique(np.concatenate([given, even[np.abs(even / nearest - 1.0) > _SAME]]))
+
+    def share(self, before: FloatArray, after: FloatArray, interval: float) -> float:
+        """The largest share of it that the spectra of accelerations take, over all frequencies; `SHARE_ERROR` of it is
+        its error.
+
+        Parameters
+        ----------
+        before, after : ndarray, shape (K, N)   Samples of the accelerations, on either side of jumps [m/s^2].
+        interval : float                        [s].
+        """
+        pieces = [smooth_pieces(*sides) for sides in zip(before.T, after.T, strict=True)]
+        return math.exp(self._largest_excess(pieces, interval, 1.0, self.per_octave))
+
+    def deviation(self, samples: ArrayLike, interval: float, per_octave: int) -> tuple[float, float]:
+        """By how much the spectrum of an acceleration, straight between its samples, is below and above this one at
+        most, over all frequencies [dB].
+        """
+        pieces = [straight_pieces(floats(samples))]
+        lowest, highest = (sign * self._largest_excess(pieces, interval, sign, per_octave) for sign in (-1.0, 1.0))
+        return 20.0 * math.log10(math.e) * lowest, 20.0 * math.log10(math.e) * highest
+
+    def _largest_excess(self, pieces: Sequence[FloatArray], interval: float, sign: float, per_octave: int) -> float:
+        """The largest of sign*log(spectrum of all/level) over all frequencies.
+
+        Between frequencies, of which all corners of the levels are some, the logarithm of the spectrum rises above a
+        straight line by what its second differences tell; wherever the maximum may be, that interval is halved.
+        """
+        theta = 2.0 * np.pi * interval
+
+        def spectrum(frequency: FloatArray) -> FloatArray:
+            extrema = [largest_responses(of_one, theta * frequency, self.damping) for of_one in pieces]
+            return sign * np.log(np.maximum(np.abs(extrema).max(axis=(0, 2)), _NOTHING))
+
         frequency = self.frequencies(per_octave)
-        maximax = shock_spectrum(samples, interval, frequency, self.damping).maximax
-        with np.errstate(divide="ignore"):
-            return floats(20.0 * np.log10(maximax / self.at(frequency)))
+        found = spectrum(frequency)
+        for _ in range(_MOST_HALVINGS):
+            excess, width = found - sign * np.log(self.at(frequency)), np.diff(np.log(frequency))
+            largest = float(excess.max())
+            bend = np.pad(-2.0 * np.diff(np.diff(found) / width) / (width[1:] + width[:-1]), 1, mode="edge")
+            bulge = _BULGE * width**2 * np.maximum(np.maximum(bend[1:], bend[:-1]), 0.0)
+            wide = np.flatnonzero(np.maximum(excess[1:], excess[:-1]) + bulge > largest + _CERTAIN)
+            if not wide.size:
+                break
+            middle = np.sqrt(frequency[wide] * frequency[wide + 1])
+            frequency, found = np.insert(frequency, wide + 1, middle), np.insert(found, wide + 1, spectrum(middle))
+        return largest
 
     def at(self, frequency: ArrayLike) -> FloatArray:
         """The level at each frequency, beyond the table that of its nearer end [m/s^2]."""

@@ -98,8 +98,7 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
         )
     time = floats(interval * np.arange(samples))
     acceleration = _matched(required, _wavelets(frequency, time, duration, seed), time)
-    excess = required.excess(acceleration, interval, _CHECKED_PER_OCTAVE)
-    lowest, highest = float(excess.min()), float(excess.max())
+    lowest, highest = required.deviation(acceleration, interval, _CHECKED_PER_OCTAVE)
     if max(-lowest, highest) > LARGEST_DEVIATION:
         raise MountedSystemError(
             f"The best synthesized shock deviates from its spectrum by {lowest:+.2g} to {highest:+.2g} dB, more than "

@@ -7,7 +7,7 @@ all that is unknown drawn; the range of a figure holds both and the numerical er
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -164,18 +164,19 @@ def answer_case(
     with_courses : bool           Whether histories and spectra are wanted, too.
     """
     unknowns = unknowns or Unknowns()
+    case = replace(case, allowed=tuple(limits.spectra.items())) if case.is_shock else case
     try:
         nominal = simulate_case(system, case, unknowns.share, step)
         draws = drawn_case(system, case, nominal, unknowns, step is not None)
         if draws.refused > _MOST_REFUSED * draws.count:
             raise MountedSystemError(f"{draws.refused} of {draws.count} draws are refused, most often: {draws.reason}")
-        known = CaseFigures(system, case, limits.spectra)
+        known = CaseFigures(system, case)
         bounds = np.array(
             [np.inf if (limit := limits.limit_of(*subject)) is None else limit for subject in known.subjects]
         )
         identified = DrawnRun(system, case, nominal)
-        value, errors = known.of_draw(identified), known.errors(draws.nominal)
-        values = np.array([known.of_draw(draw) for draw in draws.runs]).reshape(-1, bounds.size)
+        value, errors = known.of_run(nominal), known.errors(draws.nominal)
+        values = np.array([known.of_run(draw.run) for draw in draws.runs]).reshape(-1, bounds.size)
         drawn = None
         if with_courses:
             # Of the draw that is nearest to a limit or farthest beyond one.

@@ -2,28 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ..bodies.axis_laws import AxisLaws
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.run_figures import RunFigures
-from ..bodies.simulation import CaseRun, CheckedRun, run_with_histories
-from ..signals.shock_spectra import RequiredSpectrum, shock_spectrum
-from .draws import DrawnRun
+from ..bodies.simulation import CaseRun, CheckedRun
 from .verdicts import FigureKind
 
 _SWAYS = (FigureKind.SWAY_X, FigureKind.SWAY_Y, FigureKind.SWAY_Z)
 _ROUNDING = 1e-9  # of the way, beyond which a spring is outside its range
-_SAMPLES_PER_PERIOD = 10.0  # at the upper end of a spectrum
-_PER_OCTAVE = 12
-_MOST_ROWS = 2_000_000  # of histories
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,12 +76,10 @@ class CaseFigures:
     ----------
     system : MountedSystem
     case : LoadCase
-    spectra : mapping    Allowed shock response spectra by point; of no effect where the case is no shock.
     """
 
     system: MountedSystem
     case: LoadCase
-    spectra: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
     @cached_property
     def subjects(self) -> tuple[tuple[FigureKind, str], ...]:
@@ -106,35 +98,22 @@ class CaseFigures:
             FigureKind.RMS_ACCELERATION: along,
             FigureKind.THREE_SIGMA: points,
             FigureKind.RMS_SWAY: along,
-            FigureKind.SRS: tuple(self.spectra),
+            FigureKind.SRS: [name for name, _ in self.case.allowed],
         }
         return tuple((kind, subject) for kind in names if kind.is_of(self.case) for subject in names[kind])
 
-    @property
-    def _allowed(self) -> Mapping[str, RequiredSpectrum]:
-        return self.spectra if self.case.is_shock else {}
-
     def of_run(self, run: CaseRun) -> FloatArray:
-        """Values in a run, shape (N,), but for those of kind SRS."""
+        """Values in a run, shape (N,)."""
         return self._values(run.figures, RangeUse.from_run(self.system.laws, run).share)
 
-    def of_draw(self, draw: DrawnRun) -> FloatArray:
-        """Values in a draw, shape (N,)."""
-        shares = _spectrum_shares(self._allowed, draw.system, draw.case, draw.run)
-        return np.concatenate([self.of_run(draw.run), shares])
-
     def errors(self, run: CheckedRun) -> FloatArray:
-        """Numerical errors of the values in a run, shape (N,): of kind SRS the change with twice the step.
-
-        Those of strokes are on the side where more is used or errs more.
-        """
-        fine, coarse = (_spectrum_shares(self._allowed, self.system, self.case, run, factor) for factor in (1.0, 2.0))
+        """Numerical errors of the values in a run, shape (N,); of strokes where more is used or errs more."""
         rest, laws = run.start.displacement, self.system.laws
         strokes = np.maximum(
             _shares(run.errors.displacement_high, laws.high - rest),
             _shares(run.errors.displacement_low, rest - laws.low),
         )
-        return np.concatenate([self._values(run.errors, strokes), np.abs(fine - coarse)])
+        return self._values(run.errors, strokes)
 
     def _values(self, figures: RunFigures, strokes: FloatArray) -> FloatArray:
         parts = [
@@ -147,48 +126,9 @@ class CaseFigures:
                 3.0 * figures.rms_acceleration.max(axis=1, initial=0.0),
                 figures.rms_sway.ravel(),
             ]
-        return np.concatenate(parts)
+        return np.concatenate([*parts, figures.spectra])
 
 
 def _shares(way: FloatArray, free: FloatArray) -> FloatArray:
     """Ways as shares of the free strokes; infinite where a spring moved that has no free stroke."""
     return np.divide(way, free, out=np.where(way > 0.0, np.inf, 0.0), where=free > 0.0)
-
-
-def _spectrum_shares(
-    spectra: Mapping[str, RequiredSpectrum], system: MountedSystem, case: LoadCase, run: CaseRun, coarser: float = 1.0
-) -> FloatArray:
-    """Of each point with an allowed spectrum the largest share of it that the spectrum of its acceleration takes, over
-    all frequencies of the former and along x, y and z, shape (P,).
-
-    Parameters
-    ----------
-    spectra : mapping     Allowed ones, by the name of the point.
-    system : MountedSystem
-    case : LoadCase
-    run : CaseRun         From which static equilibrium, and with which step at most.
-    coarser : float       Factor of the step.
-
-    Raises
-    ------
-    MountedSystemError    If that takes too many steps, or the motion diverges.
-    """
-    if not spectra:
-        return np.empty(0)
-    highest = max(required.levels.highest for required in spectra.values())
-    step = coarser * min(run.step, 1.0 / (_SAMPLES_PER_PERIOD * highest))
-    rows = case.steps(step)
-    if rows > _MOST_ROWS:
-        raise MountedSystemError(
-            f"{case.name}: its shock response spectra up to {highest:g} Hz would take {rows:,} steps, more than "
-            f"{_MOST_ROWS:,}; shorten the case, or end the limit `srs` at a lower frequency."
-        )
-    histories = run_with_histories(system, case, run.start, step, rows)
-    numbers = {point.name: number for number, point in enumerate(system.points)}
-    shares = []
-    for name, required in spectra.items():
-        frequency = required.frequencies(_PER_OCTAVE)
-        along = histories.acceleration[:, numbers[name]].T
-        found = [shock_spectrum(axis, step, frequency, required.damping).maximax for axis in along]
-        shares.append(float((np.max(found, axis=0) / required.at(frequency)).max()))
-    return np.array(shares)

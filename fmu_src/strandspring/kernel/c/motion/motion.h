@@ -146,13 +146,13 @@ int motion_rest(
  * energies    kinetic at the beginning and the end, absorbed by springs, damped, in stops, work of gravity, of the
  *             base, of forces; sum of the absolute values of what was exchanged
  * accelerations, sway (3 per point), displacements (of one spring), forces (of the axis) at the beginning and every
- * `stride` steps
+ * `stride` steps; after_jumps: the accelerations once a channel has jumped there
  * workspace   motion_workspace doubles
  *
  * Means are taken from step `settled` on, by the trapezoidal rule. A step may end early at so many `turns` of springs. */
 typedef struct {
     double *of_points, *of_axes, *of_bodies, *of_mounts, *of_base, *energies;
-    double *accelerations, *sway, *displacements, *forces, *workspace;
+    double *accelerations, *after_jumps, *sway, *displacements, *forces, *workspace;
     size_t stride, settled, turns;
 } MotionRecord;
 

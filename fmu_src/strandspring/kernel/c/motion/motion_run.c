@@ -229,6 +229,7 @@ static void write_row(
 {
     size_t of_points = 3 * system->points;
     memcpy(record->accelerations + row * of_points, watch->accelerations, of_points * sizeof(double));
+    memcpy(record->after_jumps + row * of_points, watch->accelerations, of_points * sizeof(double));
     memcpy(record->sway + row * of_points, watch->sway, of_points * sizeof(double));
     for (size_t a = 0; a < system->axes; a++) {
         record->displacements[row * system->axes + a] = state->axis[a].memory.displacement;
@@ -405,6 +406,9 @@ size_t motion_run(
                 course[c] = now[c] - 0.5 * change[c];
             motion_turn_base(system, state, course);
             take(system, state, course, h * (double)k, 1, 0.0, &watch);
+            if (since_row == 0)
+                memcpy(record->after_jumps + 3 * system->points * row, watch.accelerations,
+                       3 * system->points * sizeof(double));
         }
         is_after_jump = is_jump(system, values, k, count, change, changes[2]);
         int is_sharp = is_after_jump || is_corner(system, changes);
