@@ -18,8 +18,9 @@ def largest_responses(pieces: FloatArray, phase: FloatArray, damping: float) -> 
 
     Parameters
     ----------
-    pieces : ndarray, shape (K, 4)    Base acceleration: coefficients of the cubics over the share [0, 1] of each
-                                      interval, constant term first [m/s^2]; it is 0 after the last.
+    pieces : ndarray, shape (K, 5)    Base acceleration: coefficients of the cubics over the share [0, 1] of each
+                                      interval, constant term first, and a bound of their magnitudes [m/s^2]; it is 0
+                                      after the last.
     phase : ndarray, shape (F,)       Natural angular frequency times the interval [rad], > 0.
     damping : float                   Share of critical damping, >= 0 and < 1.
 
@@ -34,14 +35,13 @@ def largest_responses(pieces: FloatArray, phase: FloatArray, damping: float) -> 
 
 
 def straight_pieces(samples: FloatArray) -> FloatArray:
-    """Straight lines between samples of shape (K + 1,) as cubics, shape (K, 4)."""
-    pieces = np.zeros((len(samples) - 1, 4))
-    pieces[:, 0], pieces[:, 1] = samples[:-1], np.diff(samples)
-    return pieces
+    """Straight lines between samples of shape (K + 1,), shape (K, 5)."""
+    rise = np.diff(samples)
+    return _pieces(samples[:-1], rise, rise, rise)
 
 
 def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Cubics between samples that may be jumps, with slopes of fourth order but at these, shape (K, 4).
+    """Cubics between samples that may be jumps, with slopes of fourth order but at these, shape (K, 5).
 
     Parameters
     ----------
@@ -51,4 +51,12 @@ def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
     beside = np.pad(rise, 2, mode="edge")
     slope = (7.0 * (beside[1:-2] + beside[2:-1]) - beside[:-3] - beside[3:]) / 12.0
     first, last = np.where(is_jump[:-1], rise, slope[:-1]), np.where(is_jump[1:], rise, slope[1:])
-    return np.column_stack([after[:-1], first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise])
+    return _pieces(after[:-1], rise, first, last)
+
+
+def _pieces(start: FloatArray, rise: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
+    """From values and slopes at the ends; a cubic lies between the control points of its Bezier form."""
+    control = [start, start + first / 3.0, start + rise - last / 3.0, start + rise]
+    return np.column_stack([
+        start, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise, np.abs(control).max(axis=0)
+    ])

@@ -7,16 +7,20 @@
 
 /* The longest step of w*h in which a response is taken as a cubic, with an error up to 1/384 of its fourth power. */
 #define SHOCK_LONGEST 0.63
+/* The share of the largest response of an oscillator that the next one is expected to reach. */
+#define SHOCK_EXPECTED 0.7
+/* Numbers of a piece, and where the bound is. */
+enum { SHOCK_PIECE = 5, SHOCK_MOST = 4 };
 
 /* A step of w*h = theta. With p = w^2*z, q = w*z' and primes for d/d(w*t), p' = q and q' = -2*zeta*q - p - x; for an
  * input x0 + x1*s + x2*s^2 + x3*s^3 at the share s of the step,
  *
- *     p1 = p + I0*q - I1*(p + x0) - sum of k!*I(k+1)/theta^k*xk,   q1 = q - I0*(p + x0) - d*q - sum of k!*Ik/theta^k*xk,
+ *     p1 = p + I0*q - I1*p - sum of k!*I(k+1)/theta^k*xk,   q1 = q - I0*p - d*q - sum of k!*Ik/theta^k*xk,
  *
  * with the impulse response I0(theta), its integrals I1 to I4 and d = I1 + 2*zeta*I0. Increments keep the digits that the
  * coefficients of a recursive filter lose where theta is tiny. */
 typedef struct {
-    double s, u, d, of_p[3], of_q[3];
+    double d, of_p[4], of_q[4];
 } ShockStep;
 
 static ShockStep shock_step(double theta, double zeta)
@@ -44,39 +48,39 @@ static ShockStep shock_step(double theta, double zeta)
             I[k] = power - I[k - 2] - 2.0 * zeta * I[k - 1];
         }
     }
-    ShockStep step = {.s = I[0], .u = I[1], .d = I[1] + 2.0 * zeta * I[0]};
+    ShockStep step = {.d = I[1] + 2.0 * zeta * I[0]};
     double factor = 1.0;
-    for (int k = 1; k < 4; k++) {
-        factor *= k / theta;
-        step.of_p[k - 1] = factor * I[k + 1];
-        step.of_q[k - 1] = factor * I[k];
+    for (int k = 0; k < 4; k++) {
+        step.of_p[k] = factor * I[k + 1];
+        step.of_q[k] = factor * I[k];
+        factor *= (k + 1.0) / theta;
     }
     return step;
 }
 
-static inline void shock_move(const ShockStep *step, const double *x, double *p, double *q)
+/* An oscillator and its largest and smallest response so far. */
+typedef struct {
+    double p, q, most, least;
+} ShockState;
+
+static inline void shock_move(const ShockStep *step, const double *x, ShockState *state)
 {
-    double force = *p + x[0], rate = *q;
-    *p += step->s * rate - step->u * force - (step->of_p[0] * x[1] + step->of_p[1] * x[2] + step->of_p[2] * x[3]);
-    *q -= step->s * force + step->d * rate + (step->of_q[0] * x[1] + step->of_q[1] * x[2] + step->of_q[2] * x[3]);
+    double of_p = step->of_p[0] * x[0] + step->of_p[1] * x[1] + step->of_p[2] * x[2] + step->of_p[3] * x[3];
+    double of_q = step->of_q[0] * x[0] + step->of_q[1] * x[1] + step->of_q[2] * x[2] + step->of_q[3] * x[3];
+    double p = state->p, q = state->q;
+    state->p = p + (step->of_q[0] * q - of_p - step->of_p[0] * p);
+    state->q = q - (step->d * q + of_q + step->of_q[0] * p);
 }
 
-/* Whether the magnitude of the response may be above a level within a step of theta. The response is x + e with
+/* Whether the magnitude of the response may be above a level within a step of w*h = 1/per. The response is x + e with
  * e'' + 2*zeta*e' + e = -x'': e less the line that solves this swings freely. */
-static inline int shock_may_exceed(const double *x, double p, double q, double theta, double zeta, double level)
+static inline int shock_may_exceed(const double *x, const ShockState *state, double per, double zeta, double level)
 {
-    double third = 6.0 * x[3] / (theta * theta * theta), at = 2.0 * zeta * third - 2.0 * x[2] / (theta * theta);
-    double swing = -p - 2.0 * zeta * q - x[0] - at;
-    double rate = 2.0 * zeta * (2.0 * zeta * q + p + x[0]) - q - x[1] / theta + third;
-    /* A cubic lies between the control points of its Bezier form. */
-    double line = fabs(at) + theta * fabs(third), most = fabs(x[0]), points[3];
-    points[0] = fabs(x[0] + x[1] / 3.0);
-    points[1] = fabs(x[0] + (2.0 * x[1] + x[2]) / 3.0);
-    points[2] = fabs(x[0] + x[1] + x[2] + x[3]);
-    for (int i = 0; i < 3; i++)
-        most = points[i] > most ? points[i] : most;
-    double left = level - most - line;
-    return left < 0.0 || swing * swing + 2.0 * zeta * swing * rate + rate * rate > (1.0 - zeta * zeta) * left * left;
+    double third = 6.0 * per * per * per * x[3], at = 2.0 * (zeta * third - per * per * x[2]), q = state->q;
+    double y = -state->p - 2.0 * zeta * q, swing = y - x[0] - at;
+    double rate = 2.0 * zeta * (x[0] - y) - q - per * x[1] + third;
+    double left = level - x[SHOCK_MOST] - fabs(at) - 6.0 * per * per * fabs(x[3]);
+    return left < 0.0 || swing * (swing + 2.0 * zeta * rate) + rate * rate > (1.0 - zeta * zeta) * left * left;
 }
 
 /* Where the cubic with these values and slopes at 0 and 1 is largest between them; m0 > 0 > m1. */
@@ -109,46 +113,70 @@ static void shock_residual(double y0, double m0, double zeta, double *most, doub
     }
 }
 
+/* Goes on by a step of theta. */
+static inline void shock_take(const ShockStep *step, const double *x, double theta, double zeta, ShockState *state)
+{
+    /* The response is y = -p - 2*zeta*q, its slope over the step theta*(2*zeta*(x - y) - q). */
+    const double b = 2.0 * zeta;
+    double y = -state->p - b * state->q, slope = theta * (b * (x[0] - y) - state->q);
+    shock_move(step, x, state);
+    double y1 = -state->p - b * state->q, slope1 = theta * (b * (x[0] + x[1] + x[2] + x[3] - y1) - state->q);
+    state->most = y1 > state->most ? y1 : state->most;
+    state->least = y1 < state->least ? y1 : state->least;
+    if (slope > 0.0 && slope1 < 0.0 && (y + slope > state->most || y1 - slope1 > state->most))
+        state->most = fmax(state->most, shock_top(y, slope, y1, slope1));
+    else if (slope < 0.0 && slope1 > 0.0 && (y + slope < state->least || y1 - slope1 < state->least))
+        state->least = fmin(state->least, -shock_top(-y, -slope, -y1, -slope1));
+}
+
+/* An oscillator from rest on. Of steps longer than SHOCK_LONGEST those are looked at in parts in which the magnitude of
+ * the response may be above a level. */
+static ShockState shock_run(size_t steps, const double *pieces, double zeta, double theta, double level)
+{
+    ShockState state = {.p = 0.0};
+    size_t parts = 1 + (size_t)(theta / SHOCK_LONGEST);
+    double width = 1.0 / (double)parts, part = theta * width, per = 1.0 / theta;
+    ShockStep whole = shock_step(theta, zeta), short_step = shock_step(part, zeta);
+    for (const double *x = pieces, *end = pieces + SHOCK_PIECE * steps; x < end; x += SHOCK_PIECE) {
+        if (parts == 1) {
+            shock_take(&whole, x, theta, zeta, &state);
+            continue;
+        }
+        level = state.most > level ? state.most : -state.least > level ? -state.least : level;
+        if (!shock_may_exceed(x, &state, per, zeta, level)) {
+            shock_move(&whole, x, &state);
+            continue;
+        }
+        for (size_t j = 0; j < parts; j++) {
+            double s = (double)j * width, bend = x[2] + 3.0 * s * x[3];
+            double piece[4] = {
+                x[0] + s * (x[1] + s * (x[2] + s * x[3])), width * (x[1] + s * (x[2] + bend)), width * width * bend,
+                width * width * width * x[3]};
+            shock_take(&short_step, piece, part, zeta, &state);
+        }
+    }
+    return state;
+}
+
 /* Largest and smallest absolute acceleration x + z'' = -(w^2*z + 2*zeta*w*z') of an oscillator z'' + 2*zeta*w*z' + w^2*z
  * = -x(t) during the steps and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary minimum, residual
  * maximum, residual minimum of the oscillator with w*h = theta[k] > 0; none of the primary is below 0 or above it
- * respectively, as all start at rest. Where theta[k] > SHOCK_LONGEST, that of the smaller magnitude may be larger. x is the cubic pieces[4*i] + pieces[4*i + 1]*s + ... + pieces[4*i + 3]*s^3 at the
- * share s of step i, and 0 after the last; it may jump between them. 0 <= zeta < 1. */
+ * respectively, as all start at rest. Where theta[k] > SHOCK_LONGEST, that of the smaller magnitude may be larger. x is
+ * the cubic piece[0] + piece[1]*s + piece[2]*s^2 + piece[3]*s^3 at the share s of each step, of a magnitude of
+ * piece[SHOCK_MOST] at most, and 0 after the last; it may jump between them. 0 <= zeta < 1. */
 void shock_spectrum(
     size_t steps, const double *pieces, double zeta, size_t frequencies, const double *theta, double *out)
 {
-    const double b = 2.0 * zeta;
-    for (size_t k = 0; k < frequencies; k++) {
-        size_t parts = 1 + (size_t)(theta[k] / SHOCK_LONGEST);
-        double width = 1.0 / (double)parts, part = theta[k] * width;
-        ShockStep whole = shock_step(theta[k], zeta), short_step = shock_step(part, zeta);
-        double p = 0.0, q = 0.0, most = 0.0, least = 0.0;
-        for (size_t i = 0; i < steps; i++) {
-            const double *x = pieces + 4 * i;
-            if (parts > 1 && !shock_may_exceed(x, p, q, theta[k], zeta, fmax(most, -least))) {
-                shock_move(&whole, x, &p, &q);
-                continue;
-            }
-            for (size_t j = 0; j < parts; j++) {
-                double s = (double)j * width, bend = x[2] + 3.0 * s * x[3];
-                double piece[4] = {
-                    x[0] + s * (x[1] + s * (x[2] + s * x[3])), width * (x[1] + s * (x[2] + bend)),
-                    width * width * bend, width * width * width * x[3]};
-                /* The response is y = -p - b*q, its slope over a step part*(b*(b*q + p + x) - q). */
-                double y = -p - b * q, slope = part * (b * (piece[0] - y) - q);
-                shock_move(&short_step, piece, &p, &q);
-                double y1 = -p - b * q, slope1 = part * (b * (piece[0] + piece[1] + piece[2] + piece[3] - y1) - q);
-                most = fmax(most, y1);
-                least = fmin(least, y1);
-                if (slope > 0.0 && slope1 < 0.0)
-                    most = fmax(most, shock_top(y, slope, y1, slope1));
-                else if (slope < 0.0 && slope1 > 0.0)
-                    least = fmin(least, -shock_top(-y, -slope, -y1, -slope1));
-            }
-        }
-        double y = -p - b * q;
-        out[4 * k] = most;
-        out[4 * k + 1] = least;
-        shock_residual(y, -q - b * y, zeta, &out[4 * k + 2], &out[4 * k + 3]);
+    double found = 0.0;
+    for (size_t k = 0; k < frequencies; k++, out += 4) {
+        double level = SHOCK_EXPECTED * found;
+        ShockState state = shock_run(steps, pieces, zeta, theta[k], level);
+        if (fmax(state.most, -state.least) < level)
+            state = shock_run(steps, pieces, zeta, theta[k], 0.0);
+        found = fmax(state.most, -state.least);
+        out[0] = state.most;
+        out[1] = state.least;
+        double y = -state.p - 2.0 * zeta * state.q;
+        shock_residual(y, -state.q - 2.0 * zeta * y, zeta, out + 2, out + 3);
     }
 }
