@@ -20,14 +20,10 @@ from .level_table import FREQUENCY_RANGE, LevelTable
 # an error up to (2*pi*f*dt)^4/384, 1.6 %.
 _COARSEST = 0.25
 MOST_FREQUENCIES = 100_000
-_LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = (
-    12,
-    48,
-    1.2,
-)  # so that neighbours are within the width of a resonance
+_LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = 6, 48, 0.6  # that are compared first
 _SAME, _NOTHING = 1e-9, 1e-200  # share of a frequency; level [m/s^2]
 _CERTAIN = 2e-4  # of a maximum over frequency
-_BULGE = 3.0 / 8.0  # of a second difference between two frequencies; an eighth of it, and resonances are sharper
+_BULGE = 2.0 / 8.0  # of a second difference between two frequencies: an eighth of a parabola, more of a resonance
 _MOST_HALVINGS = 16  # of the distance of frequencies
 # Of a share of an allowed spectrum: of its maximum over frequency, and of an extremum between two parts of a step.
 SHARE_ERROR = 1e-3
@@ -115,29 +111,29 @@ class RequiredSpectrum:
         return 20.0 * math.log10(math.e) * lowest, 20.0 * math.log10(math.e) * highest
 
     def _largest_excess(self, pieces: Sequence[FloatArray], interval: float, sign: float, per_octave: int) -> float:
-        """The largest of sign*log(spectrum of all/level) over all frequencies.
+        """The largest of sign*log(spectrum/level) over all frequencies, of any of the accelerations.
 
         Between frequencies, of which all corners of the levels are some, the logarithm of the spectrum rises above a
         straight line by what its second differences tell; wherever the maximum may be, that interval is halved.
         """
-        theta = 2.0 * np.pi * interval
-
-        def spectrum(frequency: FloatArray) -> FloatArray:
-            extrema = [largest_responses(of_one, theta * frequency, self.damping) for of_one in pieces]
-            return sign * np.log(np.maximum(np.abs(extrema).max(axis=(0, 2)), _NOTHING))
-
-        frequency = self.frequencies(per_octave)
-        found = spectrum(frequency)
-        for _ in range(_MOST_HALVINGS):
-            excess, width = found - sign * np.log(self.at(frequency)), np.diff(np.log(frequency))
-            largest = float(excess.max())
-            bend = np.pad(-2.0 * np.diff(np.diff(found) / width) / (width[1:] + width[:-1]), 1, mode="edge")
-            bulge = _BULGE * width**2 * np.maximum(np.maximum(bend[1:], bend[:-1]), 0.0)
-            wide = np.flatnonzero(np.maximum(excess[1:], excess[:-1]) + bulge > largest + _CERTAIN)
-            if not wide.size:
-                break
-            middle = np.sqrt(frequency[wide] * frequency[wide + 1])
-            frequency, found = np.insert(frequency, wide + 1, middle), np.insert(found, wide + 1, spectrum(middle))
+        largest = -math.inf
+        for of_one in pieces:
+            frequency, spectrum = np.empty(0), np.empty(0)
+            added = self.frequencies(per_octave)
+            places = np.zeros(added.size, dtype=np.intp)
+            for _ in range(_MOST_HALVINGS):
+                extrema = largest_responses(of_one, 2.0 * np.pi * interval * added, self.damping)
+                logarithms = sign * np.log(np.maximum(np.abs(extrema).max(axis=1), _NOTHING))
+                frequency, spectrum = np.insert(frequency, places, added), np.insert(spectrum, places, logarithms)
+                excess, width = spectrum - sign * np.log(self.at(frequency)), np.diff(np.log(frequency))
+                largest = max(largest, float(excess.max()))
+                bend = -2.0 * np.diff(np.diff(spectrum) / width) / (width[1:] + width[:-1])
+                bend = np.pad(np.maximum(bend, 0.0), 1, mode="edge")
+                highest = np.maximum(excess[1:], excess[:-1]) + _BULGE * width**2 * np.maximum(bend[1:], bend[:-1])
+                (wide,) = np.nonzero(highest > largest + _CERTAIN)
+                if not wide.size:
+                    break
+                places, added = wide + 1, np.sqrt(frequency[wide] * frequency[wide + 1])
         return largest
 
     def at(self, frequency: ArrayLike) -> FloatArray:
