@@ -34,6 +34,18 @@ def largest_responses(pieces: FloatArray, phase: FloatArray, damping: float) -> 
     return out
 
 
+def response_bounds(pieces: FloatArray, phase: FloatArray, damping: float) -> FloatArray:
+    """What the magnitude of no response exceeds, shape (F,): with its least changes oscillators swing about the input.
+
+    The response is x + e with e'' + 2*zeta*e' + e = -x'' (`shock.c`), to which jumps of x and x' add free swings.
+    """
+    x0, x1, x2, x3, most = pieces.T
+    jumps = np.abs(np.append(x0, 0.0) - np.append(0.0, x0 + x1 + x2 + x3)).sum()
+    kinks = np.abs(np.append(x1, 0.0) - np.append(0.0, x1 + 2.0 * x2 + 3.0 * x3)).sum() / phase
+    bend = 2.0 * np.maximum(np.abs(x2), np.abs(x2 + 3.0 * x3)).max() / phase**2
+    return floats(most.max() + (jumps + kinks + bend / damping) / np.sqrt(1.0 - damping**2))
+
+
 def straight_pieces(samples: FloatArray) -> FloatArray:
     """Straight lines between samples of shape (K + 1,), shape (K, 5)."""
     rise = np.diff(samples)
@@ -57,6 +69,6 @@ def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
 def _pieces(start: FloatArray, rise: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
     """From values and slopes at the ends; a cubic lies between the control points of its Bezier form."""
     control = [start, start + first / 3.0, start + rise - last / 3.0, start + rise]
-    return np.column_stack([
-        start, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise, np.abs(control).max(axis=0)
-    ])
+    return np.column_stack(
+        [start, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise, np.abs(control).max(axis=0)]
+    )

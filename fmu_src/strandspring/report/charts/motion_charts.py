@@ -131,7 +131,7 @@ def shock_spectra(answers: Places) -> Chart | None:
         for k, name, style in _points(answer):
             traces.append(Trace(name, frequency, _maximax(courses.shock[k]), *style, record=place))
         for name, required in courses.allowed.items():
-            at = required.frequencies(required.per_octave)
+            at = required.frequencies
             levels = G.factor * required.at(at)
             traces.append(Trace(f"limit of {name}", at, levels, Role.LIMIT, ChartForm.DASHED, record=place))
     if not traces:

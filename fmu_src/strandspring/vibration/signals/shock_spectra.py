@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
-from ...kernel.shock import largest_responses, smooth_pieces, straight_pieces
+from ...kernel.shock import largest_responses, response_bounds, smooth_pieces, straight_pieces
 from .averaging import LARGEST_SIGNAL, check_interval
 from .level_table import FREQUENCY_RANGE, LevelTable
 
@@ -20,10 +20,11 @@ from .level_table import FREQUENCY_RANGE, LevelTable
 # an error up to (2*pi*f*dt)^4/384, 1.6 %.
 _COARSEST = 0.25
 MOST_FREQUENCIES = 100_000
-_LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = 6, 48, 0.6  # that are compared first
+_LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = 12, 48, 1.2  # that are compared first
+_SPARSE = 4  # of them one in so many is compared at the very first
 _SAME, _NOTHING = 1e-9, 1e-200  # share of a frequency; level [m/s^2]
 _CERTAIN = 2e-4  # of a maximum over frequency
-_BULGE = 2.0 / 8.0  # of a second difference between two frequencies: an eighth of a parabola, more of a resonance
+_BULGE = 0.5  # of a second difference over half an interval: an eighth of a parabola, up to a half of a resonance
 _MOST_HALVINGS = 16  # of the distance of frequencies
 # Of a share of an allowed spectrum: of its maximum over frequency, and of an extremum between two parts of a step.
 SHARE_ERROR = 1e-3
@@ -79,61 +80,84 @@ class RequiredSpectrum:
         return 0.5 / self.quality
 
     @property
-    def per_octave(self) -> int:
-        """How many frequencies of an octave are compared first."""
-        return min(_MOST_PER_OCTAVE, max(_LEAST_PER_OCTAVE, math.ceil(_PER_QUALITY * self.quality)))
-
-    def frequencies(self, per_octave: int) -> FloatArray:
-        """Those of its table, and between them the others at equal ratios, shape (F,) [Hz]."""
-        given = np.array(self.levels.points)[:, 0]
-        even = octave_frequencies(self.levels.lowest, self.levels.highest, per_octave)
-        nearest = given[np.abs(np.log(even[:, None] / given)).argmin(axis=1)]
-        return np.unique(np.concatenate([given, even[np.abs(even / nearest - 1.0) > _SAME]]))
+    def frequencies(self) -> FloatArray:
+        """Those that are compared first: of its table, and between them at equal ratios, shape (F,) [Hz]."""
+        per_octave = min(_MOST_PER_OCTAVE, max(_LEAST_PER_OCTAVE, math.ceil(_PER_QUALITY * self.quality)))
+        return table_frequencies(self.levels, per_octave)
 
     def share(self, before: FloatArray, after: FloatArray, interval: float) -> float:
-        """The largest share of it that the spectra of accelerations take, over all frequencies; `SHARE_ERROR` of it is
-        its error.
+        """The largest share of it that the spectra of accelerations take, over all frequencies.
 
         Parameters
         ----------
         before, after : ndarray, shape (K, N)   Samples of the accelerations, on either side of jumps [m/s^2].
         interval : float                        [s].
         """
-        pieces = [smooth_pieces(*sides) for sides in zip(before.T, after.T, strict=True)]
-        return math.exp(self._largest_excess(pieces, interval, 1.0, self.per_octave))
+        largest, frequency = -math.inf, self.frequencies
+        for axis in np.argsort(-np.maximum(abs(before), abs(after)).max(axis=0)):
+            pieces = smooth_pieces(before[:, axis], after[:, axis])
+            bounds = response_bounds(pieces, 2.0 * np.pi * interval * frequency, self.damping)
+            possible = np.log(np.maximum(bounds, _NOTHING) / self.at(frequency))
+            largest = self._largest_excess(pieces, interval, frequency, possible, largest)
+        return math.exp(largest)
 
-    def deviation(self, samples: ArrayLike, interval: float, per_octave: int) -> tuple[float, float]:
+    def deviation(self, samples: ArrayLike, interval: float) -> tuple[float, float]:
         """By how much the spectrum of an acceleration, straight between its samples, is below and above this one at
         most, over all frequencies [dB].
         """
-        pieces = [straight_pieces(floats(samples))]
-        lowest, highest = (sign * self._largest_excess(pieces, interval, sign, per_octave) for sign in (-1.0, 1.0))
-        return 20.0 * math.log10(math.e) * lowest, 20.0 * math.log10(math.e) * highest
+        frequency, pieces = table_frequencies(self.levels, _MOST_PER_OCTAVE), straight_pieces(floats(samples))
+        anything, decibels = np.full(frequency.size, np.inf), 20.0 * math.log10(math.e)
+        lowest, highest = (
+            sign * decibels * self._largest_excess(pieces, interval, frequency, anything, -math.inf, sign)
+            for sign in (-1.0, 1.0)
+        )
+        return lowest, highest
 
-    def _largest_excess(self, pieces: Sequence[FloatArray], interval: float, sign: float, per_octave: int) -> float:
-        """The largest of sign*log(spectrum/level) over all frequencies, of any of the accelerations.
+    def _largest_excess(
+        self,
+        pieces: FloatArray,
+        interval: float,
+        frequency: FloatArray,
+        possible: FloatArray,
+        largest: float,
+        sign: float = 1.0,
+    ) -> float:
+        """The largest of sign*log(spectrum/level) over all frequencies, and of another one.
 
-        Between frequencies, of which all corners of the levels are some, the logarithm of the spectrum rises above a
-        straight line by what its second differences tell; wherever the maximum may be, that interval is halved.
+        All corners of the levels are compared. Between two frequencies it rises above both by what a resonance does
+        that lies midway, or by what its second difference tells; where the maximum may be, that interval is halved.
+
+        Parameters
+        ----------
+        frequency, possible : ndarray, shape (F,)   What is compared first, and upper bounds there.
         """
-        largest = -math.inf
-        for of_one in pieces:
-            frequency, spectrum = np.empty(0), np.empty(0)
-            added = self.frequencies(per_octave)
-            places = np.zeros(added.size, dtype=np.intp)
-            for _ in range(_MOST_HALVINGS):
-                extrema = largest_responses(of_one, 2.0 * np.pi * interval * added, self.damping)
-                logarithms = sign * np.log(np.maximum(np.abs(extrema).max(axis=1), _NOTHING))
-                frequency, spectrum = np.insert(frequency, places, added), np.insert(spectrum, places, logarithms)
-                excess, width = spectrum - sign * np.log(self.at(frequency)), np.diff(np.log(frequency))
-                largest = max(largest, float(excess.max()))
-                bend = -2.0 * np.diff(np.diff(spectrum) / width) / (width[1:] + width[:-1])
-                bend = np.pad(np.maximum(bend, 0.0), 1, mode="edge")
-                highest = np.maximum(excess[1:], excess[:-1]) + _BULGE * width**2 * np.maximum(bend[1:], bend[:-1])
-                (wide,) = np.nonzero(highest > largest + _CERTAIN)
-                if not wide.size:
-                    break
-                places, added = wide + 1, np.sqrt(frequency[wide] * frequency[wide + 1])
+        table = np.log(np.array(self.levels.points)).T
+
+        def excess(place: FloatArray) -> FloatArray:
+            extrema = largest_responses(pieces, 2.0 * np.pi * interval * np.exp(place), self.damping)
+            maximax = np.maximum(np.abs(extrema).max(axis=1), _NOTHING)
+            return floats(sign * (np.log(maximax) - np.interp(place, *table)))
+
+        grid, found, is_sparse = np.log(frequency), possible.copy(), np.arange(frequency.size) % _SPARSE == 0
+        for part in (is_sparse, ~is_sparse):
+            (chosen,) = np.nonzero(part & (possible > largest))
+            found[chosen] = excess(grid[chosen])
+            largest = max(largest, float(found[chosen].max(initial=-math.inf)))
+        low, high, at_low, at_high = grid[:-1], grid[1:], found[:-1], found[1:]
+        bulge = 0.5 * np.log1p((self.quality * (high - low)) ** 2)
+        reach = np.minimum(np.maximum(at_low, at_high) + bulge, np.maximum(possible[:-1], possible[1:]))
+        for _ in range(_MOST_HALVINGS):
+            wide = reach > largest + _CERTAIN
+            if not wide.any():
+                break
+            low, high, at_low, at_high = low[wide], high[wide], at_low[wide], at_high[wide]
+            middle = 0.5 * (low + high)
+            at_middle = excess(middle)
+            largest = max(largest, float(at_middle.max()))
+            bulge = np.tile(_BULGE * np.maximum(2.0 * at_middle - at_low - at_high, 0.0), 2)
+            low, high = np.append(low, middle), np.append(middle, high)
+            at_low, at_high = np.append(at_low, at_middle), np.append(at_middle, at_high)
+            reach = np.maximum(at_low, at_high) + bulge
         return largest
 
     def at(self, frequency: ArrayLike) -> FloatArray:
@@ -177,6 +201,14 @@ def octave_frequencies(low: float, high: float, per_octave: int = 12) -> FloatAr
             f"per octave from {low:g} to {high:g} Hz."
         )
     return np.geomspace(low, high, intervals + 1)
+
+
+@lru_cache(maxsize=64)
+def table_frequencies(levels: LevelTable, per_octave: int) -> FloatArray:
+    """Those of a table, and between them others at equal ratios, shape (F,) [Hz]."""
+    given, even = np.array(levels.points)[:, 0], octave_frequencies(levels.lowest, levels.highest, per_octave)
+    nearest = np.abs(np.log(even[:, None] / given)).min(axis=1)
+    return np.unique(np.append(given, even[nearest > _SAME]))
 
 
 def _check(samples: FloatArray, interval: float, frequency: FloatArray, damping: float) -> None:

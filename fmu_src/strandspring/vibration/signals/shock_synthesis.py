@@ -23,7 +23,7 @@ from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray, floats
 from .averaging import check_duration
 from .recorded_signal import RecordedSignal
-from .shock_spectra import RequiredSpectrum
+from .shock_spectra import RequiredSpectrum, octave_frequencies, table_frequencies
 
 LARGEST_DEVIATION = 3.0  # [dB] of a record that is accepted, as test standards have it
 _SAMPLES_PER_PERIOD = 10.0  # of the highest frequency
@@ -32,7 +32,7 @@ _SPREAD = 0.3  # share of the duration within which wavelets begin
 _STEP, _LARGEST_STEP, _DAMPING = 0.5, 0.5, 0.03  # of the Newton steps, as oscillators change the time of their peak
 _MOST_ITERATIONS, _PATIENCE = 40, 10  # and how many without a better one
 _ENOUGH = 0.08  # deviation of the logarithms, 0.7 dB
-_PER_OCTAVE, _MOST_PER_OCTAVE, _CHECKED_PER_OCTAVE = 12, 48, 48
+_PER_OCTAVE, _MOST_PER_OCTAVE = 12, 48
 _MOST_NUMBERS = 20_000_000  # samples of all oscillators
 _MOST_KEPT = 16
 _REALISATIONS = 8  # that are drawn with one seed
@@ -81,7 +81,7 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
     MountedSystemError           If the duration is too short or too long, or the spectrum is not met within 3 dB.
     """
     check_duration(duration, "duration")
-    frequency = required.frequencies(_PER_OCTAVE)
+    frequency = octave_frequencies(required.levels.lowest, required.levels.highest, _PER_OCTAVE)
     least = 0.5 * _LEAST_CYCLES / float(frequency[0])
     if duration < least:
         raise MountedSystemError(
@@ -90,15 +90,16 @@ def synthesized_shock(required: RequiredSpectrum, duration: float, seed: int = 0
         )
     interval = 1.0 / (_SAMPLES_PER_PERIOD * float(frequency[-1]))
     samples = 1 + math.ceil(duration / interval)
-    oscillators = required.frequencies(_oscillators(required)).size
-    if samples * oscillators > _MOST_NUMBERS:
+    oscillators = _oscillators(required)
+    if samples * oscillators.size > _MOST_NUMBERS:
         raise MountedSystemError(
             f"A shock with a spectrum up to {frequency[-1]:g} Hz may last "
-            f"{_MOST_NUMBERS / oscillators * interval:.3g} s, got {duration:.4g} s; shorten it."
+            f"{_MOST_NUMBERS / oscillators.size * interval:.3g} s, got {duration:.4g} s; shorten it."
         )
     time = floats(interval * np.arange(samples))
-    acceleration = _matched(required, _wavelets(frequency, time, duration, seed), time)
-    lowest, highest = required.deviation(acceleration, interval, _CHECKED_PER_OCTAVE)
+    wavelets = _wavelets(frequency, time, duration, seed)
+    acceleration = _matched(required, oscillators, wavelets, required.at(frequency) / _MOST_CYCLES, time)
+    lowest, highest = required.deviation(acceleration, interval)
     if max(-lowest, highest) > LARGEST_DEVIATION:
         raise MountedSystemError(
             f"The best synthesized shock deviates from its spectrum by {lowest:+.2g} to {highest:+.2g} dB, more than "
@@ -123,15 +124,16 @@ def _wavelets(frequency: FloatArray, time: FloatArray, duration: float, seed: in
     return floats(signs[:, None] * np.where(inside, np.sin(phase / cycles[:, None]) * np.sin(phase), 0.0))
 
 
-def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray) -> FloatArray:
-    """The sum of wavelets whose spectrum deviates least, shape (K,)."""
+def _matched(
+    required: RequiredSpectrum, oscillators: FloatArray, wavelets: FloatArray, amplitudes: FloatArray, time: FloatArray
+) -> FloatArray:
+    """The sum of wavelets whose spectrum deviates least, shape (K,), from amplitudes to begin with."""
     levels, interval = required.levels, float(time[1])
-    oscillators = required.frequencies(_oscillators(required))
     asked = required.at(oscillators)
     whole = floats(interval * np.arange(time.size + math.ceil(0.5 / (levels.lowest * interval))))  # with what follows
     length = next_fast_len(2 * whole.size, real=True)
-    transfer = interval * rfft(_impulse_responses(oscillators, required.damping, whole), length, axis=1)
-    amplitudes = required.at(required.frequencies(_PER_OCTAVE)) / _MOST_CYCLES
+    impulse_responses = _impulse_responses(oscillators, required.damping, whole)
+    transfer = interval * rfft(impulse_responses, length, axis=1)
     best, least, waited = wavelets[0], math.inf, 0
     for _ in range(_MOST_ITERATIONS):
         acceleration = amplitudes @ wavelets
@@ -145,7 +147,8 @@ def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray)
             best, least, waited = acceleration, deviation, 0
         if waited == _PATIENCE or deviation < _ENOUGH:
             break
-        remembered = _impulse_responses(oscillators, required.damping, floats(interval * latest[:, None] - time))
+        ago = latest[:, None] - np.arange(time.size)
+        remembered = np.where(ago >= 0, np.take_along_axis(impulse_responses, np.maximum(ago, 0), axis=1), 0.0)
         shares = interval * (remembered @ wavelets.T) * amplitudes / largest[:, None]
         normal = shares.T @ shares + _DAMPING * np.eye(amplitudes.size)
         change = np.linalg.solve(normal, shares.T @ (_STEP * np.clip(missing, -_LARGEST_STEP, _LARGEST_STEP)))
@@ -153,16 +156,16 @@ def _matched(required: RequiredSpectrum, wavelets: FloatArray, time: FloatArray)
     return floats(best)
 
 
-def _oscillators(required: RequiredSpectrum) -> int:
-    """How many in an octave: neighbours are closer than the width of a resonance."""
-    return min(_MOST_PER_OCTAVE, max(_PER_OCTAVE, math.ceil(1.2 * required.quality)))
+def _oscillators(required: RequiredSpectrum) -> FloatArray:
+    """Their frequencies, those of the levels among them: neighbours are closer than the width of a resonance."""
+    per_octave = min(_MOST_PER_OCTAVE, max(_PER_OCTAVE, math.ceil(1.2 * required.quality)))
+    return table_frequencies(required.levels, per_octave)
 
 
 def _impulse_responses(frequency: FloatArray, damping: float, time: FloatArray) -> FloatArray:
-    """Absolute acceleration of oscillators after an impulse of base acceleration at time 0, shape (F, ...) [1/s]."""
+    """Absolute acceleration of oscillators after an impulse of base acceleration, shape (F, K) [1/s]."""
     rate = 2.0 * np.pi * frequency[:, None]
     damped = math.sqrt(1.0 - damping**2)
-    after = np.maximum(time, 0.0)
-    swing = (1.0 - 2.0 * damping**2) / damped * np.sin(damped * rate * after)
-    swing += 2.0 * damping * np.cos(damped * rate * after)
-    return floats(np.where(time >= 0.0, rate * np.exp(-damping * rate * after) * swing, 0.0))
+    swing = (1.0 - 2.0 * damping**2) / damped * np.sin(damped * rate * time)
+    swing += 2.0 * damping * np.cos(damped * rate * time)
+    return floats(rate * np.exp(-damping * rate * time) * swing)
