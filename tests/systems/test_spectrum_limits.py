@@ -63,7 +63,7 @@ def largest_response(frequency: float, quality: float) -> float:
 @pytest.mark.slow
 def test_the_share_of_a_spectrum_is_that_of_oscillators_on_the_mass() -> None:
     """Within 3e-3: steps of 5e-4 in time of the mass' period, and extrema by cubics."""
-    frequencies = FALLING.frequencies(12)
+    frequencies = FALLING.frequencies
     shares = [largest_response(f, 12.0) / level for f, level in zip(frequencies, FALLING.at(frequencies), strict=True)]
     figure = of_spectrum(answered(HalfSine(PEAK, DURATION), FALLING))
     assert figure.value == pytest.approx(max(shares), rel=3e-3)
@@ -89,7 +89,7 @@ def test_a_shock_of_which_the_spectrum_is_given_is_drawn_too() -> None:
     for number in range(8):
         other = shock.redrawn(0, number)
         assert not np.array_equal(other.value, shock.value)
-        frequency = asked.frequencies(12)
+        frequency = asked.frequencies
         found = shock_spectrum(other.value, float(other.time[1]), frequency, asked.damping).maximax
         assert np.abs(20.0 * np.log10(found / asked.at(frequency))).max() <= 3.0
     unseen = synthesized_shock(asked, 0.3, 1000)

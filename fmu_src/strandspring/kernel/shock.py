@@ -53,11 +53,8 @@ def straight_pieces(samples: FloatArray) -> FloatArray:
 
 
 def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
-    """Cubics between samples that may be jumps, with slopes of fourth order but at these, shape (K, 5).
-
-    Parameters
-    ----------
-    before, after : ndarray, shape (K + 1,)   Values on either side of each sample.
+    """Cubics between the values before and after each sample, shape (K + 1,), with slopes of fourth order but at jumps,
+    shape (K, 5).
     """
     rise, is_jump = before[1:] - after[:-1], before != after
     beside = np.pad(rise, 2, mode="edge")
@@ -68,7 +65,6 @@ def smooth_pieces(before: FloatArray, after: FloatArray) -> FloatArray:
 
 def _pieces(start: FloatArray, rise: FloatArray, first: FloatArray, last: FloatArray) -> FloatArray:
     """From values and slopes at the ends; a cubic lies between the control points of its Bezier form."""
-    control = [start, start + first / 3.0, start + rise - last / 3.0, start + rise]
-    return np.column_stack(
-        [start, first, 3.0 * rise - 2.0 * first - last, first + last - 2.0 * rise, np.abs(control).max(axis=0)]
-    )
+    most = np.abs([start, start + first / 3.0, start + rise - last / 3.0, start + rise]).max(axis=0)
+    curve = first + last - 2.0 * rise
+    return np.column_stack([start, first, rise - first - curve, curve, most])

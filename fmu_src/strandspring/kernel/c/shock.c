@@ -7,8 +7,6 @@
 
 /* The longest step of w*h in which a response is taken as a cubic, with an error up to 1/384 of its fourth power. */
 #define SHOCK_LONGEST 0.63
-/* The share of the largest response of an oscillator that the next one is expected to reach. */
-#define SHOCK_EXPECTED 0.7
 /* Numbers of a piece, and where the bound is. */
 enum { SHOCK_PIECE = 5, SHOCK_MOST = 4 };
 
@@ -72,13 +70,14 @@ static inline void shock_move(const ShockStep *step, const double *x, ShockState
     state->q = q - (step->d * q + of_q + step->of_q[0] * p);
 }
 
-/* Whether the magnitude of the response may be above a level within a step of w*h = 1/per. The response is x + e with
- * e'' + 2*zeta*e' + e = -x'': e less the line that solves this swings freely. */
-static inline int shock_may_exceed(const double *x, const ShockState *state, double per, double zeta, double level)
+/* Whether the magnitude of the response may be above all before within a step of w*h = 1/per. The response is x + e
+ * with e'' + 2*zeta*e' + e = -x'': e less the line that solves this swings freely. */
+static inline int shock_may_exceed(const double *x, const ShockState *state, double per, double zeta)
 {
     double third = 6.0 * per * per * per * x[3], at = 2.0 * (zeta * third - per * per * x[2]), q = state->q;
     double y = -state->p - 2.0 * zeta * q, swing = y - x[0] - at;
     double rate = 2.0 * zeta * (x[0] - y) - q - per * x[1] + third;
+    double level = state->most > -state->least ? state->most : -state->least;
     double left = level - x[SHOCK_MOST] - fabs(at) - 6.0 * per * per * fabs(x[3]);
     return left < 0.0 || swing * (swing + 2.0 * zeta * rate) + rate * rate > (1.0 - zeta * zeta) * left * left;
 }
@@ -129,35 +128,6 @@ static inline void shock_take(const ShockStep *step, const double *x, double the
         state->least = fmin(state->least, -shock_top(-y, -slope, -y1, -slope1));
 }
 
-/* An oscillator from rest on. Of steps longer than SHOCK_LONGEST those are looked at in parts in which the magnitude of
- * the response may be above a level. */
-static ShockState shock_run(size_t steps, const double *pieces, double zeta, double theta, double level)
-{
-    ShockState state = {.p = 0.0};
-    size_t parts = 1 + (size_t)(theta / SHOCK_LONGEST);
-    double width = 1.0 / (double)parts, part = theta * width, per = 1.0 / theta;
-    ShockStep whole = shock_step(theta, zeta), short_step = shock_step(part, zeta);
-    for (const double *x = pieces, *end = pieces + SHOCK_PIECE * steps; x < end; x += SHOCK_PIECE) {
-        if (parts == 1) {
-            shock_take(&whole, x, theta, zeta, &state);
-            continue;
-        }
-        level = state.most > level ? state.most : -state.least > level ? -state.least : level;
-        if (!shock_may_exceed(x, &state, per, zeta, level)) {
-            shock_move(&whole, x, &state);
-            continue;
-        }
-        for (size_t j = 0; j < parts; j++) {
-            double s = (double)j * width, bend = x[2] + 3.0 * s * x[3];
-            double piece[4] = {
-                x[0] + s * (x[1] + s * (x[2] + s * x[3])), width * (x[1] + s * (x[2] + bend)), width * width * bend,
-                width * width * width * x[3]};
-            shock_take(&short_step, piece, part, zeta, &state);
-        }
-    }
-    return state;
-}
-
 /* Largest and smallest absolute acceleration x + z'' = -(w^2*z + 2*zeta*w*z') of an oscillator z'' + 2*zeta*w*z' + w^2*z
  * = -x(t) during the steps and after them, out[4*k] .. out[4*k + 3] = primary maximum, primary minimum, residual
  * maximum, residual minimum of the oscillator with w*h = theta[k] > 0; none of the primary is below 0 or above it
@@ -167,16 +137,28 @@ static ShockState shock_run(size_t steps, const double *pieces, double zeta, dou
 void shock_spectrum(
     size_t steps, const double *pieces, double zeta, size_t frequencies, const double *theta, double *out)
 {
-    double found = 0.0;
     for (size_t k = 0; k < frequencies; k++, out += 4) {
-        double level = SHOCK_EXPECTED * found;
-        ShockState state = shock_run(steps, pieces, zeta, theta[k], level);
-        if (fmax(state.most, -state.least) < level)
-            state = shock_run(steps, pieces, zeta, theta[k], 0.0);
-        found = fmax(state.most, -state.least);
+        ShockState state = {.p = 0.0};
+        size_t parts = 1 + (size_t)(theta[k] / SHOCK_LONGEST);
+        double width = 1.0 / (double)parts, part = theta[k] * width, per = 1.0 / theta[k];
+        ShockStep whole = shock_step(theta[k], zeta), short_step = shock_step(part, zeta);
+        for (const double *x = pieces, *end = pieces + SHOCK_PIECE * steps; x < end; x += SHOCK_PIECE) {
+            if (parts == 1)
+                shock_take(&whole, x, part, zeta, &state);
+            else if (!shock_may_exceed(x, &state, per, zeta))
+                shock_move(&whole, x, &state);
+            else
+                for (size_t j = 0; j < parts; j++) {
+                    double s = (double)j * width, bend = x[2] + 3.0 * s * x[3];
+                    double piece[4] = {
+                        x[0] + s * (x[1] + s * (x[2] + s * x[3])), width * (x[1] + s * (x[2] + bend)),
+                        width * width * bend, width * width * width * x[3]};
+                    shock_take(&short_step, piece, part, zeta, &state);
+                }
+        }
+        double y = -state.p - 2.0 * zeta * state.q;
         out[0] = state.most;
         out[1] = state.least;
-        double y = -state.p - 2.0 * zeta * state.q;
         shock_residual(y, -state.q - 2.0 * zeta * y, zeta, out + 2, out + 3);
     }
 }

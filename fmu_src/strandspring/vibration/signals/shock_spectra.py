@@ -86,12 +86,8 @@ class RequiredSpectrum:
         return table_frequencies(self.levels, per_octave)
 
     def share(self, before: FloatArray, after: FloatArray, interval: float) -> float:
-        """The largest share of it that the spectra of accelerations take, over all frequencies.
-
-        Parameters
-        ----------
-        before, after : ndarray, shape (K, N)   Samples of the accelerations, on either side of jumps [m/s^2].
-        interval : float                        [s].
+        """The largest share of it that the spectra of accelerations take, over all frequencies; of the values before
+        and after each sample, shape (K, N).
         """
         largest, frequency = -math.inf, self.frequencies
         for axis in np.argsort(-np.maximum(abs(before), abs(after)).max(axis=0)):
@@ -106,30 +102,19 @@ class RequiredSpectrum:
         most, over all frequencies [dB].
         """
         frequency, pieces = table_frequencies(self.levels, _MOST_PER_OCTAVE), straight_pieces(floats(samples))
-        anything, decibels = np.full(frequency.size, np.inf), 20.0 * math.log10(math.e)
-        lowest, highest = (
-            sign * decibels * self._largest_excess(pieces, interval, frequency, anything, -math.inf, sign)
-            for sign in (-1.0, 1.0)
-        )
-        return lowest, highest
+        unbounded, decibels = np.full(frequency.size, np.inf), 20.0 * math.log10(math.e)
+        below, above = (self._largest_excess(pieces, interval, frequency, unbounded, sign=k) for k in (-1.0, 1.0))
+        return -decibels * below, decibels * above
 
     def _largest_excess(
-        self,
-        pieces: FloatArray,
-        interval: float,
-        frequency: FloatArray,
-        possible: FloatArray,
-        largest: float,
-        sign: float = 1.0,
-    ) -> float:
-        """The largest of sign*log(spectrum/level) over all frequencies, and of another one.
+        self, pieces: FloatArray, interval: float, frequency: FloatArray, possible: FloatArray,
+        largest: float = -math.inf, sign: float = 1.0,
+    ) -> float:  # fmt: skip
+        """The largest of sign*log(spectrum/level) over all frequencies and of `largest`, with upper bounds `possible`
+        at those that are compared first, shape (F,), all corners of the levels among them.
 
-        All corners of the levels are compared. Between two frequencies it rises above both by what a resonance does
-        that lies midway, or by what its second difference tells; where the maximum may be, that interval is halved.
-
-        Parameters
-        ----------
-        frequency, possible : ndarray, shape (F,)   What is compared first, and upper bounds there.
+        Between two frequencies it rises above both by what a resonance does that lies midway, or by what its second
+        difference tells; where the maximum may be, that interval is halved.
         """
         table = np.log(np.array(self.levels.points)).T
 
@@ -140,9 +125,9 @@ class RequiredSpectrum:
 
         grid, found, is_sparse = np.log(frequency), possible.copy(), np.arange(frequency.size) % _SPARSE == 0
         for part in (is_sparse, ~is_sparse):
-            (chosen,) = np.nonzero(part & (possible > largest))
+            chosen = part & (possible > largest)
             found[chosen] = excess(grid[chosen])
-            largest = max(largest, float(found[chosen].max(initial=-math.inf)))
+            largest = float(found[chosen].max(initial=largest))
         low, high, at_low, at_high = grid[:-1], grid[1:], found[:-1], found[1:]
         bulge = 0.5 * np.log1p((self.quality * (high - low)) ** 2)
         reach = np.minimum(np.maximum(at_low, at_high) + bulge, np.maximum(possible[:-1], possible[1:]))
