@@ -45,8 +45,8 @@ def test_the_record_has_the_spectrum_that_it_states(asked: RequiredSpectrum) -> 
     levels = np.exp(np.interp(np.log(frequency), *np.log(points).T))
     found = [smallwood(samples, fine[1], f, 0.5 / asked.quality) for f in frequency.tolist()]
     deviation = 20.0 * np.log10(np.array(found) / levels)
-    # 80 samples in a period of the last frequency miss 0.01 dB, and 400 frequencies a sharp minimum, where one peak of a
-    # response takes over from another, by up to 0.3 dB.
+    # 80 samples in a period of the last frequency miss 0.01 dB, and 400 frequencies a sharp minimum, where one peak of
+    # a response takes over from another, by up to 0.3 dB.
     assert deviation.min() - 0.3 < shock.deviation[0] < deviation.min() + 0.02
     assert deviation.max() - 0.02 < shock.deviation[1] < deviation.max() + 0.1
     assert max(-shock.deviation[0], shock.deviation[1]) < 2.0

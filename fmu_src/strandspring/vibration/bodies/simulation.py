@@ -130,8 +130,8 @@ def _run_with_step(
         )
     figures, histories = _motion(system, case, start, step, stride, ends_at_turns)
     numbers = {point.name: number for number, point in enumerate(system.points)}
-    sides = (histories.acceleration, histories.after_jump)
-    spectra = [allowed.share(*(side[:, numbers[name]] for side in sides), step) for name, allowed in case.allowed]
+    before, after = histories.acceleration, histories.after_jump
+    spectra = [allowed.share(before[:, numbers[at]], after[:, numbers[at]], step) for at, allowed in case.allowed]
     of_run = RunFigures.from_motion_figures(figures, spectra)
     return CaseRun(start, step, of_run, Energies.from_motion_figures(figures))
 
