@@ -27,6 +27,7 @@ from ..one_mass.harmonic_balance import (
     displacements,
     first_beyond,
     first_harmonics,
+    largest_of_period,
     rates,
     stacked,
 )  # fmt: skip
@@ -380,14 +381,6 @@ class _MovedPoints:
         return np.tensordot(self.along, first, 1) + np.tensordot(self.bend, second, 2)
 
 
-def _largest(samples: FloatArray) -> FloatArray:
-    """Largest values of periods of shape (..., K), of a parabola through the largest sample and its neighbours."""
-    top, count = samples.argmax(axis=-1)[..., None], samples.shape[-1]
-    before, most, after = (np.take_along_axis(samples, (top + k) % count, -1)[..., 0] for k in (-1, 0, 1))
-    bend = 2.0 * most - before - after
-    return np.asarray(most + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, 1.0)))
-
-
 def _response(
     shaken: ShakenSystem, moved: _MovedPoints, gains: _Gains, motions: Sequence[SteadyMotion]
 ) -> SystemResponse:
@@ -405,8 +398,8 @@ def _response(
         part = slice(begin, begin + _AT_ONCE)
         of_displacement, of_acceleration = moved.course(*(course[:, part] for course in courses))
         of_base = np.multiply.outer(moved.carried, np.outer(base[part], balance.basis.functions[1]))
-        acceleration[part] = np.moveaxis(_largest(np.abs(of_acceleration + of_base)), 2, 0)
-        sway[part] = _largest(np.linalg.norm(of_displacement, axis=1)).T
+        acceleration[part] = np.moveaxis(largest_of_period(np.abs(of_acceleration + of_base)), 2, 0)
+        sway[part] = largest_of_period(np.linalg.norm(of_displacement, axis=1)).T
     turned = shaken.motion.rotations(courses[0])
     return SystemResponse(
         shaking=shaken.shaking,
@@ -418,7 +411,7 @@ def _response(
         base_force=np.asarray((figures[:, :, 3] - 1j * figures[:, :, 4]) @ directions),
         acceleration=acceleration,
         sway=sway,
-        tilt=_largest(np.linalg.norm(turned, axis=1)).T,
+        tilt=largest_of_period(np.linalg.norm(turned, axis=1)).T,
         low=low,
         high=high,
         stable=np.array([motion.rising for motion in motions]),

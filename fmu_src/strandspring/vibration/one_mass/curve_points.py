@@ -12,7 +12,14 @@ from numpy.typing import NDArray
 from ...kernel.arrays import FloatArray
 from ...kernel.balance import BalancedSystem
 from .continuation import SteadyMotion
-from .harmonic_balance import ComplexArray, accelerations, displacement_limits, first_harmonics, stacked
+from .harmonic_balance import (
+    ComplexArray,
+    accelerations,
+    displacement_limits,
+    first_harmonics,
+    largest_of_period,
+    stacked,
+)
 from .system import Excitation, IsolatedMass, StaticEquilibrium
 
 
@@ -110,7 +117,7 @@ class ExcitedMass:
             "min": low,
             "max": high,
             "force": np.abs(self._force(omega, first)),
-            "acceleration": np.abs(absolute).max(axis=1),
+            "acceleration": largest_of_period(np.abs(absolute)),
             "start_displacement": of_mount[:, : basis.harmonics + 1].sum(axis=1),
             "start_speed": omega * rates.sum(axis=1),
             "start_omega": start_omega,

@@ -171,3 +171,11 @@ def _sampled(balance: BalancedSystem, series: FloatArray) -> FloatArray:
     """Series of the shape (F, D, N) over a period, shape (F, D, K)."""
     samples = series.reshape(-1, series.shape[-1]) @ balance.basis.functions
     return np.asarray(samples.reshape(*series.shape[:-1], -1))
+
+
+def largest_of_period(samples: FloatArray) -> FloatArray:
+    """Largest values of periods of shape (..., K), of a parabola through the largest sample and its neighbours."""
+    top, count = samples.argmax(axis=-1)[..., None], samples.shape[-1]
+    before, most, after = (np.take_along_axis(samples, (top + k) % count, -1)[..., 0] for k in (-1, 0, 1))
+    bend = 2.0 * most - before - after
+    return np.asarray(most + (after - before) ** 2 / (8.0 * np.where(bend > 0.0, bend, 1.0)))
