@@ -23,7 +23,7 @@ MOST_FREQUENCIES = 100_000
 _LEAST_PER_OCTAVE, _MOST_PER_OCTAVE, _PER_QUALITY = 12, 48, 1.2  # that are compared first
 _SPARSE = 4  # of them one in so many is compared at the very first
 _SAME, _NOTHING = 1e-9, 1e-200  # share of a frequency; level [m/s^2]
-_CERTAIN = 2e-4  # of a maximum over frequency
+_CERTAIN = 5e-4  # of a maximum over frequency
 _BULGE = 0.5  # of a second difference over half an interval: an eighth of a parabola, up to a half of a resonance
 _MOST_HALVINGS = 16  # of the distance of frequencies
 # Of a share of an allowed spectrum: of its maximum over frequency, and of an extremum between two parts of a step.
@@ -89,8 +89,13 @@ class RequiredSpectrum:
         """The largest share of it that the spectra of accelerations take, over all frequencies; of the values before
         and after each sample, shape (K, N).
         """
-        largest, frequency = -math.inf, self.frequencies
-        for axis in np.argsort(-np.maximum(abs(before), abs(after)).max(axis=0)):
+        largest, frequency, sizes = -math.inf, self.frequencies, np.maximum(abs(before), abs(after)).max(axis=0)
+        least = min(level for _, level in self.levels.points) * self.damping * math.sqrt(1.0 - self.damping**2)
+        for axis in np.argsort(-sizes):
+            if (
+                2.0 * sizes[axis] <= math.exp(largest) * least
+            ):  # what no oscillator exceeds, and cubics rise above samples
+                break
             pieces = smooth_pieces(before[:, axis], after[:, axis])
             bounds = response_bounds(pieces, 2.0 * np.pi * interval * frequency, self.damping)
             possible = np.log(np.maximum(bounds, _NOTHING) / self.at(frequency))
