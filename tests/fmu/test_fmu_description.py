@@ -19,7 +19,7 @@ from fmu_tools import OTHER, SPRING, built, instance, run_python
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import spring_parameters, start_values, units, variables
 from strandspring.errors import StrandspringError
-from strandspring.fmu.check_plot import loops_svg
+from strandspring.fmu.documentation import loops_svg
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
 from strandspring.fmu.related_files import slow_cycles
 from strandspring.kernel.path import PathSolver

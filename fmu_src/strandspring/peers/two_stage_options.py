@@ -3,6 +3,11 @@
 The paper's own formulas are mean branches in the steady section, and three points for rho, n and sigma. They are kept
 for comparison with the paper, and fragile under noise, most of all for n well below 1, where the slope of omega has a
 cusp just where eq. (23) reads it.
+
+Filters against heavy noise (paper section 3.3) choose their cut-off from the record's noise: with the noise power v per
+coefficient read off the highest frequencies, a filter of gain g leaves of a coefficient of power P the expected squared
+error (1 - g)^2*(P - v) + g^2*v, signal lost plus noise kept, and the cut-off is the one with the least sum. A record
+without noise keeps everything that stands above its own highest harmonics.
 """
 
 from __future__ import annotations

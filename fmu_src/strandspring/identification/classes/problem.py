@@ -6,6 +6,11 @@ For given rho, sigma and n of every mechanism, omega_start of every record and t
 FE, of the G_k = kappa_k*FA_k > 0 and the stiffnesses c_j >= 0 follow from one linear problem, so that only those few
 are iterated on. The Jacobian is that of Kaufman, as in `least_squares.projection`; where a bound holds, it is that of
 the columns that are left.
+
+Polynomials of degree two that are positive on [-1, 1] are sums of squares (x - s)^2, |s| <= 1, and of 1 - x^2, with
+coefficients that are not negative; here of those with s at five places, each a little above zero everywhere. Those of
+degree four are sums of products of two of these. Where the solution without bounds is not possible, non-negative least
+squares in these finds the nearest that is (Lawson and Hanson, Solving Least Squares Problems, 1974, ch. 23).
 """
 
 from __future__ import annotations

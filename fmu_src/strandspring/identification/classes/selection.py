@@ -3,6 +3,9 @@
 Classes are nested. A wider one is chosen only if it predicts what it was not fitted to better, by a good part of the
 error or so well that nothing but noise is left, and lowers the criterion of `search`, which counts independent samples,
 by more than its price. What a linear problem does not promise is not tried.
+
+Where to begin with one more branch or mechanism: the residuals and every column tried are reduced to what the fit's own
+derivatives do not reach, so that one linear least-squares problem says how much it would take.
 """
 
 from __future__ import annotations

@@ -10,6 +10,9 @@ Where more than white noise is left, finer points leave another share of it, or 
 found, that problem may not see the right one: after a delay or a play the fit of the points as measured is another
 minimum. Then a range of delays and of plays is tried, each with a spring of its own. Last, every effect found is
 exchanged for what would explain its share as well or better; what explains it about as well is named beside it.
+
+Delay and play move samples past reversals, and are sought over a range of sizes, each with a spring of its own: after
+them the fit of the points as measured may be in another minimum, from which no linear problem sees the right one.
 """
 
 from __future__ import annotations
