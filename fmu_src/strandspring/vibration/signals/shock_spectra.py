@@ -92,9 +92,8 @@ class RequiredSpectrum:
         largest, frequency, sizes = -math.inf, self.frequencies, np.maximum(abs(before), abs(after)).max(axis=0)
         least = min(level for _, level in self.levels.points) * self.damping * math.sqrt(1.0 - self.damping**2)
         for axis in np.argsort(-sizes):
-            if (
-                2.0 * sizes[axis] <= math.exp(largest) * least
-            ):  # what no oscillator exceeds, and cubics rise above samples
+            # What no oscillator exceeds; cubics rise above samples.
+            if 2.0 * sizes[axis] <= math.exp(largest) * least:
                 break
             pieces = smooth_pieces(before[:, axis], after[:, axis])
             bounds = response_bounds(pieces, 2.0 * np.pi * interval * frequency, self.damping)
