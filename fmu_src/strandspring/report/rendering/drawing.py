@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -17,8 +18,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 from matplotlib.transforms import ScaledTranslation
 
+from ...kernel.arrays import FloatArray
 from ..content.chart import Chart, ChartForm, Role, Trace
-from ..content.labels import label_places
 from ..content.quantities import number
 from .palette import LIGHT
 
@@ -57,6 +58,13 @@ _MOST_DIVIDED = 10.0**2.8  # ratio of the ends of an axis with ticks between pow
 _CELL = 0.47 * np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])  # corners about a point
 _LETTER_SIZE = (0.048, 0.105)  # of a label [inches]
 FIRST_ORDER = 3  # above grid and axes
+# Where the middle of a text is from its point: sideways in halves of its length, upwards in lines.
+_PLACES = ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+_BESIDE, _ABOVE = 1.2, 1.0  # from a point to the near end of its text [columns], or to its middle [lines]
+_MARK, _DOT = (1.0, 0.5), (0.2, 0.1)  # half of a mark, and of a piece of a line [columns, lines]
+_DRAWN = (ChartForm.LINE, ChartForm.DASHED, ChartForm.DOTTED)
+_Place = tuple[int, int]
+_Box = tuple[float, float, float, float]  # left, right, bottom, top
 
 
 def draw(chart: Chart, axes: Axes, record: int | None = None, *, scale: float = 1.0) -> Axes:
@@ -262,3 +270,89 @@ def _legend(axes: Axes, names: Sequence[str]) -> None:
             handle.set_alpha(1.0)
     for text in legend.get_texts():
         text.set_parse_math(False)
+
+
+def label_places(chart: Chart, columns: float, lines: float) -> dict[int, list[_Place | None]]:
+    """Places of the texts of each trace with labels, by its index, to the right and up; None where there is no room.
+
+    Parameters
+    ----------
+    chart : Chart
+    columns, lines : float    How many letters fit across the chart, and how many lines of text.
+    """
+    labelled = {index: trace for index, trace in enumerate(chart.traces) if trace.labelled}
+    if not labelled:
+        return {}
+    marks = {
+        index: _scaled(chart, trace, columns, lines)
+        for index, trace in enumerate(chart.traces)
+        if trace.labelled or trace.form is ChartForm.MARKS
+    }
+    for index, trace in enumerate(chart.traces):
+        if trace.form in _DRAWN:
+            marks.setdefault(index, _along(_scaled(chart, trace, columns, lines)))
+    taken: list[_Box] = [
+        (x - width, x + width, y - height, y + height)
+        for index, places in marks.items()
+        for width, height in (_DOT if chart.traces[index].form in _DRAWN else _MARK,)
+        for x, y in places
+    ]
+    found: dict[int, list[_Place | None]] = {}
+    for index, trace in labelled.items():
+        found[index] = []
+        for (x, y), text in zip(marks[index], trace.texts, strict=True):
+            free = (
+                (place, box)
+                for place, box in ((place, _box_of(x, y, len(text), place)) for place in _PLACES)
+                if box[0] >= 0.0 and box[1] <= columns and box[2] >= 0.0 and box[3] <= lines
+                and not any(_overlap(box, other) for other in taken)
+            )  # fmt: skip
+            place, box = next(free, (None, None))
+            found[index].append(place)
+            if box is not None:
+                taken.append(box)
+    return found
+
+
+def _box_of(x: float, y: float, length: int, place: _Place) -> _Box:
+    across, up = place
+    middle, height = x + across * (0.5 * length + _BESIDE), y + up * _ABOVE
+    return (middle - 0.5 * length, middle + 0.5 * length, height - 0.5, height + 0.5)
+
+
+def _along(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points along the lines through points, about half a column apart; NaN interrupts a line."""
+    return [
+        (a + share * (c - a), b + share * (d - b))
+        for (a, b), (c, d) in itertools.pairwise(points)
+        if math.isfinite(a + b + c + d)
+        for share in np.linspace(0.0, 1.0, 2 + int(2.0 * max(abs(c - a), 2.0 * abs(d - b)))).tolist()
+    ]
+
+
+def _overlap(one: _Box, other: _Box) -> bool:
+    return one[0] < other[1] and other[0] < one[1] and one[2] < other[3] and other[2] < one[3]
+
+
+def _scaled(chart: Chart, trace: Trace, columns: float, lines: float) -> list[tuple[float, float]]:
+    """The points of a trace in columns and lines from the lower left corner of the chart."""
+    (left, right), (bottom, top) = (_ends(chart, way) for way in "xy")
+    across, up = columns / (right - left), lines / (top - bottom)
+    if chart.is_drawing:
+        # A column is about half as wide as a line is high; what is left of the room is at both sides.
+        across = min(across, 2.0 * up)
+        up = 0.5 * across
+    x = 0.5 * columns + across * (trace.x - 0.5 * (left + right))
+    y = 0.5 * lines + up * (trace.y - 0.5 * (bottom + top))
+    return list(zip(x.tolist(), y.tolist(), strict=True))
+
+
+def _ends(chart: Chart, way: str) -> tuple[float, float]:
+    """Of an axis of a chart, with a margin; `way` is x or y."""
+    axis = chart.x if way == "x" else chart.y
+    values: FloatArray = np.concatenate([getattr(trace, way) for trace in chart.traces])
+    low, high = axis.limits
+    low = float(np.nanmin(values)) if low is None else low
+    high = float(np.nanmax(values)) if high is None else high
+    margin = 0.05 * (high - low) or 0.5 * math.fabs(high) or 1.0
+    return low - margin, high + margin
