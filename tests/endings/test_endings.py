@@ -396,14 +396,13 @@ import signal, sys
 from pathlib import Path
 import strandspring
 from strandspring.fmu.checks import check
-initialized = check._initialized
+by_steps = check._by_steps
 
 def interrupting(*arguments):
-    found = initialized(*arguments)
     signal.raise_signal(signal.SIGINT)
-    return found
+    yield from by_steps(*arguments)
 
-check._initialized = interrupting
+check._by_steps = interrupting
 from strandspring.cli.main import main
 main(["build", sys.argv[1], "-o", "dist", "--backend", "python"])
 """

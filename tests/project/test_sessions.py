@@ -30,7 +30,8 @@ def _response(number: int) -> bytes:
 
 def _isolate(number: int) -> bytes:
     isolation = SPRING.isolate(0.5 + 0.1 * number, base_displacement=1e-4, points=6)
-    return isolation.to_frame().to_csv(float_format="%a").encode()
+    # Not "%a", Python's ascii(): it depends on NumPy's print options, which each thread has for itself.
+    return isolation.to_frame().to_csv(float_format=float.hex).encode()
 
 
 @cache

@@ -22,9 +22,9 @@ from strandspring.vibration.signals.recorded_signal import RecordedSignal
 SAWTOOTH = CORNERS["terminal-sawtooth"]
 # Of the largest true error of its kind: where the term in h^2 all but cancels, the error is smaller and of no order.
 LEAST_SHARE = 0.25
-# The time of a peak at an edge of a pulse has no error.
+# The time of a peak at an edge of a pulse has no error, and these cases have no allowed spectra.
 FLOORED = ("acceleration", "sway", "sway_components", "tilt", "force")
-KINDS = [field.name for field in fields(RunFigures) if field.name != "acceleration_time"]
+KINDS = [field.name for field in fields(RunFigures) if field.name not in ("acceleration_time", "spectra")]
 
 
 @dataclass(frozen=True)

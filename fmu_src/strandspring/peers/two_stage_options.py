@@ -18,8 +18,6 @@ from dataclasses import dataclass, replace
 from typing import ClassVar, Literal
 
 import numpy as np
-from scipy.fft import dct
-from scipy.signal import butter, sosfiltfilt
 
 from ..errors import RecordError
 from ..identification.least_squares.stages import N_BOUNDS, SIGMA_BOUNDS, Backbone, Hysteresis
@@ -219,6 +217,8 @@ def low_pass(force: FloatArray) -> FloatArray:
     ------
     ValueError                    If there are fewer than 16 samples.
     """
+    from scipy.signal import butter, sosfiltfilt  # slow to import
+
     values = _checked(force)
     cutoff = _cutoff_of_noise(values)
     if cutoff is None:
@@ -279,6 +279,8 @@ def _harmonics_of_noise(power: FloatArray) -> int:
 
 def _cutoff_of_noise(values: FloatArray) -> float | None:
     """Cut-off of `low_pass` with the least expected error [cycles per sample]; None if no filter does better."""
+    from scipy.fft import dct  # slow to import
+
     # The cosine transform continues a signal evenly, so that ends of different height make no high frequencies.
     power = dct(values, norm="ortho")[1:] ** 2
     noise = _floor(power)
