@@ -150,8 +150,8 @@ def test_a_record_of_another_model_is_refused(loaded: tuple[Path, ModelFile, Rec
     folder, _, record = loaded
     replace(record, force=record.force + 0.001).save("another.csv")
     terminal("build", str(folder / "rubber.json"), "--record", "another.csv", status=1)
-    assert "another.csv is none of the records whose figures rubber holds" in terminal.err
-    with pytest.raises(BuildError, match="is none of the records whose figures hand holds"):
+    assert "another.csv: the model rubber states no figures of this record" in terminal.err
+    with pytest.raises(BuildError, match="the model hand states no figures of this record"):
         build_fmu(Spring(RUBBER, "hand"), record=folder / "rubber.csv")
     with pytest.raises(BuildError, match="`record` is for a model"):
         build_fmu(folder / "rubber.csv", record=folder / "rubber.csv")

@@ -91,7 +91,7 @@ def test_displacements_that_repeat_determine_as_many_coefficients(jitter: float,
     assert outside(found, found.records[0]) == []
 
 
-def test_springs_of_the_class_hold_their_certificate() -> None:
+def test_springs_of_the_class_meet_their_certificate() -> None:
     """On the record of three amplitudes that they give themselves, from corners to cusps."""
     for spring in EXAMPLES.values():
         low, high = spring.displacement_min, spring.displacement_max
@@ -177,7 +177,9 @@ def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> 
     assert not spoken.is_problem
     assert spoken.text.startswith("Force and FE within -50 to 50 N as recorded, +- 25 N")
     wild = changed_file(tmp_path / "wild.json", kE=[0.0, 2000.0, 4e5])
-    with pytest.raises(ModelError, match=r"spring is no spring that records support: FE reaches .* identify it again"):
+    with pytest.raises(
+        ModelError, match=r"The spring spring does not meet its certificate: FE reaches .* identify it again"
+    ):
         build_fmu(wild, tmp_path / "bad")
     assert not list((tmp_path / "bad").glob("*"))
 

@@ -243,8 +243,8 @@ def identify(
 
     Raises
     ------
-    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, or the spring
-                          alone follows them worse than a straight line does.
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, the spring
+                          alone follows them worse than a straight line does, or no class meets its certificate.
     RecordError           If the data are no records, a record is given twice, or does not suit the method.
     ValueError            If no record is given, or the method is unknown.
     TypeError             If `method` and `options` are given, or `save_anyway` is not a truth value.

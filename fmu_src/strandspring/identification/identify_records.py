@@ -78,8 +78,8 @@ def identify_records(
     Raises
     ------
     IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, the spring
-                          alone follows them worse than a straight line does, or no class holds what the certificate of
-                          a spring asks for (`model/certificate.py`).
+                          alone follows them worse than a straight line does, or no class meets its certificate
+                          (`model/certificate.py`).
     RecordError           If a record is given twice, or does not suit the method.
     ValueError            If no record is given.
     TypeError             If the options are of no method.
@@ -223,8 +223,8 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
 def _certified(
     parts: Sequence[SteadyRecord], group: Sequence[Record], method: Method, where: str
 ) -> tuple[Method, Fitted, tuple[RecordFit, ...], str]:
-    """The first of the method and simpler ones whose spring holds what its certificate asks for: that method, its
-    result, the prediction of each record by the spring alone, and what spoke against the first, in words.
+    """The first of the method and simpler ones whose spring meets its certificate: that method, its result, the
+    prediction of each record by the spring alone, and what spoke against the first, in words.
     """
     failure = ""
     for tried in (method, *method.simpler):

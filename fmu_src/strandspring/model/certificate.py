@@ -1,4 +1,4 @@
-"""The certificate of a spring: its force between samples, and on loops that were not recorded, stays a spring's.
+"""The certificate of a spring: between samples and on other loops its force stays near the recorded ones.
 
 A fit is held to its records at their samples only. Between these, and on other loops, an FE with more coefficients than
 the records have displacements, or one that runs against kappa_omega*FA*omega, may give any force. So before a spring is
@@ -75,19 +75,19 @@ def certified(model: ModelFile) -> str:
 
     Raises
     ------
-    ModelError   If the spring does not hold its certificate; without one, if it is not finite and dissipative.
+    ModelError   If the spring does not meet its certificate; without one, if it is not finite and dissipative.
     """
     stated = model.certificate
     held = None if stated is None else ForceRange(stated.force_min, stated.force_max, stated.margin)
     if text := shortcoming(model.parameters, held):
-        raise ModelError(f"{model.name} is no spring that records support: {text}; identify it again.")
+        raise ModelError(f"The spring {model.name} does not meet its certificate: {text}; identify it again.")
     if held is None:
         return "finite and dissipative; not held to a record"
     return f"force and FE within {held.force_min:.4g} to {held.force_max:.4g} N as recorded, +- {held.margin:.3g} N"
 
 
 def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequence[Driven] = ()) -> str:
-    """What speaks against a spring, in words; empty if it holds what the certificate asks for.
+    """What speaks against a spring, in words; empty if it meets its certificate.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequ
             return text
         rounding = _ROUNDING * float(np.abs(force).max()) * (high - low)
         if begin is not None and not energy[-1] - energy[begin] >= -rounding:
-            return f"a loop from {1e3 * path.min():.4g} to {1e3 * path.max():.4g} mm gives off energy"
+            return f"a loop from {1e3 * path.min():.4g} to {1e3 * path.max():.4g} mm releases energy"
         if not np.isfinite(settled.stiffness(path)).all():
             return "the stiffness is not finite everywhere"
     return ""

@@ -150,7 +150,7 @@ def build_all(
     StrandspringError   If the folder is not writable, or an FMU cannot be built.
     BuildError          If the options do not go together, or an FMU is not valid or answers otherwise than the model;
                         nothing is then left behind.
-    ModelError          If the spring does not hold its certificate.
+    ModelError          If the spring does not meet its certificate.
     """
     certified(model)
     options.refuse_impossible(kinds)
@@ -177,7 +177,7 @@ def stated_of(model: ModelFile, records: Sequence[Record]) -> list[Stated]:
         row = next((row for row in rows if (row[0].get("sha256"), row[0].get("samples")) == found), None)
         if row is None or not all(is_finite(row[1].get(name)) for name in ("rnl", "omega_start", "first_sample")):
             raise BuildError(
-                f"{record.path} is none of the records whose figures {model.name} holds, as it is read now; give one "
+                f"{record.path}: the model {model.name} states no figures of this record as it is read now; give one "
                 "that it was identified from, with the same options."
             )
         rows.remove(row)
@@ -287,7 +287,7 @@ def build_fmu(
     ------
     BuildError             If the FMU cannot be built, or fails its check.
     MountedSystemError     If a SYSTEM.toml is wrong, or its bodies cannot rest.
-    ModelError             If a model file is not a physically possible spring, or does not hold its certificate, or
+    ModelError             If a model file is not a physically possible spring, or does not meet its certificate, or
                            the name is not an identifier.
     IdentificationError    If no physically possible spring can have made the records.
     StrandspringError      If the folder is not writable, or an option is out of bounds.

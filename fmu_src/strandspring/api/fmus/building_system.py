@@ -51,7 +51,7 @@ class SystemToBuild:
         ------
         MountedSystemError   If the file is wrong, has no such candidate, or its bodies cannot rest within the
                              identified ranges of their springs.
-        ModelError           If a spring does not hold its certificate.
+        ModelError           If a spring does not meet its certificate.
         """
         if is_system_fmu(path):
             return cls._rebuilt(path, candidate, author, fmi)

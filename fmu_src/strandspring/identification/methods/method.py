@@ -71,7 +71,7 @@ class Method(ABC):
 
     @property
     def simpler(self) -> Sequence[Method]:
-        """What is tried in this order where the spring does not hold what its certificate asks for."""
+        """What is tried in this order where the spring does not meet its certificate."""
         return () if self.degrees else [replace(self, degrees=degrees) for degrees in _SIMPLER_DEGREES]
 
     @abstractmethod
