@@ -191,3 +191,11 @@ def test_a_file_without_a_certificate_is_said_to_have_none(tmp_path: Path) -> No
     assert [f.text for f in verify(fmu).findings if f.about == "spring"] == [
         "Finite and dissipative; not held to a record."
     ]
+
+
+def test_the_bundled_model_has_the_range_of_its_record() -> None:
+    root = Path(__file__).resolve().parents[2] / "models"
+    stated = load_model(root / "rubber_hinge.json").certificate
+    assert stated is not None
+    force = read_record(root / "records/rubber_stretch.csv", reverse="displacement").force
+    assert (stated.force_min, stated.force_max) == (force.min(), force.max())
