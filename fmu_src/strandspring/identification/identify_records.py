@@ -177,6 +177,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     findings |= turns_between_samples(parts, result.turning, result.parameters)
     if failure:
         findings[Outcome.SIMPLER_CLASS] = failure
+        findings.pop(Outcome.AMPLIFIER_REDUCED, None)  # nobody asked for the degrees of a simpler spring
     # A spring is not judged by what the user knows to be the rig's.
     is_known = method.known_delay or any(part.record is not record for part, record in zip(parts, group, strict=True))
     if is_worse_than_a_line(measured, fitted if is_known else fits):

@@ -198,7 +198,7 @@ def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckRep
     for record, figures in stated:
         starts = dict.fromkeys(("omega_start", "second_omega_start")[:mechanisms], float(figures["omega_start"]))
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of samples beyond the identified range
+            warnings.simplefilter("ignore", UserWarning)  # of samples beyond the identified range
             force = simulate_fmu(path, record.displacement - zero, record.rising_time, starts).force
         compared = chosen_samples(record, figures["first_sample"])
         found = rnl(record.force[compared], force[compared])

@@ -1,4 +1,4 @@
-"""Values that are possible each and hardly meant together: a table of relations, each with one sentence."""
+"""Values that are each possible but unlikely together: a table of relations, each with one sentence."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from .implausible_sizes import natural_frequencies, natural_modes
 
 _ALONG = 0.5  # cosine between an axis and gravity from which it carries weight
 _PLACES, _DIGITS = 6, 3  # decimals of places [m] and directions that are the same
-_PERIODS = 10.0  # of the slowest vibration, below which the rms of random vibration is by chance
+_PERIODS = 10.0  # of the slowest vibration, below which the rms of random vibration depends on chance
 
 
 def implausible_relations(system: MountedSystem, case: LoadCase | None = None) -> Iterator[str]:
-    """A sentence for each relation within a description, or between it and a load case, that is hardly meant."""
+    """A sentence for each relation within a description, or between it and a load case, that is unlikely."""
     if case is None:
         yield from (sentence for check in (_pulled, _coincident, _overdamped) for sentence in check(system))
     else:
@@ -75,7 +75,7 @@ def _short(system: MountedSystem, case: LoadCase) -> Iterator[str]:
     if case.is_random and periods < _PERIODS:
         yield (
             f"Random vibration is taken over {taken:.3g} s, {periods:.2g} periods of the lowest natural frequency: its "
-            f"figures are by chance; let it last {_PERIODS / periods:.2g} times as long or more."
+            f"figures depend on chance; let it last {_PERIODS / periods:.2g} times as long or longer."
         )
 
 
