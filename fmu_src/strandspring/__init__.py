@@ -68,8 +68,9 @@ if TYPE_CHECKING:
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
+    from .identification.methods.direct import ScanOptions as ScanOptions
+    from .identification.methods.direct import TwoStageOptions as TwoStageOptions
     from .identification.methods.refined import RefinedOptions as RefinedOptions
-    from .identification.methods.scan_options import ScanOptions as ScanOptions
     from .loops.description_file import read_campaign as read_campaign
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
@@ -78,7 +79,7 @@ if TYPE_CHECKING:
     from .model.outcomes import IdentificationError as IdentificationError
     from .model.outcomes import Outcome as Outcome
     from .peers.ni_method import NiOptions as NiOptions
-    from .peers.two_stage_options import TwoStageOptions as TwoStageOptions
+    from .peers.paper import PaperOptions as PaperOptions
     from .records.given import bundled_record as bundled_record
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
@@ -110,15 +111,15 @@ _NAMES = {
     "core.parameters": ("SpringParameters",),
     "cosimulation.prescribed": ("simulate_fmu",),
     "errors": ("BuildError", "ModelError", "RecordError", "StrandspringError"),
+    "identification.methods.direct": ("ScanOptions", "TwoStageOptions"),
     "identification.methods.refined": ("RefinedOptions",),
-    "identification.methods.scan_options": ("ScanOptions",),
     "loops.description_file": ("read_campaign",),
     "loops.selection": ("select",),
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
     "model.outcomes": ("IdentificationError", "Outcome"),
     "peers.ni_method": ("NiOptions",),
-    "peers.two_stage_options": ("TwoStageOptions",),
+    "peers.paper": ("PaperOptions",),
     "records.given": ("bundled_record",),
     "records.reading": ("read_record",),
     "records.record": ("Record",),

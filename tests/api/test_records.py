@@ -42,7 +42,7 @@ def test_millimetres_without_a_unit_are_noticed() -> None:
         ({"units": {"disp": "mm"}}, RecordError, "got 'disp'"),
         ({"reverse": "time"}, RecordError, "`reverse` must be 'displacement' or 'force', got 'time'"),
         ({"options": "refined"}, TypeError, "such as RefinedOptions\\(\\), got 'refined'"),
-        ({"method": "two_stage"}, ValueError, "`method` must be refined, two-stage, scan, ni, got 'two_stage'"),
+        ({"method": "two_stage"}, ValueError, "`method` must be refined, two-stage, scan, paper, ni, got 'two_stage'"),
         ({"method": "scan", "options": ScanOptions()}, TypeError, "`method` and `options` exclude each other"),
         ({"save_anyway": "no"}, TypeError, "`save_anyway` must be True or False, got 'no'"),
     ],

@@ -259,7 +259,7 @@ def test_a_synthesized_campaign_has_drift_and_coarse_sensors(run: Any, model: st
     assert told["rnl"] > 0.95
 
 
-@pytest.mark.parametrize("method", ["refined", "two-stage", "scan", "ni"])
+@pytest.mark.parametrize("method", ["refined", "two-stage", "scan", "paper", "ni"])
 def test_every_method_can_be_asked_for(run: Any, loop: str, method: str) -> None:
     told = json.loads(run("identify", loop, "-o", "m.json", "--method", method, "--json").out)
     assert told["method"] == method
@@ -464,7 +464,7 @@ def test_no_output_takes_the_place_of_an_input_or_another_output(
     ("arguments", "told"),
     [
         ("--name other", "--name can only be given with records"),
-        ("--description text --filter moving-average", "--description, --filter can only be given with records"),
+        ("--description text --branch loading", "--description, --branch can only be given with records"),
         ("--reverse force --force-unit kN", "--force-unit, --reverse can only be given with records"),
         ("--degrees 3,2 --method scan", "--degrees, --method can only be given with records"),
     ],

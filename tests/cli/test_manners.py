@@ -395,7 +395,7 @@ def test_bash_completes_commands_options_choices_and_files(shell: Any) -> None:
     assert shell("strandspring i") == ["identify", "identify-many", "info", "isolate"]
     assert shell("strandspring synthesize ") == ["ni", "spring"]
     assert shell("strandspring identify --re") == ["--reverse", "--report", "--report-mass"]
-    assert shell("strandspring identify --method ") == ["refined", "two-stage", "scan", "ni"]
+    assert shell("strandspring identify --method ") == ["refined", "two-stage", "scan", "paper", "ni"]
     assert (
         shell("strandspring identify r") == shell("strandspring identify loop.csv -o r") == ["compopt", "-o", "default"]
     )

@@ -21,12 +21,8 @@ from strandspring.core.polynomials import least_value
 from strandspring.errors import RecordError
 from strandspring.identification.certainty.figures import predict_record, rmse, rnl
 from strandspring.identification.points.direction import backwards
-from strandspring.identification.points.sample_points import gather
-from strandspring.identification.points.smoothing import moving_average
 from strandspring.identification.points.steady_part import find_steady_part
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.strokes import find_strokes
-from strandspring.peers.two_stage_options import three_points
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -110,23 +106,6 @@ def test_friction_record_is_identified() -> None:
     assert found.rnl >= 0.985
 
 
-def test_the_papers_three_point_formulas_on_clean_data() -> None:
-    known = spring_of(1.0, 1.0, 3.0)
-    found = identify(record_of(known, sine(samples=12_000)), TwoStageOptions((3, 2), formulas="three-point"))
-    assert found.rnl >= 0.99
-
-
-def test_three_points_are_exact_on_an_exact_branch() -> None:
-    s = np.linspace(0.0, 0.04, 40_001)
-    # sigma = 1, n = 1: omega = 1 - exp(-xi) above zero and 1 - exp(xi) = -(e^-xi - 1) below, from -1 on.
-    xi = 300.0 * s - np.log(2.0)
-    u = np.where(xi >= 0.0, 1.0 - np.exp(-xi), np.expm1(-np.abs(xi)) * np.exp(np.abs(xi)))
-    found = three_points(s, u)
-    assert found is not None
-    # Difference quotients of step 1e-6 m: relative error of the order of rho*step = 3e-4.
-    assert (found.rho, found.sigma, found.n) == pytest.approx((300.0, 1.0, 1.0), rel=2e-3)
-
-
 def test_several_records_are_one_spring() -> None:
     known = spring_of(0.6, 1.5, 3.0)
     small = record_of(known, sine(amplitude=0.6 * AMPLITUDE))
@@ -191,16 +170,6 @@ def test_figures_of_the_papers_table_1_need_the_root() -> None:
     assert [e / (1.0 - q) for e, q in rows] == pytest.approx([248.2] * 3, rel=1e-3)
 
 
-def test_moving_average_keeps_straight_lines_and_ends() -> None:
-    strokes = find_strokes(sine(2, 400))
-    loops = gather(strokes, np.zeros(400), 0)
-    line = np.arange(400, dtype=float)
-    assert moving_average(loops, line, 7) == pytest.approx(line, abs=1e-9)
-    noisy = np.random.default_rng(0).standard_normal(400)
-    # 15 points average the variance of white noise to a fifteenth away from the ends of the strokes.
-    assert np.std(moving_average(loops, noisy, 7)) < 0.45
-
-
 @pytest.mark.parametrize(
     ("outcome", "record"),
     [
@@ -256,7 +225,7 @@ def test_drift_between_cycles_is_cautioned() -> None:
 
 
 def test_options_check_themselves() -> None:
-    for wrong in ({"degrees": (0, 0)}, {"degrees": (3, 9)}, {"formulas": "four"}, {"smoothing": -1}):
+    for wrong in ({"degrees": (0, 0)}, {"degrees": (3, 9)}):
         with pytest.raises(ValueError, match="must be"):
             TwoStageOptions(**wrong)
     with pytest.raises(ValueError, match="at least one record"):

@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from springs import MOUNT
-from strandspring import IdentificationError, NiOptions, Outcome, Record, Spring, TwoStageOptions, identify, select
+from strandspring import (
+    IdentificationError,
+    NiOptions,
+    Outcome,
+    PaperOptions,
+    Record,
+    Spring,
+    TwoStageOptions,
+    identify,
+    select,
+)
 from strandspring.errors import RecordError
 from strandspring.identification.certainty.figures import predict_record
 from strandspring.kernel.path import PathSolver
@@ -136,7 +146,7 @@ def test_what_leaves_nothing_usable_is_refused_with_what_there_is() -> None:
     with pytest.raises(RecordError, match="takes whole periods"):
         identify(select(record, displacement=(0.03, 0.07)), NiOptions())
     with pytest.raises(RecordError, match="takes whole periods"):
-        identify(select(record, displacement=(0.03, 0.07)), TwoStageOptions(filter="fourier"))
+        identify(select(record, displacement=(0.03, 0.07)), PaperOptions())
 
 
 def test_all_but_one_branch_is_too_little() -> None:

@@ -117,6 +117,7 @@ class Identification(IdentifiedModel, PlottedResult):
         """The result as an object for JSON, in SI units."""
         return {
             "method": self.method,
+            "options": self.options,
             "parameters": self.parameters.as_dict(),
             **self.figures,
             "fitted": self.fitted_figures,
@@ -230,9 +231,9 @@ def identify(
         such as "x [mm]". Else files are in mm, N and s, and arrays and DataFrames in m, N and s, with displacements
         within +-0.5 m; `summary` says what was assumed.
     reverse : "displacement", "force" or None    The one to negate.
-    method : "refined", "two-stage", "scan", "ni" or None
+    method : "refined", "two-stage", "scan", "paper", "ni" or None
         The method with its defaults; the refined method if None.
-    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
+    options : RefinedOptions, TwoStageOptions, ScanOptions, PaperOptions, NiOptions or None
         Instead of `method`, a method with its options.
     save_anyway : bool
         Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.

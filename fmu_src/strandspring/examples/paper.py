@@ -18,7 +18,7 @@ NOISE = 0.01  # of the force; the paper's Table 2 leaves 1.2 %
 
 
 def campaign() -> dict[str, Record]:
-    """The records of section 5: three amplitudes at the lowest and the highest frequency, and one amplitude held out."""
+    """The records of section 5: three amplitudes at the lowest and the highest frequency, and one held out."""
     tests = {"slow": ((0.013, 0.024, 0.046), 0.13), "fast": ((0.013, 0.024, 0.046), 2.12), "held_out": ((0.035,), 1.0)}
     return {
         name: synthesize(

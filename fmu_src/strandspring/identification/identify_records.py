@@ -67,7 +67,7 @@ def identify_records(
     Parameters
     ----------
     records : sequence of Record
-    options : TwoStageOptions, ScanOptions, RefinedOptions, NiOptions or None
+    options : RefinedOptions, TwoStageOptions, ScanOptions, PaperOptions, NiOptions or None
         The method with its options; the refined method with its defaults if None.
     save_anyway : bool    A spring that follows the records worse than a straight line is returned with a caution.
 
@@ -215,7 +215,7 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
         certificate=ForceRange.of(_driven(fits, group)),
         options={
             name: "auto" if value is None else "infinite" if value == math.inf else value  # JSON has no infinity
-            for name, value in asdict(method).items()
+            for name, value in {**asdict(method), **result.choices}.items()
         },
         wider=result.wider,
     )
@@ -297,14 +297,12 @@ def _merged(cautions: Sequence[tuple[str, dict[Outcome, str]]]) -> dict[Outcome,
 def _as_recorded(part: SteadyRecord, record: Record) -> SteadyRecord:
     """The steady part of a record without what is known of the rig, which may be on another path."""
     is_same = np.array_equal(part.record.displacement, record.displacement)
-    part = replace(part, record=record, strokes=part.strokes if is_same else find_strokes(record.displacement))
-    # A filter may have sampled the record anew.
-    return part if part.used.size == len(record) else replace(part, first_used=0, used=np.ones(len(record), dtype=bool))
+    return replace(part, record=record, strokes=part.strokes if is_same else find_strokes(record.displacement))
 
 
 def _alone(solver: PathSolver, part: SteadyRecord, measured: Record, omega_start: float) -> RecordFit:
     """Prediction of a record by the spring alone, driven by the displacement as recorded."""
-    first = part.first_sample if len(part.record) == len(measured) else 0
+    first = part.first_sample
     if part.periodic:
         omega_start = periodic_start(solver, measured.displacement)
         return alone(solver, measured, first, omega_start, "the whole period, omega_start taken from its end")

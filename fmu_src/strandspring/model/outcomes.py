@@ -69,6 +69,10 @@ class Outcome(Enum):
         "amplitudes, 100 samples per cycle, or give other `degrees=...`."
     )
 
+    PAPER_FORMULAS = (
+        "The paper's formulas have no value on this record; give other `degrees=...`, `steady=...`, `smoothing=...`, "
+        "`branch=...` or `levels=...`, or identify with `options=RefinedOptions()`."
+    )
     SPIKES_DECIDE = (
         "Isolated outliers lie far outside all other samples, and no spring can be identified with them; correct or "
         "delete their lines, or leave out the cycles that hold them with `cycles=...` or `time_window=...`."
@@ -231,6 +235,14 @@ class Outcome(Enum):
     TURNS_RESTORED = (
         "Reversals fall between samples and were estimated, which may falsify rho, sigma, n and small loops: sample "
         "100 times per cycle, more often at corners."
+    )
+    SIGMA_RAISED = (
+        "The paper's formula gave a sigma below 1/2, which no passive spring has; 1/2 was taken: compare with "
+        "`options=RefinedOptions()`."
+    )
+    PAPER_DEGREES = (
+        "A degree is above 3, where the paper has usually less than 4: compare with lower `degrees=...` and with "
+        "`options=RefinedOptions()`."
     )
     SIGMA_AT_BOUND = (
         "sigma ended at its bound, so these records show little of the recovery after a reversal; sample the reversals "

@@ -1,1 +1,1 @@
-"""What the identification is compared with: Ni's model and method, three-point formulas, filters."""
+"""What the identification is compared with: the paper's method, Ni's model and method."""

@@ -40,7 +40,7 @@ from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
 from ..model.outcomes import IdentificationError, Outcome
 from .ni import NiParameters
-from .periods import Periods, whole_periods
+from .periods import Periods, one_record, whole_periods
 
 _MAX_STEPS = 500  # of the optimizer, refused ones included
 # A sum of squares that improves by less than this share says nothing more about the parameters: with K samples,
@@ -239,13 +239,7 @@ class NiOptions(Method):
         RecordError           If there are several records, or the record does not hold a whole period.
         IdentificationError   If it is not described by Ni's model about its neutral position.
         """
-        if len(parts) > 1:
-            raise RecordError(f"{where}: Ni's method takes one periodic record; give one, or use another method.")
-        record, loops = parts[0].record, parts[0].loops
-        if record.compared is not None:
-            raise RecordError(
-                f"{where}: Ni's method takes whole periods; select no range of displacement, or use another method."
-            )
+        record, loops = one_record(parts, where, "Ni's method"), parts[0].loops
         # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
         low, high = loops.reach
         x = record.displacement / _MILLIMETRE - 0.5 * (low + high) / _MILLIMETRE

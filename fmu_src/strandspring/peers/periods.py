@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from ..identification.points.steady_part import SteadyRecord
 from ..kernel.arrays import FloatArray
 from ..loops.noise_levels import noise_level
 from ..loops.strokes import Strokes, find_strokes
@@ -90,6 +92,29 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     return Periods(_monotone(moved.mean(axis=0)), forces)
 
 
+def one_record(parts: Sequence[SteadyRecord], where: str, method: str) -> Record:
+    """The one record of whole periods that a method takes.
+
+    Parameters
+    ----------
+    parts : sequence of SteadyRecord
+    where : str                        Names of the records, for messages.
+    method : str                       Its name at the beginning of a sentence.
+
+    Raises
+    ------
+    RecordError   If there are several, or a range of displacement is selected.
+    """
+    if len(parts) > 1:
+        raise RecordError(f"{where}: {method} takes one periodic record; give one, or use another method.")
+    record = parts[0].record
+    if record.compared is not None:
+        raise RecordError(
+            f"{where}: {method} takes whole periods; select no range of displacement, or use another method."
+        )
+    return record
+
+
 def _period(strokes: Strokes, x: FloatArray, clock: FloatArray, step: float) -> float:
     """Period in units of the clock: from the mid-level crossings, or the whole record if it closes."""
     if strokes.count < 2:
@@ -98,8 +123,11 @@ def _period(strokes: Strokes, x: FloatArray, clock: FloatArray, step: float) -> 
         )
     smooth = strokes.displacement
     level = 0.5 * (float(smooth.min()) + float(smooth.max()))
-    below = np.flatnonzero((smooth[:-1] < level) & (smooth[1:] >= level))
-    crossings = clock[below] + (level - smooth[below]) / (smooth[below + 1] - smooth[below]) * np.diff(clock)[below]
+    # Upwards or downwards, as there are more: a record may begin on the level.
+    above = smooth >= level
+    before = max((np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(~above[1:] & above[:-1])), key=len)
+    steps = smooth[before + 1] - smooth[before]
+    crossings = clock[before] + (level - smooth[before]) / steps * np.diff(clock)[before]
     if crossings.size >= 2:
         period = float(np.polyfit(np.arange(crossings.size), crossings, 1)[0])
         # A rig that samples in step with its motion: less than half a sample off over the whole record.

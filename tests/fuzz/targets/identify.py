@@ -29,6 +29,7 @@ from strandspring import (
     Identification,
     IdentificationError,
     NiOptions,
+    PaperOptions,
     Record,
     RefinedOptions,
     ScanOptions,
@@ -125,7 +126,7 @@ def _one(dice: Dice, items: Any) -> Any:
 
 def _method(dice: Dice) -> Any:
     degrees = _one(dice, (None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 8)))
-    kind = int(dice.integers(10))
+    kind = int(dice.integers(11))
     if kind < 5:
         return RefinedOptions()
     if kind < 7:
@@ -140,10 +141,10 @@ def _method(dice: Dice) -> Any:
     if kind == 7:
         return ScanOptions(degrees=degrees)
     if kind == 8:
-        return TwoStageOptions(
-            degrees=degrees,
-            formulas=_one(dice, ("whole-branch", "three-point")),
-            filter=_one(dice, ("moving-average", "low-pass", "fourier")),
+        return TwoStageOptions(degrees=degrees)
+    if kind == 9:
+        return PaperOptions(
+            degrees, smoothing=_one(dice, (None, 0, 3, 10_000)), branch=_one(dice, ("loading", "unloading"))
         )
     return NiOptions(degrees=degrees)
 

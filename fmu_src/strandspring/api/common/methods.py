@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Literal, TypeAlias
 if TYPE_CHECKING:
     from ...identification.methods.method import Method
 
-MethodName: TypeAlias = Literal["refined", "two-stage", "scan", "ni"]
+MethodName: TypeAlias = Literal["refined", "two-stage", "scan", "paper", "ni"]
 
 
 @cache
 def methods() -> dict[str, type[Method]]:
     """Those with a `MethodName`, which are slow to import."""
+    from ...identification.methods.direct import ScanOptions, TwoStageOptions
     from ...identification.methods.refined import RefinedOptions
-    from ...identification.methods.scan_options import ScanOptions
     from ...peers.ni_method import NiOptions
-    from ...peers.two_stage_options import TwoStageOptions
+    from ...peers.paper import PaperOptions
 
-    return {method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, NiOptions)}
+    return {method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, PaperOptions, NiOptions)}
 
 
 def chosen_method(name: MethodName | None, options: Method | None) -> Method:

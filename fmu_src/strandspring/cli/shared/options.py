@@ -74,6 +74,13 @@ def _degrees(_context: click.Context, _option: click.Parameter, text: str) -> tu
     return int(match[1]), int(match[2])
 
 
+def _levels(_context: click.Context, _option: click.Parameter, text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(level) for level in text.split(","))
+    except ValueError:
+        raise click.BadParameter(f"must be H1,H2,H3 (such as -0.5,0.35,0.7), got {text!r}.") from None
+
+
 def _keep(_context: click.Context, _option: click.Parameter, names: str | None) -> tuple[str, ...]:
     kept = tuple(name.strip() for name in (names or "").split(",") if name.strip())
     if unknown := [name for name in kept if name not in KEEP]:
@@ -114,16 +121,16 @@ identification_options = together(
     click.option("--method", default="refined", show_default=True,
                  type=click.Choice(get_args(MethodName)),
                  help="refined: least squares from several starts, effects of the rig removed, standard errors; "
-                 "two-stage: the paper's, no iteration, no initial values; scan: a coarse grid; ni: Ni's model and "
-                 "method, for comparison."),
-    click.option("--formulas", default="whole-branch", show_default=True,
-                 type=click.Choice(["whole-branch", "three-point"]),
-                 help="Two-stage: least squares over whole branches, or the paper's three-point formulas."),
-    click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="POINTS",
-                 help="Two-stage: half width of the moving average.  [default: from the noise]"),
-    click.option("--filter", "filter_", default="moving-average", show_default=True,
-                 type=click.Choice(["moving-average", "low-pass", "fourier"]),
-                 help="Two-stage: against heavy noise; fourier needs whole periods."),
+                 "two-stage: two stages as the paper's, by least squares over whole strokes, without iteration; scan: "
+                 "a coarse grid; paper: the paper's method as printed; ni: Ni's model and method, for comparison."),
+    click.option("--steady", type=click.FloatRange(0.0, 1.0, min_open=True), default=0.9, show_default=True,
+                 metavar="SHARE", help="Paper: half the steady section, share of the amplitude."),
+    click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="SAMPLES",
+                 help="Paper: half width of the moving average.  [default: a 48th of a period]"),
+    click.option("--branch", type=click.Choice(["loading", "unloading"]), default="loading", show_default=True,
+                 help="Paper: the branch of the second stage."),
+    click.option("--levels", default="-0.5,0.35,0.7", show_default=True, metavar="H1,H2,H3", callback=_levels,
+                 help="Paper: share of saturation at the three points where slopes are read."),
     click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
     click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
                  help="Refined: also estimate standard errors by resampling strokes."),
@@ -160,7 +167,7 @@ def method_options(chosen: dict[str, Any]) -> Method:
     method = methods()[chosen.pop("method")]
     known = {field.name for field in fields(method)}
     owners = {field.name: (other.name, field.default) for other in methods().values() for field in fields(other)}
-    values = {name: chosen.pop("filter_" if name == "filter" else name) for name in owners if name != "start"}
+    values = {name: chosen.pop(name) for name in owners if name != "start"}
     values["fixture_stiffness"] = values["fixture_stiffness"] or math.inf
     for name, value in values.items():
         owner, default = owners[name]

@@ -192,7 +192,8 @@ def omega_of_first_force(solver: PathSolver, record: Record) -> float:
 
 def periodic_start(solver: PathSolver, path: FloatArray) -> float:
     """The omega at the start of one steady period, which ends with the memory it began with."""
-    return float(solver.omega(path, float(solver.omega(path)[-1]))[-1])
+    closed = np.append(path, path[0])  # the last sample may stop one step short of the first
+    return float(solver.omega(closed, float(solver.omega(closed)[-1]))[-1])
 
 
 def estimate_omega_start(

@@ -26,9 +26,9 @@ from numpy.typing import NDArray
 
 from ...core.parameters import SIGMA_RANGE
 from ...kernel.arrays import FloatArray
+from ...loops.noise_levels import noise_level
 from ..points.polynomials import Columns
 from ..points.sample_points import SamplePoints
-from ..points.smoothing import automatic_half_width, moving_average
 
 SIGMA_BOUNDS = SIGMA_RANGE
 N_BOUNDS = (0.05, 20.0)
@@ -38,6 +38,10 @@ _N_FINER = np.geomspace(_N_SCAN[0] / _N_SCAN[1], _N_SCAN[1] / _N_SCAN[0], 9)[1:-
 _STEADY_RCOND = 1e-3
 # FA may not fall below this share of its median while omega is extracted.
 _LEAST_AMPLIFIER = 0.1
+# omega is smoothed until its noise is below this share of the loop's half height, but never over more than that share
+# of a stroke, where the loop's own shape would suffer.
+_WANTED_NOISE = 0.01
+_LARGEST_SHARE = 0.05
 _FLAT = 1e-9  # change of u below which it is called constant between two points
 
 
@@ -97,33 +101,45 @@ def fit_backbone(
     return Backbone.from_coefficients(np.linalg.lstsq(weighted, (loops.force * root)[rows], rcond=rcond)[0], columns)
 
 
-def extract_omega(
-    loops: SamplePoints, backbone: Backbone, half_width: int | None
-) -> tuple[FloatArray, FloatArray] | None:
-    """omega = (r - FE)/G (eq. 21) after smoothing, and the G it was divided by; None without a positive loop.
-
-    Parameters
-    ----------
-    half_width : int or None    Of the moving average; from the noise if None.
-    """
+def extract_omega(loops: SamplePoints, backbone: Backbone) -> tuple[FloatArray, FloatArray] | None:
+    """omega = (r - FE)/G (eq. 21) after smoothing, and the G it was divided by; None without a positive loop."""
     middle = float(np.median(backbone.G))
     if middle <= 0.0:
         return None
     G = np.maximum(backbone.G, _LEAST_AMPLIFIER * middle)
     omega = (loops.force - backbone.FE) / G
-    if half_width is None:
-        half_width = automatic_half_width(loops, omega)
-    return moving_average(loops, omega, half_width), G
+    return smoothed(loops, omega), G
 
 
-def fit_hysteresis(
-    loops: SamplePoints, backbones: Sequence[Backbone | None], half_width: int | None = None
-) -> list[tuple[Hysteresis, float] | None]:
+def smoothed(loops: SamplePoints, omega: FloatArray) -> FloatArray:
+    """omega with the noise brought below 1 % of its half height, which is 1, by a weighted mean over neighbours.
+
+    The window shrinks symmetrically at the ends of a stroke.
+
+    Parameters
+    ----------
+    loops : SamplePoints              Gives the stroke and weight of each point.
+    omega : ndarray, shape (P,)
+    """
+    wanted = (noise_level(omega) / _WANTED_NOISE) ** 2
+    points_per_stroke = omega.size / (loops.bounds.size - 1)
+    half_width = int(min(0.5 * wanted, 0.5 * _LARGEST_SHARE * points_per_stroke))
+    if half_width == 0:
+        return omega
+    position = np.arange(loops.stroke.size)
+    begin, end = (np.repeat(ends, np.diff(loops.bounds)) for ends in (loops.bounds[:-1], loops.bounds[1:] - 1))
+    reach = np.minimum(half_width, np.minimum(position - begin, end - position))
+    low, high = position - reach, position + reach + 1
+    sums, weights = (np.append(0.0, np.cumsum(column)) for column in (omega * loops.weight, loops.weight))
+    return np.asarray((sums[high] - sums[low]) / (weights[high] - weights[low]))
+
+
+def fit_hysteresis(loops: SamplePoints, backbones: Sequence[Backbone | None]) -> list[tuple[Hysteresis, float] | None]:
     """Stage 2 for each backbone: rho, sigma, n and the rms misfit [N] of the integrated eq. (22).
 
     None without a backbone, a positive loop or a rho > 0.
     """
-    extracted = [None if each is None else extract_omega(loops, each, half_width) for each in backbones]
+    extracted = [None if each is None else extract_omega(loops, each) for each in backbones]
     possible = [each for each in extracted if each is not None]
     if not possible:
         return [None] * len(extracted)
@@ -142,8 +158,9 @@ def _fits(loops: SamplePoints, omega: FloatArray, G: FloatArray) -> list[tuple[H
     u = np.insert(u, turns, -u[:, turns - 1], axis=1)
     weight = np.insert(weight, turns, weight[:, turns], axis=1)
     first, travel = first + np.searchsorted(turns, first), np.insert(loops.travel, turns, 0.0)
-    # Noise may carry u out of its bounds: a little of that is kept in what is fitted, none in what is integrated.
-    lines = IntegratedLines(first, travel, u.clip(-1.0, 1.0), u.clip(-1.5, 1.5), weight)
+    # Noise may carry u out of its bounds. A little of that is kept, in what is integrated too: a saturated branch would
+    # have 1 - u^n above 0 in the mean without it, so rho too large and n too small.
+    lines = IntegratedLines(first, travel, u.clip(-1.1, 1.1), weight)
     misfit, _, _ = _fit(lines, np.tile(_N_SCAN, (len(u), 1)))
     best = misfit.argmin(axis=1)[:, None]
     n = _N_SCAN[best] * np.where((best > 0) & (best < _N_SCAN.size - 1), _N_FINER, 1.0)
@@ -171,7 +188,7 @@ def _fit(lines: IntegratedLines, n: FloatArray) -> tuple[FloatArray, FloatArray,
         for outside, ratio in ((~(b >= low * a), low), (b > high * a, high)):
             on_bound = (ay + ratio * by) / (aa + 2.0 * ratio * ab + ratio**2 * bb)
             a, b = np.where(outside, on_bound, a), np.where(outside, ratio * on_bound, b)
-        misfit = lines.squared_target[:, None] - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
+        misfit = lines.squared[:, None] - 2 * (a * ay + b * by) + a**2 * aa + 2 * a * b * ab + b**2 * bb
         misfit = np.where((a > 0.0) & np.isfinite(misfit), np.maximum(misfit, 0.0), np.inf)
     return misfit, a, b
 
@@ -187,19 +204,16 @@ class IntegratedLines:
     ----------
     first : ndarray of int, shape (S,)    First point of each stroke.
     travel : ndarray, shape (P,)          Distance from the beginning of the stroke [m], rising.
-    u : ndarray, shape (L, P)             Of each line, within [-1, 1].
-    target : ndarray, shape (L, P)        What the line is fitted to: u, or u with its noise beyond 1.
+    u : ndarray, shape (L, P)             Of each line.
     weight : ndarray, shape (L, P)
     """
 
-    def __init__(
-        self, first: NDArray[np.intp], travel: FloatArray, u: FloatArray, target: FloatArray, weight: FloatArray
-    ) -> None:
+    def __init__(self, first: NDArray[np.intp], travel: FloatArray, u: FloatArray, weight: FloatArray) -> None:
         self._first, self._lengths, self._travel = first, np.diff(first, append=travel.size), travel
         weights = np.add.reduceat(weight, first, axis=1)
-        mean = np.add.reduceat(target * weight, first, axis=1) / weights
-        centred = target - np.repeat(mean, self._lengths, axis=1)
-        self.squared_target = np.sum(weight * centred**2, axis=1)
+        mean = np.add.reduceat(u * weight, first, axis=1) / weights
+        centred = u - np.repeat(mean, self._lengths, axis=1)
+        self.squared = np.sum(weight * centred**2, axis=1)
         step, change = np.diff(travel, prepend=0.0), np.diff(u, prepend=0.0)
         step[first], change[:, first] = travel[first], 0.0
         changes = np.abs(change) >= _FLAT
@@ -210,7 +224,7 @@ class IntegratedLines:
         self._lines = log, u, per_change, flat, weight, 1.0 / weights, centred
 
     def sums(self, n: FloatArray) -> FloatArray:
-        """Weighted sums of d*d, d*r, r*r, d*target and r*target without each stroke's means, shape (5, L, N).
+        """Weighted sums of d*d, d*r, r*r, d*u and r*u without each stroke's means, shape (5, L, N).
 
         Parameters
         ----------
@@ -218,7 +232,7 @@ class IntegratedLines:
         """
         sums = np.empty((5, *n.shape))
         first = self._first
-        for k, (exponent, log, u, per_change, flat, weight, per_weights, target) in enumerate(
+        for k, (exponent, log, u, per_change, flat, weight, per_weights, centred) in enumerate(
             zip(n[:, :, None] + 1.0, *self._lines, strict=True)
         ):
             powers = np.exp(exponent * log) / exponent
@@ -238,5 +252,5 @@ class IntegratedLines:
             for row, (a, b) in enumerate(((0, 0), (0, 1), (1, 1))):
                 means = np.einsum("ns,ns,s->n", of_strokes[a], of_strokes[b], per_weights)
                 sums[row, k] = np.einsum("np,np->n", weighted[a], terms[b]) - means
-            sums[3:, k] = weighted @ target
+            sums[3:, k] = weighted @ centred
         return sums

@@ -46,6 +46,7 @@ class Fitted:
     alone : tuple of SteadyRecord    The steady parts without the rig's effects; empty if the method takes none out.
     turning : tuple of SteadyRecord  The steady parts with reversals between their samples; empty if at samples.
     wider : Wider or None            What a search for wider classes found; None if none was promising.
+    choices : dict                   What the method settled beside its options, for the provenance.
     """
 
     parameters: SpringParameters
@@ -61,6 +62,7 @@ class Fitted:
     other_energies: tuple[float, ...] = ()
     turning: tuple[SteadyRecord, ...] = ()
     wider: Wider | None = None
+    choices: dict[str, Any] = field(default_factory=dict)
 
 
 def fitted(loops: SamplePoints, solution: Solution | None, where: str, cautions: Sequence[Outcome] = ()) -> Fitted:

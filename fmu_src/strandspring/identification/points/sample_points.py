@@ -190,16 +190,6 @@ class SamplePoints:
         )
 
 
-def single_branch(displacement: FloatArray, force: FloatArray) -> SamplePoints:
-    """One loading stroke given by its points, which must rise in displacement."""
-    travel = displacement - displacement[0]
-    length = np.ones(1, np.int64)
-    return SamplePoints(
-        displacement, force, np.ones(force.size), travel, np.zeros(force.size, np.intp), np.arange(float(force.size)),
-        length, displacement[:1], travel[-1:], np.zeros(1, np.intp),
-    )  # fmt: skip
-
-
 def gather(
     strokes: Strokes,
     force: FloatArray,

@@ -18,7 +18,7 @@ from .direction import correlation, least_lag, wrong_way
 from .sample_points import POINTS_PER_STROKE, SamplePoints, gather
 from .usable import usable_samples
 
-_SHARES = (np.arange(100) + 0.5) / 100  # where the mean loop is taken by default
+_SHARES = (np.arange(100) + 0.5) / 100  # of the common range, where the mean loop is taken
 _INSIDE = np.linspace(0.05, 0.95, 64)  # where strokes are compared, shares of their lengths
 _FULL = 0.9  # share of the longest stroke from which a stroke counts as a full one
 _AVERAGED = 1000  # full strokes in a direction that are enough for a mean
@@ -171,13 +171,12 @@ class MeanLoop:
         return float(np.mean(self.loading - self.unloading)) / 2.0
 
 
-def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[np.intp] | None = None) -> MeanLoop:
+def mean_loop(loops: SamplePoints, among: NDArray[np.intp] | None = None) -> MeanLoop:
     """Average the full strokes, of very many a part, on common displacements, loading and unloading apart.
 
     Parameters
     ----------
     loops : SamplePoints
-    shares : ndarray, shape (G,)             Where on the common range the loop is wanted, 0 to 1, rising.
     among : ndarray of int, shape (T,), or None   Strokes with points, of either direction; all if None.
     """
     used = loops.used if among is None else among
@@ -189,7 +188,7 @@ def mean_loop(loops: SamplePoints, shares: FloatArray = _SHARES, among: NDArray[
     both = np.concatenate(chosen)
     ends = np.stack([loops.start[both], loops.start[both] + loops.direction[both] * loops.length[both]])
     low, high = max(loops.selected[0], ends.min(axis=0).max()), min(loops.selected[1], ends.max(axis=0).min())
-    grid = low + (high - low) * shares
+    grid = low + (high - low) * _SHARES
     branches = []
     for side, strokes in zip((1, -1), chosen, strict=True):
         pieces = [slice(*np.searchsorted(loops.stroke, [stroke, stroke + 1])) for stroke in strokes]
@@ -211,8 +210,11 @@ def _is_closed(record: Record, strokes: Strokes) -> bool:
     x, r = record.displacement, record.force
     step = 3.0 * float(np.max(np.abs(np.diff(strokes.displacement))))
     noise = 6.0 * noise_level(r, strokes.turning[1:-1])
+    # The last sample may stop one step short of the first.
+    missing = abs(float(r[-1] - r[-2])) + abs(float(r[1] - r[0]))
     return bool(
-        abs(x[-1] - x[0]) <= max(step, 0.01 * np.ptp(x)) and abs(r[-1] - r[0]) <= max(noise, _ALIKE * np.ptp(r))
+        abs(x[-1] - x[0]) <= max(step, 0.01 * np.ptp(x))
+        and abs(r[-1] - r[0]) <= max(noise, _ALIKE * np.ptp(r), missing)
     )
 
 

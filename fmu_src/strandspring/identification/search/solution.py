@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,19 +116,25 @@ def spring_of(
     IdentificationError  If its parameters are beyond the limits of a spring.
     """
     amplified = basis.powers(backbone.amplified)
+    return spring_within_limits(
+        where,
+        **basis.elastic_parameters(backbone.elastic),
+        kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
+        kappa_omega=float(amplified[0]),
+        rho=hysteresis.rho,
+        sigma=hysteresis.sigma,
+        n=hysteresis.n,
+        displacement_offset=basis.offset,
+        displacement_min=basis.low,
+        displacement_max=basis.high,
+        second=second,
+        branches=branches,
+    )
+
+
+def spring_within_limits(where: str, **parameters: Any) -> SpringParameters:
+    """A spring, or IdentificationError if its parameters are beyond the limits of a spring."""
     try:
-        return SpringParameters(
-            **basis.elastic_parameters(backbone.elastic),
-            kA=(1.0, *(amplified[1:] / amplified[0]).tolist()),
-            kappa_omega=float(amplified[0]),
-            rho=hysteresis.rho,
-            sigma=hysteresis.sigma,
-            n=hysteresis.n,
-            displacement_offset=basis.offset,
-            displacement_min=basis.low,
-            displacement_max=basis.high,
-            second=second,
-            branches=branches,
-        )
+        return SpringParameters(**parameters)
     except ValueError as problem:
         raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

@@ -8,12 +8,10 @@ repeated until it converges.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 import numpy as np
 
-from ..least_squares.stages import Hysteresis, fit_backbone, fit_hysteresis
-from ..points.polynomials import Basis, Columns
+from ..least_squares.stages import fit_backbone, fit_hysteresis
+from ..points.polynomials import Basis
 from ..points.sample_points import SamplePoints
 from .degrees import choose_degrees
 from .solution import Solution, is_distinct
@@ -23,46 +21,29 @@ _STEADY_SHARES = (0.1, 0.25, 0.45, 0.65, 0.8)
 # The best few by the misfit of stage 2 are carried through to the closing fit.
 _CARRIED = 2
 
-# Both stages with the steady section beginning at each of some travels [m]: loops, basis, its columns at the points,
-# travels, and half width of the moving average (None: from the noise) -> rho, sigma, n and the rms misfit [N]; None
-# where they do not apply.
-Stages = Callable[[SamplePoints, Basis, Columns, Sequence[float], int | None], list[tuple[Hysteresis, float] | None]]
 
-
-def whole_branches(
-    loops: SamplePoints, _basis: Basis, columns: Columns, steady_travels: Sequence[float], smoothing: int | None
-) -> list[tuple[Hysteresis, float] | None]:
-    """Both stages by least squares over whole branches; arguments and result as `Stages` says."""
-    side = loops.side.astype(np.float64)
-    return fit_hysteresis(
-        loops, [fit_backbone(loops, columns, side, loops.travel >= travel) for travel in steady_travels], smoothing
-    )
-
-
-def two_stage(
-    loops: SamplePoints, degrees: tuple[int, int] | None, stages: Stages = whole_branches, smoothing: int | None = None
-) -> Solution | None:
+def two_stage(loops: SamplePoints, degrees: tuple[int, int] | None) -> Solution | None:
     """Identify the spring on the steady points of its records; None if there is no steady section.
 
     Parameters
     ----------
     loops : SamplePoints
     degrees : (int, int) or None   Chosen from the data if None.
-    stages : Stages
-    smoothing : int or None        Half width of the moving average in points; from the noise if None.
     """
 
     def solve(degrees: tuple[int, int]) -> Solution | None:
-        return _solve(loops, degrees, stages, smoothing)
+        return _solve(loops, degrees)
 
     return choose_degrees(loops, solve) if degrees is None else solve(degrees)
 
 
-def _solve(loops: SamplePoints, degrees: tuple[int, int], stages: Stages, smoothing: int | None) -> Solution | None:
+def _solve(loops: SamplePoints, degrees: tuple[int, int]) -> Solution | None:
     """Both stages for every candidate steady section, the best by the rms misfit of the closing fit."""
     basis = Basis(*loops.reach, *degrees)
     columns = basis.columns(loops.displacement)
-    results = stages(loops, basis, columns, [share * loops.longest for share in _STEADY_SHARES], smoothing)
+    side = loops.side.astype(np.float64)
+    travels = [share * loops.longest for share in _STEADY_SHARES]
+    results = fit_hysteresis(loops, [fit_backbone(loops, columns, side, loops.travel >= travel) for travel in travels])
     ranked = [
         (result[1], share, result[0])
         for share, result in zip(_STEADY_SHARES, results, strict=True)
