@@ -52,7 +52,7 @@ def test_json_is_one_object_with_everything(terminal: Terminal) -> None:
 
 
 def test_a_design_that_fails_is_a_result(terminal: Terminal) -> None:
-    text = Path("gun_cradle.toml").read_text(encoding="utf-8").replace('sway = "140 mm"', 'sway = "10 mm"')
+    text = Path("gun_cradle.toml").read_text(encoding="utf-8").replace('sway = "46 mm"', 'sway = "10 mm"')
     Path("gun_cradle.toml").write_text(text, encoding="utf-8")
     assert "1 fail" in terminal("simulate", "gun_cradle.toml", *FEW)
 

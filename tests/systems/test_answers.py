@@ -247,7 +247,7 @@ def test_a_draw_is_the_case_with_the_drawn_springs(recoil: tuple[CaseAnswer, Dra
     system = drawn.system(answer.system, 5, 3)
     assert system != answer.system
     assert found.system == system
-    assert np.abs(found.run.start.omega).tolist() == [1.0]
+    assert np.abs(found.run.start.omega).tolist() == [1.0, 1.0]
     alone = run_case(system, answer.case, rest(system, omega=found.run.start.omega), 1e-4)
     np.testing.assert_array_equal(found.run.figures.acceleration, alone.figures.acceleration)
 

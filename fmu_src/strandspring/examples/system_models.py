@@ -1,8 +1,8 @@
 """The example systems: python -m strandspring.examples.system_models FOLDER copies them into a new folder.
 
-Their springs are synthesized, not measured: plausible parameters of wire-rope mounts and a recoil spring give records
-of cyclic tests at 15 to 100 % of the half range with 1 % of noise, and a model file is what `strandspring.identify`
-finds in these, with its uncertainty.
+Their springs are synthesized, not measured: plausible parameters of wire-rope mounts give records of cyclic tests at
+15 to 100 % of the half range with 1 % of noise, those of a recoil spring the campaign of `strandspring.examples.paper`,
+and a model file is what `strandspring.identify` finds in these, with its uncertainty.
 """
 
 from __future__ import annotations
