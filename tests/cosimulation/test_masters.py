@@ -29,11 +29,10 @@ from strandspring.cosimulation import (
     simulate,
 )
 from strandspring.cosimulation.plants import LinearFlow
-from strandspring.examples.recoil import SPRING as RECOIL
 from strandspring.examples.rigid_platform import SOFT as CORNER
 from strandspring.ground.gravity import STANDARD_GRAVITY as GRAVITY
 from system_fmus import EQUIPMENT_MOUNT as MOUNT
-from system_fmus import fmu
+from system_fmus import RETURNING_MOUNT, fmu
 
 MASS, LOAD, MIDDLE, STOP = 5.0, 50.0, 0.05, 0.3
 AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
@@ -74,7 +73,7 @@ def run(
 
 def run_linear(plant: Plant, steps: int, step: float, master: Master, speed: float) -> np.ndarray:
     """q of a free motion on the nearly linear spring."""
-    with FmuSpring(fmu(RECOIL), parameters=NEARLY_LINEAR) as unit:
+    with FmuSpring(fmu(RETURNING_MOUNT), parameters=NEARLY_LINEAR) as unit:
         return simulate(plant, [unit], steps * step, step, master, velocity=[speed]).q[:, 0]
 
 
@@ -133,7 +132,7 @@ def test_iterative_closes_the_energy_at_any_step() -> None:
     """A mass set free: what it loses the spring says it absorbed. The steps go beyond what explicit masters bear."""
     plant = one_mass(25.0)
     for step in (1e-3, 1e-2, 0.1, 0.3):
-        motion = run(RECOIL, plant, max(0.4, 60 * step), step, Iterative(), speed=2.0)
+        motion = run(RETURNING_MOUNT, plant, max(0.4, 60 * step), step, Iterative(), speed=2.0)
         energy = 0.5 * 25.0 * motion.velocity[:, 0] ** 2 + motion.absorbed_energy[:, 0]
         gap = np.max(np.abs(energy - energy[0]))
         # Asked: 1e-6. Each step leaves at most 1e-12 m times the force of some kN; measured 4e-12 of 50 J.
@@ -160,11 +159,11 @@ def test_absorbed_energy_shows_what_held_forces_make() -> None:
     plant = one_mass(25.0)
 
     def made(step: float) -> float:
-        balance = energy_balance(plant, run(RECOIL, plant, 0.4, step, Jacobi(), speed=2.0))
+        balance = energy_balance(plant, run(RETURNING_MOUNT, plant, 0.4, step, Jacobi(), speed=2.0))
         return float(np.max(np.abs(balance.residual)) / 50.0)
 
     coarse, fine = made(2e-3), made(1e-3)
-    # Of the 50 J of the recoil; the bounds are half and twice what was measured.
+    # Of the 50 J set free; the bounds are half and twice what was measured.
     assert 0.12 < fine < 0.5
     assert math.log2(coarse / fine) == pytest.approx(1.0, abs=0.5), (coarse, fine)
 

@@ -53,13 +53,13 @@ def check_energy(plant: Plant, motion: Motion) -> None:
 # Bounds are twice what was measured at a quarter of the coarse step.
 def test_recoil() -> None:
     times = np.linspace(0.0, recoil.STOP, 401)
-    reference = monolithic(recoil.plant(), [recoil.SPRING], times, velocity=[recoil.IMPULSE / recoil.MASS])
+    reference = monolithic(recoil.plant(), [recoil.SPRING] * 2, times, velocity=[recoil.IMPULSE / recoil.MASS])
     runs = [recoil.fire(fmu(recoil.SPRING), 1e-3 / 2**k) for k in range(3)]
     check(runs, reference, 4e-5)
     check_energy(recoil.plant(), runs[0])
     # Energy of recoil is either absorbed or still kinetic.
     energy = 0.5 * recoil.IMPULSE**2 / recoil.MASS
-    left = 0.5 * recoil.MASS * runs[0].velocity[:, 0] ** 2 + runs[0].absorbed_energy[:, 0]
+    left = 0.5 * recoil.MASS * runs[0].velocity[:, 0] ** 2 + runs[0].absorbed_energy.sum(axis=1)
     np.testing.assert_allclose(left, energy, rtol=1e-10)
 
 
@@ -87,9 +87,9 @@ def test_rigid_platform_on_four_springs() -> None:
 @pytest.mark.parametrize(
     ("example", "says"),
     [
-        ("recoil", "recoil                  69.2 mm after 54 ms"),
+        ("recoil", "recoil                  28.6 mm after 47 ms"),
         ("rigid_platform", "rear right   stroke  19.06 mm"),
-        ("ssp_system", "steps of 0.1 ms: largest excursion 4.408 mm"),
+        ("ssp_system", "steps of 0.1 ms: largest excursion 2.658 mm"),
     ],
 )
 def test_examples_print_what_an_engineer_reads_and_draw_it(example: str, says: str, tmp_path: Path) -> None:

@@ -124,6 +124,8 @@ def monolithic(
         assert piece.success, piece.message
         now, state = piece.t[-1], piece.y[:, -1]
         turned = np.array([hits.size > 0 for hits in piece.t_events])
+        if turned.any():  # springs that move as one turn at once, and the solver stops at the first of them
+            turned |= np.abs(slips(now, state[n : 2 * n])) < 1e-12
         directions = np.where(turned, -directions, directions)
         reversals += int(turned.sum())
         found += [piece.sol(t) for t in times[len(found) :] if t <= now]

@@ -21,6 +21,12 @@ EQUIPMENT_MOUNT = SpringParameters(
     displacement_offset=0.05, displacement_min=0.02, displacement_max=0.08,
 )  # fmt: skip
 
+# Unloaded at 0 and loaded both ways, so that a mass set free returns to it.
+RETURNING_MOUNT = SpringParameters(
+    kE=(0.0, 1.2e4, 4.0e4, 1.0e6), kA=(1.0, 4.0), kappa_omega=160.0, rho=150.0, sigma=1.5, n=0.7,
+    displacement_offset=0.0, displacement_min=-0.06, displacement_max=0.08,
+)  # fmt: skip
+
 
 @cache
 def fmu(spring: SpringParameters, backend: str = "native") -> Path:

@@ -1,6 +1,9 @@
-"""Recoil of a gun on its mount: a round gives the recoiling parts an impulse; the spring stops and returns them.
+"""Recoil of a gun on its mount: a round gives the recoiling parts an impulse; springs stop and return them.
 
 python -m strandspring.examples.recoil prints what happens and draws it in recoil.png.
+
+The parts lie between two of the paper's springs, one behind and one in front, both compressed by its pre-deformation in
+battery. Recoil compresses one and relaxes the other, so that neither comes loose.
 """
 
 from __future__ import annotations
@@ -11,34 +14,31 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from matplotlib.figure import Figure
 
-from strandspring import Spring, SpringParameters
-from strandspring.cosimulation import FmuSpring, Motion, Plant, one_mass, simulate
+from strandspring import Spring
+from strandspring.cosimulation import Attachment, FmuSpring, Motion, Plant, simulate
 
-# Plausible, not measured. 0 is the battery position, where the spring is unloaded.
-SPRING = SpringParameters(
-    kE=(0.0, 1.2e4, 4.0e4, 1.0e6), kA=(1.0, 4.0), kappa_omega=160.0, rho=150.0, sigma=1.5, n=0.7,
-    displacement_offset=0.0, displacement_min=-0.06, displacement_max=0.08,
-)  # fmt: skip
-MASS = 25.0  # kg, recoiling parts
-IMPULSE = 50.0  # N s, of one round
+from .paper import PRE_DEFORMATION, SPRING
+
+MASS = 12.0  # kg, recoiling parts
+IMPULSE = 12.0  # N s, of one round
 STOP = 0.4  # s
 
 
 def plant() -> Plant:
     """q is the recoil travel, zero in battery."""
-    return one_mass(MASS)
+    return Plant([[MASS]], [Attachment([1.0], PRE_DEFORMATION), Attachment([-1.0], PRE_DEFORMATION)])
 
 
 def fire(fmu: Path, step: float) -> Motion:
-    """Fire one round; `simulate` couples the mass to the FMU by the iterative master."""
-    with FmuSpring(fmu) as spring:
-        return simulate(plant(), [spring], STOP, step, velocity=[IMPULSE / MASS])
+    """Fire one round; `simulate` couples the mass to the FMUs by the iterative master."""
+    with FmuSpring(fmu, "behind") as behind, FmuSpring(fmu, "in_front") as in_front:
+        return simulate(plant(), [behind, in_front], STOP, step, velocity=[IMPULSE / MASS])
 
 
 def main() -> None:
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         motion = fire(Spring(SPRING, "recoil_spring").build_fmu(folder, zero=0.0), 2.5e-4)
-    q, force, absorbed = motion.q[:, 0], motion.force[:, 0], motion.absorbed_energy[:, 0]
+    q, force, absorbed = motion.q[:, 0], motion.force @ [1.0, -1.0], motion.absorbed_energy.sum(axis=1)
     peak = int(np.argmax(q))
     back = peak + int(np.argmax(q[peak:] <= 0.0))
     energy = 0.5 * IMPULSE**2 / MASS

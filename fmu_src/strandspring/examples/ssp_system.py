@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 
 from strandspring import Spring, export
 
-from .recoil import SPRING
+from .paper import SPRING
 
-MASS = 10.0  # kg
+MASS = 25.0  # kg, whose weight compresses the spring to about the middle of its range
 PERIODS = 6  # of the base
 
 
@@ -38,7 +38,7 @@ def main() -> None:
     figure = Figure((7.0, 4.0), layout="constrained")
     axes = figure.subplots()
     with TemporaryDirectory(ignore_cleanup_errors=True) as folder:
-        (ssp,) = export(Spring(SPRING, "shaken_mass"), folder, ssp_mass=MASS, zero=0.0)
+        (ssp,) = export(Spring(SPRING, "shaken_mass"), folder, ssp_mass=MASS)
         values = {value.name: float(value.value) for value in read_ssv(str(ssp), "resources/plant.ssv").parameters}
         for step in (2e-4, 1e-4):
             times, position, force = run(ssp, step, PERIODS / values["frequency"])
