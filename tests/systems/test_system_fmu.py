@@ -25,7 +25,7 @@ from strandspring.fmu.system.system_reference import expected_motion
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions, unique_names
 from strandspring.ground.gravity import STANDARD_GRAVITY
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import Point
+from strandspring.vibration.bodies.parts import MountAxis, Point
 from system_fmu_tools import (
     BOX,
     BOX_OPTIONS,
@@ -284,9 +284,21 @@ def test_instances_and_systems_in_one_process_never_see_each_other() -> None:
         np.testing.assert_array_equal(rows[2][1:], expected_other[1:])
 
 
-def test_each_excursion_out_of_a_range_is_warned_of_once() -> None:
+def counted_from(zero: float) -> MountedSystem:
+    """The box, with the displacements of its springs counted from another place [m]."""
+
+    def moved(axis: MountAxis) -> MountAxis:
+        low, middle, high = (zero + place for place in (-0.03, 0.0, 0.03))
+        spring = replace(axis.spring, displacement_offset=middle, displacement_min=low, displacement_max=high)
+        return replace(axis, spring=spring, nominal=zero + axis.nominal)
+
+    return replace(BOX, mounts=tuple(replace(m, axes=tuple(moved(axis) for axis in m.axes)) for m in BOX.mounts))
+
+
+@pytest.mark.parametrize("zero", [0.0, 0.5])
+def test_each_excursion_out_of_a_range_is_warned_of_once(zero: float) -> None:
     step, names = BOX_OPTIONS.step, [f"displacement_corner_{k}_{axis}" for k in (1, 2, 3, 4) for axis in "zxy"]
-    with NativeSystem().begin() as one:
+    with NativeSystem(system_library(counted_from(zero), BOX_OPTIONS)).begin() as one:
         assert (one.extrapolating, one.messages) == (False, [])
         one.set(load_recoil=3000.0)
         rows, states = [], []
@@ -296,12 +308,11 @@ def test_each_excursion_out_of_a_range_is_warned_of_once() -> None:
             assert one.go(k * step, step) == OK
             rows.append(one.get(*names))
             states.append(one.extrapolating)
-        is_outside = np.abs(rows) > 0.03
+        is_outside = np.abs(np.array(rows) - zero) > 0.03
         assert states == is_outside.any(axis=1).tolist()
         leaving = (np.diff(is_outside.astype(int), axis=0) > 0).sum(axis=0)
-        excursion = (
-            r"`(\w+)` -?0\.03\d+ m lies outside the identified range \[-0\.03, 0\.03\] m: the force is extrapolated"
-        )
+        limits = re.escape(f"[{zero - 0.03:g}, {zero + 0.03:g}]")
+        excursion = rf"`(\w+)` -?0\.\d+ m lies outside the identified range {limits} m: the force is extrapolated"
         warned = [re.match(excursion, text)[1] for _, _, text in one.messages]
         assert [warned.count(name) for name in names] == leaving.tolist()
         assert leaving.max() > 1

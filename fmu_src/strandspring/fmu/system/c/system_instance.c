@@ -65,9 +65,9 @@ static size_t note_excursions(Instance *instance, size_t count)
 {
     State *state = &instance->state;
     for (unsigned a = 0; a < instance->system.axes; a++) {
-        const SpringLaw *law = instance->system.axis[a].law;
+        const SpringParameters *spring = &instance->system.axis[a].law->parameters;
         double displacement = state->axes[a].memory.displacement;
-        int is_outside = displacement < law->x_min || displacement > law->x_max;
+        int is_outside = displacement < spring->displacement_min || displacement > spring->displacement_max;
         state->extrapolating |= is_outside;
         if (is_outside && !state->is_outside[a] && count < MOTION_AXES)
             instance->excursions[count++] = (Excursion){a, displacement};
@@ -80,8 +80,8 @@ static void warn_of_excursions(const Instance *instance, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         const Excursion *excursion = instance->excursions + i;
-        const SpringLaw *law = instance->system.axis[excursion->axis].law;
-        SpringNumber low = spring_number(law->x_min), high = spring_number(law->x_max);
+        const SpringParameters *spring = &instance->system.axis[excursion->axis].law->parameters;
+        SpringNumber low = spring_number(spring->displacement_min), high = spring_number(spring->displacement_max);
         fmu_report(&instance->log, FMU_WARNING,
                    "`%s` %s m lies outside the identified range [%s, %s] m: the force is extrapolated until it comes "
                    "back.",
