@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from example_springs import write_models
-from strandspring import Record, Spring
+from strandspring import Record, Spring, identify, isolate, predict
+from strandspring.docs.site import page_text
 from strandspring.examples import paper
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.model.modelfile import load_model
@@ -100,3 +101,19 @@ def test_the_installed_spring_is_identified_from_the_campaign(records: dict[str,
         # 1 % of noise leaves 0.99.
         missed = spring.response(record.displacement) - record.force
         assert 1.0 - np.sqrt(np.sum(missed**2) / np.sum(record.force**2)) > 0.98
+
+
+def test_the_tutorial_says_what_is_printed(records: dict[str, Record]) -> None:
+    page = " ".join(page_text("tutorial").split("## 2.")[1].split())
+    fit = identify([records["slow"], records["fast"]])
+    said = " ".join(fit.summary().split())
+    table = page.split("| --- | --- |")[1].split("| the force does not depend")[0]
+    figures = [figure for row in table.split("| |") for figure in row.strip("| ").split(" | ")[0].split(", ")]
+    assert len(figures) == 7
+    for figure in figures:
+        assert figure in said, figure
+    held_out = predict(fit.spring("spring"), records["held_out"])
+    assert f"rmse is {held_out.rmse:.4g} N and RNL {held_out.rnl:.4f} at" in page
+    curves = isolate(fit.spring("spring"), 25.0).as_json()["levels"]
+    (first, last) = (curves[k]["resonance"] for k in (0, -1))
+    assert f"from {first['frequency']:.2f} to {last['frequency']:.2f} Hz" in page
