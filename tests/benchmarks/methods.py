@@ -27,9 +27,6 @@ from rich.table import Table
 from scipy.optimize import least_squares
 from threadpoolctl import threadpool_limits
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "helpers"))
-
-from ni_starts import random_start
 from strandspring import (
     PaperOptions,
     Record,
@@ -46,7 +43,7 @@ from strandspring.identification.methods.method import Method
 from strandspring.identification.points.noise import force_noise
 from strandspring.loops.strokes import find_strokes
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method, plausible_start
+from strandspring.peers.ni_method import ni_method, plausible_start, random_start
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES, NOISE = (1000, 128), 0.03  # of a period; the paper does not say how many it has

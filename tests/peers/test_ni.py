@@ -11,12 +11,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from ni_starts import random_start
 from strandspring import NiOptions, identify, read_record
 from strandspring.cli.main import main
 from strandspring.errors import RecordError
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import NiOutcome, ni_method, plausible_start
+from strandspring.peers.ni_method import NiOutcome, ni_method, plausible_start, random_start
 from strandspring.peers.periods import whole_periods
 
 # Amplitude [mm] and n with which the rms force of the paper's Table 1 comes out; the second loop nearly vanishes.

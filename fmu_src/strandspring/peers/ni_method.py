@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import ClassVar
 
@@ -56,6 +56,7 @@ _SHAPE = 0.01  # ...or of the rms force, whichever is larger
 _DEGREES = (8, 6)  # of the polynomials that stand for Ni's exponential
 _SAMPLES = 400  # of the range at which they are fitted
 _MILLIMETRE = 1e-3
+_LOG_SPREAD = math.log(10.0)  # of random start values
 
 
 class NiOutcome(Enum):
@@ -140,6 +141,21 @@ def plausible_start(displacement: ArrayLike, force: ArrayLike) -> NiParameters:
         K1=0.5 * stiffness, K2=0.1 * stiffness / reach, K3=0.1 * stiffness / reach**2, B=math.e, C=0.1 / reach,
         eta=rho * height, theta=(1.0 - sigma) * total, lambda_=sigma * total, n=n,
     )  # fmt: skip
+
+
+def random_start(generator: np.random.Generator, scale: NiParameters) -> NiParameters:
+    """Start values of which each is that of `scale` times a factor, log-uniform in [1/10, 10].
+
+    Draws that are not physically possible are drawn again. B stays, since C carries the one number of the amplifier.
+    """
+    names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")
+    while True:
+        factors = np.exp(generator.uniform(-_LOG_SPREAD, _LOG_SPREAD, len(names)))
+        drawn = {name: getattr(scale, name) * float(f) for name, f in zip(names, factors, strict=True)}
+        try:
+            return replace(scale, **drawn)
+        except ValueError:
+            continue
 
 
 def _noise(periods: Periods) -> float:
