@@ -211,6 +211,17 @@ def test_random_starts_mostly_fail() -> None:
         assert result.outcome is not NiOutcome.CONVERGED or error < 10.0, "a bad fit must not be called converged"
 
 
+def test_a_random_start_leads_to_the_same_result_every_time() -> None:
+    """Also from where the Jacobian is nearly singular, and whatever else is in the memory."""
+    truth, x = experiment()
+    force, start = with_noise(truth.steady_force(x), 0.03, 24), random_start(np.random.default_rng(24), truth)
+    found, others = [], []
+    for size in range(1, 21):
+        others.append(np.ones(37 * size))
+        found.append(ni_method(x, force, start).parameters)
+    assert set(found) == {found[0]}
+
+
 def test_a_plausible_start_has_the_order_of_the_record() -> None:
     p, period = experiment()
     start = plausible_start(period, p.steady_force(period))

@@ -111,8 +111,10 @@ def ni_method(
 
     periods = whole_periods(displacement, force, time)
     problem = _FourierProblem(periods, start)
+    # Without bounds "trf" takes steps of the same kind as "lm", MINPACK's, whose last digits vary where the
+    # Jacobian is nearly singular, and with them the minimum that a random start leads to.
     fit = least_squares(
-        problem.misfit, _to_vector(start), jac=problem.jacobian, method="lm", max_nfev=_MAX_STEPS,
+        problem.misfit, _to_vector(start), jac=problem.jacobian, method="trf", x_scale="jac", max_nfev=_MAX_STEPS,
         xtol=_XTOL, ftol=_FTOL, gtol=_GTOL,
     )  # fmt: skip
     parameters = _from_vector(fit.x, start)
