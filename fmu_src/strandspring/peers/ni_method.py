@@ -1,4 +1,4 @@
-"""Ni's method for Ni's model: Levenberg-Marquardt on the force's Fourier coefficients (paper section 4).
+"""Ni's method for Ni's model: Levenberg-Marquardt, as a trust region, on the force's Fourier coefficients (section 4).
 
 The method needs one steady period (or several) and start values. In every iteration the response predicted for
 the period is transformed by FFT and its complex coefficients are compared with those of the measured force; by
@@ -56,7 +56,6 @@ _SHAPE = 0.01  # ...or of the rms force, whichever is larger
 _DEGREES = (8, 6)  # of the polynomials that stand for Ni's exponential
 _SAMPLES = 400  # of the range at which they are fitted
 _MILLIMETRE = 1e-3
-_LOG_SPREAD = math.log(10.0)  # of random start values
 
 
 class NiOutcome(Enum):
@@ -111,8 +110,7 @@ def ni_method(
 
     periods = whole_periods(displacement, force, time)
     problem = _FourierProblem(periods, start)
-    # Without bounds "trf" takes steps of the same kind as "lm", MINPACK's, whose last digits vary where the
-    # Jacobian is nearly singular, and with them the minimum that a random start leads to.
+    # Not "lm", MINPACK's: its last bits vary where the Jacobian is nearly singular, and the minimum it finds with them.
     fit = least_squares(
         problem.misfit, _to_vector(start), jac=problem.jacobian, method="trf", x_scale="jac", max_nfev=_MAX_STEPS,
         xtol=_XTOL, ftol=_FTOL, gtol=_GTOL,
@@ -152,8 +150,8 @@ def random_start(generator: np.random.Generator, scale: NiParameters) -> NiParam
     """
     names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")
     while True:
-        factors = np.exp(generator.uniform(-_LOG_SPREAD, _LOG_SPREAD, len(names)))
-        drawn = {name: getattr(scale, name) * float(f) for name, f in zip(names, factors, strict=True)}
+        factors = (10.0 ** generator.uniform(-1.0, 1.0, len(names))).tolist()
+        drawn = {name: getattr(scale, name) * factor for name, factor in zip(names, factors, strict=True)}
         try:
             return replace(scale, **drawn)
         except ValueError:
