@@ -18,7 +18,7 @@ from strandspring.cli.shared.output import with_flags
 
 PACKAGE = Path(strandspring.__file__).parent
 # The page of a record prints the options of the command line that choose what its reader marks; a script has its own.
-WITH_FLAGS = {PACKAGE / "report" / "record_page.py", PACKAGE / "examples" / "mounts.py"}
+WITH_FLAGS = {PACKAGE / "report" / "record_page.py", PACKAGE / "examples" / "paper.py"}
 CONTEXT = click.Context(strandspring_command)
 # Of each command its options by their names, those of subcommands too.
 OF_COMMANDS = {
