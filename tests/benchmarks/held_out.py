@@ -78,6 +78,7 @@ SPLITS: tuple[Split, ...] = ("paper", "A", "B")
 BEFORE = Path(__file__).with_name("held_out_before.json")
 SYNTHETIC = ("wire_rope", "explode")
 LIMITS = 0.5, 2.0  # of a ratio before it is averaged: one mended explosion would carry all
+IMPORT = [sys.executable, "-c", "import numpy"]
 WORSE = 1.1  # ratio above which a record is named
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
 
@@ -185,7 +186,7 @@ def commit() -> str:
 
 def fitted(case: Case) -> dict[str, Any]:
     """The product's error [%] and times, or the outcome by which it refuses."""
-    unit = processor_time([sys.executable, "-c", "import numpy"], ROOT, 3)  # beside each fit: machines slow down
+    unit = processor_time(IMPORT, ROOT, 3)  # beside each fit: machines slow down
     begin = time.process_time()
     try:
         spring = identify(case.training).spring()
@@ -212,8 +213,10 @@ def summary(rows: dict[tuple[str, str], dict[str, float]]) -> None:
             mean = math.exp(np.mean(np.log(ratios)))
             print(f"{name}: {len(ratios)} ratios, geometric mean {mean:.2f}, median {np.median(ratios):.2f}")
     for what, factor in (("before", WORSE), ("Bouc-Wen", WORSE), ("stops", 1.0), ("kernels", 1.0)):
-        worse = [" ".join(key) for key, row in rows.items() if row["now"] > factor * row.get(what, math.inf)]
-        print(f"above {factor} of {what}: {', '.join(worse) or 'none'}")
+        shares = {" ".join(key): row["now"] / row[what] for key, row in rows.items() if row["now"] > factor * row[what]}
+        print(
+            f"above {factor} of {what}: {', '.join(f'{key} ({share:.2f})' for key, share in shares.items()) or 'none'}"
+        )
 
 
 def main() -> None:
@@ -223,6 +226,9 @@ def main() -> None:
     parser.add_argument("--baseline", type=Path, default=BEFORE, metavar="FILE")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the product's errors instead of comparing")
     arguments = parser.parse_args()
+    # The bytecode of NumPy, which some installations do not have: without it the import takes twice as long.
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    processor_time(IMPORT, ROOT, 1)
     before = {"product": {}} if arguments.write else json.loads(arguments.baseline.read_text())
     written: dict[str, Any] = {"commit": commit(), "product": {}}
     warnings.simplefilter("ignore")  # paths that leave the range that was fitted

@@ -122,7 +122,7 @@ def kernels(training: list[Record]) -> Model:
     rows = Rows(training)
 
     def features(record: Record) -> Array:
-        x, travel, before, direction = memory(record, rows.reach)[1]
+        x, travel, before, direction = memory(record, rows.reach)[1].T
         near = [np.sign(v) * np.log1p(np.abs(v) / 0.02) / 4.0 for v in (travel, before)]  # finer soon after a turn
         return np.stack([x, *near, direction], axis=1)
 
