@@ -11,11 +11,12 @@ are taken. Files without a folder are in `../shared/data` beside the checkout; r
     actuator         tests/data/actuator/               column 5 [mm]; 7 [N]; 1 [ms]
     snap_through     tests/data/hinge/                  by name, negated [mm]; [N]; [s]; no such spring, to be refused
     SPC1             tests/data/degrading/              by name [mm]; [kN]; none; degrades
-    mr_damper        tests/data/mr_damper/              dist [mm]; forc [N]; Tout [s], every 0.01 s
+    mr_damper        tests/data/mr_damper/              dist [mm]; forc [N]; Tout [s], every 0.01 s; its only record
     mts_25mm, _5mm   25mm_0.25Hz.txt, 5mm_3Hz.txt       column 2 [mm]; 4 [N]; 1 [s]; mts_both: two records in one fit;
                      mts_25mm_to_5mm and back: the whole of one record is seen, the whole of the other held out
     mts_raw_1 to 5   raw_25mm_0.25Hz.txt                column 4, 9.83 mm/V; 3, 930 N/V; every 0.005 s; a current each,
-                     between the pauses; the factors match mts_25mm (which is mts_raw_3), and no error depends on them
+                     between the pauses, the first the lowest; the factors are those of mts_25mm if that is the third
+                     current, a guess; no error depends on them
     coupon_1         coupon_1.csv                       e_true, a strain as if in mm; Sigma_true, MPa as if N; none
     HEM320C_stroke   HEM320C_LP8.csv                    column 6 [mm]; 4 [kN]; 3 [s]
     HEM320C_gauge    the same, by its extensometer      column 5 [mm]; 4 [kN]; 3 [s]

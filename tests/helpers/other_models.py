@@ -110,9 +110,8 @@ def stops(training: list[Record]) -> Model:
         return np.hstack([stopped / limits, powers, -powers])
 
     A = rows.of(columns)
-    penalty = math.sqrt(1e-4 * len(A)) * np.eye(
-        A.shape[1]
-    )  # without, large weights cancel, and do not beyond the range
+    # Without a penalty large weights cancel within the range, and do not beyond it.
+    penalty = math.sqrt(1e-4 * len(A)) * np.eye(A.shape[1])
     force = np.concatenate([rows.force, np.zeros(A.shape[1])])
     return rows.model(columns, nnls(np.vstack([A, penalty]), force, maxiter=5000)[0])
 
