@@ -112,6 +112,7 @@ def test_degrees_above_3_and_a_raised_sigma_are_cautioned() -> None:
         (tanh_record(400), {"steady": 1e-4}, "the steady section has too few samples"),
         (tanh_record(400), {"smoothing": 60}, r"no sample .* can be H1, Omega/kappa >= -0\.5"),
         (tanh_record(400), {"smoothing": 120}, "Omega does not cross 0"),
+        (tanh_record(400), {"smoothing": 200}, "a window of 401 samples is longer than the period of 400"),
     ],
 )
 def test_formulas_without_a_value_are_refused_with_the_reason(

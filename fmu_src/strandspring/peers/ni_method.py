@@ -42,6 +42,7 @@ from ..model.outcomes import IdentificationError, Outcome
 from .ni import NiParameters
 from .periods import Periods, one_record, whole_periods
 
+_MOST_DRAWS = 1000  # of random start values
 _MAX_STEPS = 500  # of the optimizer, refused ones included
 # A sum of squares that improves by less than this share says nothing more about the parameters: with K samples,
 # one standard error changes it by 1/K.
@@ -147,15 +148,20 @@ def random_start(generator: np.random.Generator, scale: NiParameters) -> NiParam
     """Start values of which each is that of `scale` times a factor, log-uniform in [1/10, 10].
 
     Draws that are not physically possible are drawn again. B stays, since C carries the one number of the amplifier.
+
+    Raises
+    ------
+    ValueError   If none of a thousand draws is possible.
     """
     names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")
-    while True:
+    for _ in range(_MOST_DRAWS):
         factors = (10.0 ** generator.uniform(-1.0, 1.0, len(names))).tolist()
         drawn = {name: getattr(scale, name) * factor for name, factor in zip(names, factors, strict=True)}
         try:
             return replace(scale, **drawn)
         except ValueError:
             continue
+    raise ValueError(f"no parameters within a factor of ten of {scale} are physically possible; give others.")
 
 
 def _noise(periods: Periods) -> float:

@@ -54,7 +54,7 @@ class PaperOptions(Method):
     steady : float                 Half the steady section, share of the amplitude.
     smoothing : int or None        Half width h of the moving average in samples; K/48, but at least 1, if None.
     branch : str                   That of stage 2: "loading" or "unloading".
-    levels : (float, float, float) Omega/kappa, against the direction of motion at first, at H1, H2 and H3.
+    levels : (float, float, float) Omega/kappa at H1, H2 and H3 of the loading branch; on the other with the other sign.
     """
 
     name: ClassVar[str] = "paper"
@@ -101,13 +101,16 @@ class PaperOptions(Method):
     def _fit(self, periods: Periods, loops: SamplePoints, where: str) -> Fitted:
         """Both stages."""
         samples = periods.displacement.size
-        half_width = max(1, round(samples / _WINDOWS)) if self.smoothing is None else min(self.smoothing, samples // 2)
+        half_width = max(1, round(samples / _WINDOWS)) if self.smoothing is None else self.smoothing
+        if 2 * half_width >= samples:
+            raise _NoValueError(f"a window of {2 * half_width + 1} samples is longer than the period of {samples}")
         loop = _Loop.of(periods.displacement, _periodic_mean(periods.mean_force, half_width))
         x0, reach = float(periods.displacement.mean()), 0.5 * self.steady * float(np.ptp(loop.x))
         degrees = self.degrees or _DEGREES
-        kE, kA, kappa = _first_stage(loop.beyond(x0), reach, degrees)
+        about_x0 = loop.beyond(x0)
+        kE, kA, kappa = _first_stage(about_x0, reach, degrees)
         side = 1.0 if self.branch == "loading" else -1.0
-        y, force = loop.beyond(x0).branch(side)
+        y, force = about_x0.branch(side)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             Omega = _shrinking_mean((force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA), half_width)
             read = _second_stage(side * y, side * Omega / kappa, self.levels)

@@ -99,7 +99,7 @@ def one_record(parts: Sequence[SteadyRecord], where: str, method: str) -> Record
     ----------
     parts : sequence of SteadyRecord
     where : str                        Names of the records, for messages.
-    method : str                       Its name at the beginning of a sentence.
+    method : str                       Its name, likewise.
 
     Raises
     ------
