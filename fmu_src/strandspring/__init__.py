@@ -68,18 +68,18 @@ if TYPE_CHECKING:
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
-    from .identification.methods.direct import ScanOptions as ScanOptions
-    from .identification.methods.direct import TwoStageOptions as TwoStageOptions
-    from .identification.methods.refined import RefinedOptions as RefinedOptions
-    from .loops.description_file import read_campaign as read_campaign
+    from .identification.refined import RefinedOptions as RefinedOptions
+    from .loops.selection import read_campaign as read_campaign
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
     from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
     from .model.modelfile import model_schema as model_schema
+    from .model.outcomes import Finding as Finding
     from .model.outcomes import IdentificationError as IdentificationError
     from .model.outcomes import Outcome as Outcome
     from .peers.ni_method import NiOptions as NiOptions
     from .peers.paper import PaperOptions as PaperOptions
+    from .peers.two_stage import TwoStageOptions as TwoStageOptions
     from .records.given import bundled_record as bundled_record
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
@@ -111,15 +111,14 @@ _NAMES = {
     "core.parameters": ("SpringParameters",),
     "cosimulation.prescribed": ("simulate_fmu",),
     "errors": ("BuildError", "ModelError", "RecordError", "StrandspringError"),
-    "identification.methods.direct": ("ScanOptions", "TwoStageOptions"),
-    "identification.methods.refined": ("RefinedOptions",),
-    "loops.description_file": ("read_campaign",),
-    "loops.selection": ("select",),
+    "identification.refined": ("RefinedOptions",),
+    "loops.selection": ("read_campaign", "select"),
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
-    "model.outcomes": ("IdentificationError", "Outcome"),
+    "model.outcomes": ("Finding", "IdentificationError", "Outcome"),
     "peers.ni_method": ("NiOptions",),
     "peers.paper": ("PaperOptions",),
+    "peers.two_stage": ("TwoStageOptions",),
     "records.given": ("bundled_record",),
     "records.reading": ("read_record",),
     "records.record": ("Record",),

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
 from ..ground.arguments import flag
-from ..identification.identified_model import IdentifiedModel
-from ..identification.identify_records import identify_records
-from ..identification.methods.method import Method
+from ..identification.identified import IdentifiedModel
+from ..identification.identify import identify_records
+from ..identification.method import Method
 from ..identification.notes import notes_on
-from ..identification.rig.known_rig import KnownRig
 from ..model.joint import HYSTERETIC_UNITS
-from ..model.outcomes import Outcome, by_harm
-from ..model.stated_figures import differ, in_words
+from ..model.stated_figures import differ, effects_in_words, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
 from .common.result import PlottedResult
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ..peers.rivals.ranking import Ranking
     from ..report.details import ReportDetails
 
 
@@ -69,49 +66,36 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         return Spring.from_model(self.model_file(name, description))
 
-    def with_rivals(self, advance: Callable[[int], None] = lambda _: None) -> tuple[Identification, Ranking]:
-        """The ranking of other classes of models on the same records; the identification gains a caution where one of
-        them is clearly better.
-
-        Parameters
-        ----------
-        advance : callable   Is called with the number of classes fitted so far.
-        """
-        from ..peers.rivals.ranking import rank
-
-        ranking = rank(self.steady_parts, advance=advance)
-        if self.effects:
-            removed = ", ".join(name.replace("_", " ") for name in self.effects)
-            sentence = f"All classes were fitted to the records without the effects of the rig: {removed}."
-            ranking = replace(ranking, notes=(*ranking.notes, sentence))
-        if not ranking.better:
-            return self, ranking
-        return replace(self, findings=by_harm({**self.findings, Outcome.OTHER_CLASS: ""})), ranking
-
     def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """Figures of each record by the saved spring alone, those of the fit where they differ, and parameters."""
+        """The verdict, figures of each record by the saved spring alone, those of the fit where they differ, and
+        parameters.
+        """
         return [
-            *brief_fit_lines(self.fits, self.fitted, self.figures),
+            *self._verdict,
+            *brief_fit_lines(self.figures, self.fits, self.fitted),
             *brief_parameter_lines(self.parameters, self.uncertainty),
         ]
 
     def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """Figures of the saved spring alone, those of the fit where they differ, and parameters with errors."""
+        """The verdict, figures of the saved spring alone, those of the fit where they differ, parameters with errors,
+        what the spring misses, what is known of small loops, and what the rig added.
+        """
         alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
         lines = [
+            *self._verdict,
             f"Identified by the {self.method} method: {in_words(self.figures)}{alone}",
             *fit_lines(self.fits, self.fitted),
             *parameter_lines(self.parameters, self.uncertainty),
         ]
-        if self.lack_of_fit is not None:
-            lines.append(f"  {self.lack_of_fit.sentence}")
-        if self.wider is not None:
-            lines.append(f"  {self.wider.sentence}")
-        lines.append(f"  {self.small_loops.sentence}")
-        removed = KnownRig.from_effects(self.effects, self.options).sentence
-        if removed:
-            lines.append(f"  {removed}")
+        if self.certainty is not None:
+            lines += [f"  {self.certainty.lack.sentence}", f"  {self.certainty.unrecorded.sentence}"]
+        if removed := effects_in_words(self.effects):
+            lines.append(f"  removed as the rig's: {'; '.join(map(' '.join, removed.items()))}")
         return lines
+
+    @property
+    def _verdict(self) -> list[str]:
+        return [] if self.verdict is None else [str(self.verdict)]
 
     def as_json(self) -> dict[str, Any]:
         """The result as an object for JSON, in SI units."""
@@ -119,19 +103,11 @@ class Identification(IdentifiedModel, PlottedResult):
             "method": self.method,
             "options": self.options,
             "parameters": self.parameters.as_dict(),
-            **self.figures,
-            "fitted": self.fitted_figures,
             "uncertainty": self.uncertainty,
-            "records": [fit_json(*both) for both in zip(self.fits, self.fitted, strict=True)],
-            "outcomes": [
-                {"name": outcome.name.lower(), "sentence": sentence}
-                for outcome, sentence in zip(self.outcomes, self.cautions, strict=True)
-            ],
+            **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
+            **self.model_file().fit,
             "effects": self.effects,
-            "recorded_loops": [loop.as_json() for loop in self.recorded],
-            "small_loops": asdict(self.small_loops),
-            "classes": None if self.wider is None else self.wider.as_json(),
-            "lack_of_fit": None if self.lack_of_fit is None else asdict(self.lack_of_fit),
+            "records": [fit_json(*both) for both in zip(self.fits, self.fitted, strict=True)],
             "notes": self.notes,
         }
 
@@ -217,7 +193,8 @@ def identify(
 ) -> Identification:
     """Identify one spring from one or more records.
 
-    The cautions of the result say what the records do not decide, and which effects of a rig were found in them.
+    The verdict of the result says how far the spring predicts strokes that it was not fitted to, and whether plain
+    models do better; the findings say what the records show beside, and what to do.
 
     Parameters
     ----------
@@ -231,9 +208,9 @@ def identify(
         such as "x [mm]". Else files are in mm, N and s, and arrays and DataFrames in m, N and s, with displacements
         within +-0.5 m; `summary` says what was assumed.
     reverse : "displacement", "force" or None    The one to negate.
-    method : "refined", "two-stage", "scan", "paper", "ni" or None
+    method : "refined", "two-stage", "paper", "ni" or None
         The method with its defaults; the refined method if None.
-    options : RefinedOptions, TwoStageOptions, ScanOptions, PaperOptions, NiOptions or None
+    options : RefinedOptions, TwoStageOptions, PaperOptions, NiOptions or None
         Instead of `method`, a method with its options.
     save_anyway : bool
         Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.
@@ -257,7 +234,7 @@ def identify(
     >>> f"{result.rnl:.2f}"
     '0.98'
     >>> [outcome.name for outcome in result.outcomes]
-    ['SMALL_LOOPS', 'FIRST_CYCLE_DIFFERS']
+    ['ONE_AMPLITUDE', 'FIRST_CYCLE_DIFFERS']
     """
     if isinstance(force, Method):
         force, options = None, force

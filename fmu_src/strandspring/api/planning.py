@@ -15,7 +15,7 @@ from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
 from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
-from ..identification.identified_model import IdentifiedModel
+from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
 from ..loops.cycles import find_cycles

@@ -17,7 +17,7 @@ from ..ground.plotfile import some_axes
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import as_times
 from ..kernel.path import OmegaStart, PathSolver, as_path, warn_outside
-from ..loops.modelled import steady_loop
+from ..loops.loop import steady_loop
 from ..model.modelfile import ModelFile, load_model, save_model
 
 if TYPE_CHECKING:

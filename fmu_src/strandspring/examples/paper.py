@@ -10,6 +10,7 @@ import argparse
 import json
 import sys
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -26,8 +27,8 @@ from strandspring.ground.files import refuse_unwritable, write_text
 from strandspring.ground.one_thread import one_thread
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.arrays import FloatArray
-from strandspring.peers.ni import PAPER_NI
-from strandspring.peers.ni_method import NiOutcome, ni_method, random_start
+from strandspring.peers.ni import PAPER_NI, NiParameters
+from strandspring.peers.ni_method import ni_method
 from strandspring.report.rendering.drawing import STYLE
 from strandspring.report.rendering.palette import LIGHT
 
@@ -88,7 +89,7 @@ class Run(NamedTuple):
             return spring.response(np.tile(record.displacement, 5))[-self.samples :]
         start = PAPER_NI if self.start == "exact" else random_start(np.random.default_rng(self.seed), PAPER_NI)
         found = ni_method(1e3 * record.displacement, record.force, start)
-        if found.outcome is NiOutcome.OUT_OF_STEPS:
+        if found.outcome is ss.Outcome.NOT_CONVERGED:
             raise ss.StrandspringError(found.outcome.value)
         return found.parameters.steady_force(1e3 * record.displacement)
 
@@ -104,6 +105,17 @@ class Run(NamedTuple):
 
 def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
+
+
+def random_start(generator: np.random.Generator, scale: NiParameters) -> NiParameters:
+    """Possible start values of which each is that of `scale` times a factor, log-uniform in [1/10, 10]."""
+    while True:
+        factors = (10.0 ** generator.uniform(-1.0, 1.0, 8)).tolist()
+        names = ("K1", "K2", "K3", "C", "eta", "theta", "lambda_", "n")  # C carries the one number of the amplifier
+        try:
+            return replace(scale, **{n: getattr(scale, n) * factor for n, factor in zip(names, factors, strict=True)})
+        except ValueError:
+            continue
 
 
 def campaign() -> dict[str, ss.Record]:

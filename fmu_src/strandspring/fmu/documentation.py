@@ -58,7 +58,7 @@ def documentation_page(
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
         followed=[_followed(fit) for fit in stated_fits(model)],
-        cautions=list(stated_cautions(model).values()),
+        cautions=[sentence for _, sentence in stated_cautions(model)],
         hysteresis=_hysteresis(model),
         records=[entry for entry in objects(model.provenance.get("records")) if "file" in entry],
         model_path=MODEL_IN_FMU,

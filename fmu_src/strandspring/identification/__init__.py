@@ -1,1 +1,1 @@
-"""Identification of the spring from records; knows the model and the records, nothing of FMI."""
+"""Identification: records in, a physically possible spring with its figures out, or a named refusal."""

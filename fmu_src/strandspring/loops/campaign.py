@@ -11,7 +11,7 @@ import numpy as np
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
 from .cycles import Cycle, find_cycles
-from .loop import Loop, group_by_amplitude
+from .loop import Loop, group_by_amplitude, mean_figures
 
 _CELLS = 40  # on each branch compared
 _SAME_FREQUENCY = 1.1  # frequencies within this factor count as one
@@ -51,8 +51,8 @@ class RateIndependence:
     verdict : RateVerdict
     frequencies : (float, float) or None   Least and greatest frequency compared [Hz]; None if unknown.
     amplitudes : int                       Number of amplitudes at which frequencies were compared.
-    relative_to_noise : float or None      rms difference between mean loops of two frequencies over what cycle-to-cycle
-                                           scatter and force noise make of it [-].
+    relative_to_noise : float or None      rms difference between mean loops of two frequencies over what the scatter of
+                                           cycles and the noise of the force make of it [-].
     relative_to_height : float or None     The same difference over the mean distance of the branches [-].
     """
 
@@ -80,42 +80,30 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
     At each amplitude the mean loops of the frequencies are compared by analysis of variance, without a constant
     offset of the force, which a drifting sensor makes, and without the first fifth after each reversal, where small
     differences between the turning points would count. Several amplitudes are pooled by their mean squares.
-
-    Parameters
-    ----------
-    cycles : sequence of Cycle   Of one or more records.
     """
     timed = [cycle for cycle in cycles if cycle.frequency is not None]
     if not timed:
         return RateIndependence(RateVerdict.NO_TIMES)
-    compared: list[tuple[float, float]] = []
-    frequencies: list[float] = []
+    compared, frequencies = [], []
     for group in group_by_amplitude(timed):
-        classes = _by_frequency(group)
+        classes: list[list[Cycle]] = []
+        for cycle in sorted(group, key=_frequency):
+            if not classes or _frequency(cycle) > _SAME_FREQUENCY * _frequency(classes[-1][0]):
+                classes.append([])
+            classes[-1].append(cycle)
         if len(classes) > 1:
             compared.append(_rate_difference(classes))
-            frequencies += [cycle.frequency or 0.0 for cycle in group]
+            frequencies += [_frequency(cycle) for cycle in group]
     if not compared:
         return RateIndependence(RateVerdict.ONE_FREQUENCY)
     to_noise, to_height = np.sqrt(np.mean(np.square(compared), axis=0)).tolist()
-    if to_noise <= _BEYOND_NOISE:
-        verdict = RateVerdict.INDEPENDENT
-    else:
-        verdict = RateVerdict.LITTLE if to_height <= _LITTLE else RateVerdict.DEPENDENT
+    beyond = RateVerdict.LITTLE if to_height <= _LITTLE else RateVerdict.DEPENDENT
+    verdict = beyond if to_noise > _BEYOND_NOISE else RateVerdict.INDEPENDENT
     return RateIndependence(verdict, (min(frequencies), max(frequencies)), len(compared), to_noise, to_height)
 
 
-def _by_frequency(cycles: Sequence[Cycle]) -> list[list[Cycle]]:
-    """Cycles of one frequency together, by rising frequency."""
-    classes: list[list[Cycle]] = []
-    start = 0.0
-    for cycle in sorted(cycles, key=lambda cycle: cycle.frequency or 0.0):
-        frequency = cycle.frequency or 0.0
-        if not classes or frequency > _SAME_FREQUENCY * start:
-            classes.append([])
-            start = frequency
-        classes[-1].append(cycle)
-    return classes
+def _frequency(cycle: Cycle) -> float:
+    return cycle.frequency or 0.0
 
 
 def _rate_difference(classes: list[list[Cycle]]) -> tuple[float, float]:
@@ -128,16 +116,15 @@ def _rate_difference(classes: list[list[Cycle]]) -> tuple[float, float]:
     for cycle in cycles:
         loading, up = cycle.loading.profile(low + (high - low) * shares)
         unloading, down = cycle.unloading.profile(high - (high - low) * shares[::-1])
-        row = np.concatenate([loading, unloading])
-        rows.append(row - row.mean())
+        rows.append(np.concatenate([loading, unloading]))
         sampling.append(cycle.noise**2 * np.mean(1.0 / np.concatenate([up, down])))
-    profiles = np.stack(rows)
+    profiles = np.stack(rows) - np.mean(rows, axis=1, keepdims=True)
     sizes = np.array([len(members) for members in classes])
     of_class = np.repeat(np.arange(sizes.size), sizes)
     means = np.stack([profiles[of_class == k].mean(axis=0) for k in range(sizes.size)])
-    between = np.mean(np.sum((means - means.mean(axis=0)) ** 2, axis=0)) / (sizes.size - 1)
-    freedom = len(cycles) - sizes.size
-    scatter = np.mean(np.sum((profiles - means[of_class]) ** 2, axis=0)) / freedom if freedom else 0.0
+    between = float(np.mean(np.var(means, axis=0, ddof=1)))
+    freedom = max(len(cycles) - sizes.size, 1)  # single cycles do not scatter about themselves
+    scatter = np.mean(np.sum((profiles - means[of_class]) ** 2, axis=0)) / freedom
     height = float(np.mean([abs(cycle.figures.height) for cycle in cycles]))
     variance = max(float(scatter), float(np.mean(sampling)), (_RESOLUTION * height) ** 2, 1e-300)
     expected = variance * float(np.mean(1.0 / sizes))
@@ -194,21 +181,13 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     """The paper's hardening overlap: do loading paths of different amplitudes run together once under way?
 
     Compared is where each smaller loop has travelled half its stroke and the largest one as far; what the noise of the
-    force makes of the distance is removed.
-
-    Parameters
-    ----------
-    loops : sequence of Loop   Measured cycles, or the model's loops.
-
-    Returns
-    -------
-    Overlap or None            None if no amplitude is below nine tenths of the largest.
+    force makes of the distance is removed. None if no amplitude is below nine tenths of the largest.
     """
     *others, largest = group_by_amplitude(loops) or [[]]
     smaller = [g for g in others if g[0].figures.amplitude <= _SMALLER * largest[0].figures.amplitude]
     if not smaller:
         return None
-    squares, variances = [], []
+    compared = []
     for group in smaller:
         members = [loop.figures for loop in (*group, *largest)]
         stroke = float(np.mean([loop.figures.stroke for loop in group]))
@@ -216,26 +195,25 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
         end = min(figures.high for figures in members) - _END * stroke
         if end - begin >= _LEAST_SHARED * stroke:
             cells = np.linspace(begin, end, _CELLS)
-            (first, first_variance), (second, second_variance) = _loading(group, cells), _loading(largest, cells)
-            squares.append(np.mean((first - second) ** 2))
-            variances.append(first_variance + second_variance)
-    if not squares:
+            (first, own), (second, other) = _loading(group, cells), _loading(largest, cells)
+            compared.append([float(np.mean((first - second) ** 2)), own + other])
+    if not compared:
         return Overlap(OverlapVerdict.NO_SHARED_RANGE)
-    noise = float(np.mean(variances))
-    distance = float(np.sqrt(max(np.mean(squares) - noise, 0.0)))
-    height = abs(float(np.mean([loop.figures.height for loop in largest])))
+    square, noise = np.mean(compared, axis=0).tolist()
+    height = abs(mean_figures(largest).height)
     if height <= _BEYOND_NOISE * np.sqrt(noise):
         return Overlap(OverlapVerdict.LOST_IN_NOISE)
-    share = distance / max(height, 1e-300)
+    distance = float(np.sqrt(max(square - noise, 0.0)))
+    share = distance / height
     verdict = OverlapVerdict.OVERLAPPING if share <= _OVERLAPPING else OverlapVerdict.APART
-    return Overlap(verdict, len(squares), distance, share)
+    return Overlap(verdict, len(compared), distance, share)
 
 
 def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, float]:
     """Mean loading path on cells of displacement [N], and the mean variance that noise gives it [N^2]."""
-    profiles = [loop.loading.profile(cells) for loop in loops]
-    variance = [loop.noise**2 * np.mean(1.0 / count) for loop, (_, count) in zip(loops, profiles, strict=True)]
-    return np.asarray(np.mean([force for force, _ in profiles], axis=0)), float(np.mean(variance)) / len(loops)
+    forces, counts = zip(*(loop.loading.profile(cells) for loop in loops), strict=True)
+    variances = [loop.noise**2 * np.mean(1.0 / count) for loop, count in zip(loops, counts, strict=True)]
+    return np.asarray(np.mean(forces, axis=0)), float(np.mean(variances)) / len(loops)
 
 
 def campaign_verdicts(
@@ -243,15 +221,8 @@ def campaign_verdicts(
 ) -> tuple[RateIndependence | None, Overlap | None]:
     """Rate dependence and overlap from the cycles of a test campaign.
 
-    Parameters
-    ----------
-    records : sequence of Record
-    model_loops : sequence of Loop   Their loading paths are compared if the records hold no closed loop.
-
-    Returns
-    -------
-    rate : RateIndependence or None   None where nobody would ask: no records, or one of one amplitude.
-    overlap : Overlap or None         As `loading_overlap`.
+    The first is None where nobody would ask: no records, or one of one amplitude. The loading paths of the model's
+    loops are compared if the records hold no closed loop.
     """
     # A first loading differs from a steady loop, whatever its frequency and amplitude.
     cycles = [cycle for record in records for cycle in find_cycles(record) if cycle.gap == 0.0]

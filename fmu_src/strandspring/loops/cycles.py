@@ -1,19 +1,26 @@
-"""Full cycles of a measured record, with the figures of each, and of those of one amplitude."""
+"""Strokes and full cycles of a measured record, with the figures of each cycle, and of those of one amplitude.
+
+A stroke is the path between two consecutive reversals, a cycle is two strokes of equal length.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import FloatArray, IntArray
 from ..records.record import Record
+from ..records.spikes import IndexArray
 from .loop import AMPLITUDE_TOLERANCE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
-from .noise_levels import noise_level
-from .strokes import Strokes, find_strokes
+from .noise_levels import least_reversal, noise_level, path_noise_level
+from .turning import turning_points
 
+# A million samples of white noise span ten standard deviations: more is a reversal.
+_REVERSAL = 12.0
 # The force at a turning point is that of a parabola fitted to this last share of the stroke before it, which averages
 # the noise; the force is smooth before a reversal, not after it...
 _FITTED_SHARE = 0.05
@@ -25,58 +32,82 @@ _NOISE_FACTOR = 5.0
 
 
 @dataclass(frozen=True, eq=False)
+class Strokes:
+    """A path of K samples cut at its S - 1 reversals."""
+
+    path: FloatArray  # as recorded, shape (K,) [m]
+    turning: IndexArray  # first sample, reversals, last sample, shape (S + 1,)
+
+    @property
+    def count(self) -> int:
+        """Number of strokes S."""
+        return self.turning.size - 1
+
+    @cached_property
+    def ends(self) -> FloatArray:
+        """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
+        return self.path[self.turning]
+
+    @cached_property
+    def length(self) -> FloatArray:
+        """Length of each stroke, shape (S,) [m]."""
+        return np.abs(np.diff(self.ends))
+
+    @cached_property
+    def direction(self) -> IntArray:
+        """+1 loading, -1 unloading, shape (S,)."""
+        return np.where(np.diff(self.ends) >= 0.0, 1, -1)
+
+    @cached_property
+    def of_sample(self) -> IndexArray:
+        """Stroke that leads to each sample, shape (K,)."""
+        return np.searchsorted(self.turning[1:-1], np.arange(self.path.size), side="left")
+
+
+def find_strokes(displacement: FloatArray) -> Strokes:
+    """Cut a path [m] at its reversals beyond the noise."""
+    least = max(_REVERSAL * path_noise_level(displacement), least_reversal(displacement))
+    return Strokes(displacement, turning_points(displacement, least))
+
+
+@dataclass(frozen=True, eq=False)
 class Cycle(Loop):
     """One measured cycle.
 
-    Attributes
-    ----------
-    path : str                  Of the record.
-    frequency : float or None   Reciprocal of its duration [Hz]; None without increasing times.
-    first_sample : int          Index of its first sample in the record.
-    last_sample : int           Of its last one, which is the first one of the next cycle in a series.
-    gap : float                 Force at its end less that at its beginning [N], where these differ because no equal
-                                stroke came before the first one, as in a first loading; else 0.
+    The gap is the force at its end less that at its beginning [N], where these differ because no equal stroke came
+    before the first one, as in a first loading; else 0.
     """
 
-    path: str
-    frequency: float | None
-    first_sample: int
-    last_sample: int
-    gap: float = 0.0
+    frequency: float | None  # reciprocal of its duration [Hz]; None without increasing times
+    first_sample: int  # in the record
+    last_sample: int  # which is the first one of the next cycle in a series
+    gap: float
 
 
 def find_cycles(record: Record) -> tuple[Cycle, ...]:
-    """Full cycles of a record all samples of which are compared; no two of them overlap.
+    """Full cycles of a record all samples of which are compared, in their order; no two of them overlap.
 
     A cycle is two consecutive strokes whose lengths agree within 3 %. The first stroke of a series of such strokes
     depends on the motion before it, so cycles begin with the second stroke if there are at least three; of only two,
     `Cycle.gap` says whether the loop is open. Likewise, a record of one period that begins within a stroke is one
     cycle.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    tuple of Cycle   In the order of the record; empty if there is no full cycle.
     """
     strokes = find_strokes(record.displacement)
     x, r = record.displacement, record.force
     work = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(x))])
     stroke_work = np.diff(work[strokes.turning])
     end_force = _end_forces(strokes, r)
-    min_force, max_force = (extreme.reduceat(r, strokes.turning[:-1]) for extreme in (np.minimum, np.maximum))
     noise = noise_level(r, strokes.turning[1:-1])
     cycles = []
     for k, count, is_first in _cycle_strokes(strokes):
         cycle = slice(k, k + count)
         begin, end = int(strokes.turning[k]), int(strokes.turning[k + count])
-        if record.compared is not None and not record.compared[begin : end + 1].all():
+        samples = slice(begin, end + 1)
+        if record.compared is not None and not record.compared[samples].all():
             continue
         closing_work = 0.5 * (r[begin] + r[end]) * (x[begin] - x[end])
         # The turning points are the ends of the first two strokes; the first point may lie within a stroke.
-        ends = strokes.turning_displacement[k + 1 : k + 3]
+        ends = strokes.ends[k + 1 : k + 3]
         bottom, top = int(np.argmin(ends)), int(np.argmax(ends))
         figures = LoopFigures(
             low=float(ends[bottom]),
@@ -84,41 +115,40 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
             force_low=float(end_force[k + bottom]),
             force_high=float(end_force[k + top]),
             mean_force=float(np.sum(strokes.direction[cycle] * stroke_work[cycle]) / np.sum(strokes.length[cycle])),
-            min_force=float(min(min_force[cycle].min(), r[end])),
-            max_force=float(max(max_force[cycle].max(), r[end])),
+            min_force=float(r[samples].min()),
+            max_force=float(r[samples].max()),
             energy_per_cycle=float(np.sum(stroke_work[cycle]) + closing_work),
         )
         loading, unloading = (_branch(strokes, r, range(k, k + count), direction) for direction in (1, -1))
         duration = 0.0 if record.time is None else float(record.time[end] - record.time[begin])
         frequency = 1.0 / duration if duration > 0.0 else None
-        reversal = int(strokes.turning[k + 1])
         tolerance = max(_GAP_TOLERANCE * abs(figures.height), _NOISE_FACTOR * noise)
-        gap = _gap(x, r, begin, reversal, end, tolerance) if is_first else 0.0
-        cycles.append(Cycle(figures, loading, unloading, noise, record.path, frequency, begin, end, gap))
+        gap = _gap(x, r, (begin, int(strokes.turning[k + 1]), end), tolerance) if is_first else 0.0
+        cycles.append(Cycle(figures, loading, unloading, noise, frequency, begin, end, gap))
     return tuple(cycles)
 
 
 def _cycle_strokes(strokes: Strokes) -> list[tuple[int, int, bool]]:
     """First stroke and number of strokes of each cycle, and whether the first stroke follows no equal one."""
-    length = strokes.length
+    length, x = strokes.length, strokes.ends
     equal = np.abs(np.diff(length)) <= AMPLITUDE_TOLERANCE * np.maximum(length[1:], length[:-1])
     edges = np.flatnonzero(~equal) + 1
     cycles = []
     for first, last in zip([0, *edges], [*edges, strokes.count], strict=True):
         begin = first + 1 if last - first >= 3 else first
         cycles += [(int(k), 2, bool(k == first)) for k in range(begin, last - 1, 2)]
-    x = strokes.turning_displacement
     if not cycles and strokes.count == 3 and abs(x[3] - x[0]) <= AMPLITUDE_TOLERANCE * length[1]:
         cycles = [(0, 3, True)]
     return cycles
 
 
-def _gap(x: FloatArray, r: FloatArray, begin: int, reversal: int, end: int, tolerance: float) -> float:
+def _gap(x: FloatArray, r: FloatArray, samples: tuple[int, int, int], tolerance: float) -> float:
     """Force at the end of a loop less that at its beginning [N]; 0 within a tolerance.
 
     The way that is missing between them may lie behind a reversal, where the force changes most: what it changes over
     as much of the way behind the reversal within the loop is tolerated, as is what it changes from sample to sample.
     """
+    begin, reversal, end = samples
     behind = reversal + int(np.argmax(np.abs(x[reversal:end] - x[reversal]) >= abs(x[begin] - x[end])))
     tolerance += abs(r[behind] - r[reversal]) + abs(r[begin + 1] - r[begin]) + abs(r[end] - r[end - 1])
     gap = float(r[end] - r[begin])
@@ -127,45 +157,32 @@ def _gap(x: FloatArray, r: FloatArray, begin: int, reversal: int, end: int, tole
 
 def _end_forces(strokes: Strokes, force: FloatArray) -> FloatArray:
     """Force at the end of each stroke, shape (S,) [N], by a parabola fitted to its last samples."""
-    length = strokes.length[strokes.of_sample]
+    of_sample = strokes.of_sample
+    fitted = np.maximum(_FITTED_SHARE * strokes.length, 1e-300)
+    t = np.abs(strokes.ends[1:][of_sample] - strokes.path) / fitted[of_sample]
     # While the displacement is constant at the end, the force may relax or reverse already.
-    constant = np.bincount(strokes.of_sample[strokes.travel >= length], minlength=strokes.count)
-    arrival = strokes.turning[1:] - np.maximum(constant - 1, 0)
-    at_end = force[arrival]
-    remaining = 1.0 - strokes.travel / np.maximum(length, 1e-300)
-    near = (remaining <= _FITTED_SHARE) & (np.arange(force.size) <= arrival[strokes.of_sample])
-    stroke, t = strokes.of_sample[near], remaining[near] / _FITTED_SHARE
-    excess = force[near] - at_end[stroke]
-
-    def total(weights: FloatArray) -> FloatArray:
-        return np.bincount(stroke, weights=weights, minlength=strokes.count).astype(np.float64)
-
-    moments = np.stack([total(t**power) for power in range(5)])
-    matrix = np.moveaxis(np.stack([moments[k : k + 3] for k in range(3)]), 2, 0)
-    right = np.stack([total(excess * t**power) for power in range(3)], axis=1)
-    # Fewer than three distinct displacements give a singular matrix; the least-norm solution still fits their means.
-    coefficients = np.linalg.pinv(matrix, rcond=1e-10, hermitian=True) @ right[:, :, None]
-    return np.where(moments[0] >= _MIN_FITTED_SAMPLES, at_end + coefficients[:, 0, 0], at_end)
+    arrival, at_the_end = strokes.turning[1:].copy(), np.flatnonzero(t == 0.0)[::-1]
+    arrival[of_sample[at_the_end]] = at_the_end  # of each stroke the first one remains
+    near = np.flatnonzero((t <= 1.0) & (np.arange(t.size) <= arrival[of_sample]))
+    begins = np.searchsorted(of_sample[near], np.arange(strokes.count + 1))
+    found = force[arrival]
+    for k in np.flatnonzero(np.diff(begins) >= _MIN_FITTED_SAMPLES):
+        own = near[begins[k] : begins[k + 1]]
+        # Fewer than three distinct displacements give a singular matrix; the least-norm solution fits their means.
+        found[k] += np.linalg.lstsq(np.vander(t[own], 3), force[own] - found[k], rcond=1e-5)[0][-1]
+    return found
 
 
 def _branch(strokes: Strokes, force: FloatArray, cycle: range, direction: int) -> LoopBranch:
-    """Samples of the strokes in one direction; of a period that begins within a stroke, the last stroke comes first."""
-    pieces = [
-        np.arange(strokes.turning[k], strokes.turning[k + 1] + 1) for k in cycle if strokes.direction[k] == direction
-    ]
-    order = np.concatenate(pieces[::-1])[::direction]
-    return LoopBranch(strokes.displacement[order], force[order])
+    """Samples of the strokes in one direction."""
+    pairs = [strokes.turning[k : k + 2] for k in cycle if strokes.direction[k] == direction]
+    samples = np.concatenate([np.arange(first, last + 1) for first, last in pairs])
+    return LoopBranch(strokes.path[samples], force[samples])
 
 
 @dataclass(frozen=True)
 class FigureSpread:
-    """Standard deviation of the figures from cycle to cycle.
-
-    Attributes
-    ----------
-    secant_stiffness, energy_per_cycle : float   [N/m], [J].
-    loss_factor, damping_ratio : float           [-], [-].
-    """
+    """Standard deviation of figures of `LoopFigures` from cycle to cycle."""
 
     secant_stiffness: float
     energy_per_cycle: float
@@ -183,9 +200,9 @@ class MeasuredLoop:
     figures : LoopFigures          Of the mean cycle.
     spread : FigureSpread or None  None for a single cycle.
     cycles : int                   Number of cycles.
+    frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
     gap : float                    Force at the end of the loop less that at its beginning, over the loop's height [-];
                                    0 for closed loops. Where a loop is open, as in a first loading, so are the figures.
-    frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
     """
 
     path: str
@@ -197,18 +214,10 @@ class MeasuredLoop:
 
 
 def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
-    """Figures of the loops in a record in ascending order of amplitude; cycles that agree within 3 % are averaged,
-    open ones only where none is closed.
+    """Figures of the loops in a record in ascending order of amplitude.
 
-    Energies are trapezoidal sums over the samples of the closed loop; peak forces are sampled and include noise.
-
-    Parameters
-    ----------
-    record : Record
-
-    Returns
-    -------
-    tuple of MeasuredLoop
+    Cycles that agree within 3 % are averaged, open ones only where none is closed. Energies are trapezoidal sums over
+    the samples of the closed loop; peak forces are sampled and include noise.
 
     Raises
     ------
@@ -219,26 +228,16 @@ def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
         selected = "lies within the selected displacements; select a range that holds one"
         where = "was found; record at least one full cycle" if record.compared is None else selected
         raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
-    return tuple(_measured(group) for group in group_by_amplitude(cycles))
+    return tuple(_measured(record.path, group) for group in group_by_amplitude(cycles))
 
 
-def _measured(cycles: Sequence[Cycle]) -> MeasuredLoop:
+def _measured(path: str, cycles: Sequence[Cycle]) -> MeasuredLoop:
     group = [cycle for cycle in cycles if cycle.gap == 0.0] or cycles
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
-    return MeasuredLoop(
-        path=group[0].path,
-        figures=mean_figures(group),
-        spread=spread_of(group),
-        cycles=len(group),
-        frequency=float(np.mean(frequencies)) if frequencies else None,
-        gap=float(np.mean([_gap_share(cycle) for cycle in group])),
-    )
-
-
-def _gap_share(cycle: Cycle) -> float:
-    """The gap over the height of the loop; over its peak-to-peak force where the branches have no distance."""
-    figures = cycle.figures
-    return cycle.gap / (figures.height or figures.max_force - figures.min_force) if cycle.gap else 0.0
+    # Over the peak-to-peak force where the branches have no distance.
+    gaps = [c.gap / (c.figures.height or c.figures.max_force - c.figures.min_force) if c.gap else 0.0 for c in group]
+    frequency = float(np.mean(frequencies)) if frequencies else None
+    return MeasuredLoop(path, mean_figures(group), spread_of(group), len(group), frequency, float(np.mean(gaps)))
 
 
 def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:

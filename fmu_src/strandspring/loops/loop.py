@@ -1,4 +1,4 @@
-"""A closed loop between two turning points: its branches and its figures."""
+"""A closed loop between two turning points, its branches and its figures, and the model's steady loop."""
 
 from __future__ import annotations
 
@@ -9,11 +9,19 @@ from typing import TypeVar
 
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..ground.result_columns import ResultColumn
 from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..kernel.steady import steady_start
 
 # Loops form a group if both their turning points agree within this share of the amplitude.
 AMPLITUDE_TOLERANCE = 0.03
+_POINTS = 513  # on each branch of the model's loop, for the peak forces and for comparing branches
+_RELAXED = (
+    "Loops of the model are slow: its Maxwell branches have relaxed. At the recorded rates stiffness and energy are "
+    "larger."
+)
 
 
 @dataclass(frozen=True)
@@ -90,28 +98,13 @@ PANELS = tuple(LOOP_FIGURE[key] for key in ("secant_stiffness", "energy_per_cycl
 
 @dataclass(frozen=True, eq=False)
 class LoopBranch:
-    """Points of one branch of a loop in ascending order of displacement.
+    """Points of one branch of a loop; those of the model in ascending order of displacement."""
 
-    Attributes
-    ----------
-    displacement, force : ndarray, shape (P,)   [m], [N].
-    """
-
-    displacement: FloatArray
-    force: FloatArray
+    displacement: FloatArray  # shape (P,) [m]
+    force: FloatArray  # shape (P,) [N]
 
     def profile(self, cells: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Average force in cells of displacement.
-
-        Parameters
-        ----------
-        cells : ndarray, shape (G,)   Centres of cells of equal width [m], ascending, G >= 2, within the branch.
-
-        Returns
-        -------
-        force : ndarray, shape (G,)   Force at the centre of each cell [N].
-        count : ndarray, shape (G,)   Number of samples in the cell, at least 1.
-        """
+        """Force at the centres of cells of equal width [m], ascending and within the branch, and their samples."""
         width = cells[1] - cells[0]
         cell = np.floor((self.displacement - cells[0]) / width + 0.5).astype(np.intp)
         first = int(cell.min())
@@ -124,19 +117,12 @@ class LoopBranch:
 
 @dataclass(frozen=True, eq=False)
 class Loop:
-    """A closed loop.
-
-    Attributes
-    ----------
-    figures : LoopFigures
-    loading, unloading : LoopBranch
-    noise : float                  Standard deviation of the noise on the branches' forces [N]; 0 for the model.
-    """
+    """A closed loop."""
 
     figures: LoopFigures
     loading: LoopBranch
     unloading: LoopBranch
-    noise: float
+    noise: float  # standard deviation of the noise on the branches' forces [N]; 0 for the model
 
 
 L = TypeVar("L", bound=Loop)
@@ -163,3 +149,43 @@ def group_by_amplitude(loops: Iterable[L]) -> list[list[L]]:
             groups.append([loop])
             means.append(ends)
     return groups
+
+
+def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
+    """The model's steady loop between two turning points [m], exact but for the peak forces, which are sampled.
+
+    Outside the identified range the model is extrapolated linearly. Where the spring has Maxwell branches the loop is
+    slow: they have relaxed.
+
+    Raises
+    ------
+    ValueError   Unless both are finite and low < high.
+    """
+    if not (np.isfinite([low, high]).all() and low < high):
+        raise ValueError(f"`low` must be below `high`, both finite [m], got {low!r} and {high!r}.")
+    solver, omega = solver.slow, steady_start(solver.parameters, high - low)
+    rising = np.linspace(low, high, _POINTS)
+    force = solver.force(np.concatenate([rising, rising[-2::-1]]), omega)
+    loading, unloading = force[:_POINTS], force[: _POINTS - 2 : -1]
+    _, loading_energy, cycle_energy = solver.absorbed_energy(np.array([low, high, low]), omega).tolist()
+    figures = LoopFigures(
+        low=low,
+        high=high,
+        force_low=float(loading[0]),
+        force_high=float(loading[-1]),
+        mean_force=(2.0 * loading_energy - cycle_energy) / (2.0 * (high - low)),
+        min_force=float(force.min()),
+        max_force=float(force.max()),
+        energy_per_cycle=cycle_energy,
+    )
+    return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
+
+
+def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigures:
+    """Figures of `steady_loop`."""
+    return steady_loop(solver, low, high).figures
+
+
+def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:
+    """What has to be said of the figures of a spring's loops: a caution if it has Maxwell branches, else nothing."""
+    return (_RELAXED,) if spring.branches else ()

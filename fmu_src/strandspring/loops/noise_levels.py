@@ -30,33 +30,26 @@ def noise_level(values: FloatArray, turns: Samples = ()) -> float:
 
     The fourth difference of white noise of variance s^2 has variance 70*s^2; that of a sine with 20 samples per cycle
     is 0.1 % of its amplitude. If many reach across bends, those that do not are used, or third or second differences,
-    more of which do not, if the estimate from these is less.
-
-    Parameters
-    ----------
-    values : ndarray, shape (K,)
-    turns : sequence of int   Samples at or next to which the signal bends sharply, such as reversals.
+    more of which do not, if the estimate from these is less. `turns` are samples at or next to which the signal bends
+    sharply, such as reversals.
     """
     if values.size < _ENOUGH:
         return 0.0
     level = _level_of(np.diff(values, 4), 4)
-    for order in (4, 3, 2) if len(across(turns, 4, values.size)) else ():
-        within = np.delete(np.diff(values, order), across(turns, order, values.size))
+    for order in (4, 3, 2) if len(_across(turns, 4, values.size)) else ():
+        within = np.delete(np.diff(values, order), _across(turns, order, values.size))
         if within.size >= _ENOUGH:
             return min(level, _level_of(within, order))
     return level
 
 
-def across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
+def _across(turns: Samples, order: int, samples: int) -> NDArray[np.intp]:
     """Which differences of an order reach across a bend, before or after its sample; none if they are few."""
-    few = _FEW * (samples - order)
-    if len(turns) * (order + 1) <= few:
-        return np.empty(0, np.intp)
     places = (np.asarray(turns, np.intp)[:, None] - np.arange(order + 1)).ravel()
     reaches = np.zeros(samples - order, np.bool_)
     reaches[places[(places >= 0) & (places < reaches.size)]] = True
     found = np.flatnonzero(reaches)
-    return found if found.size > few else found[:0]
+    return found if found.size > _FEW * (samples - order) else found[:0]
 
 
 def _level_of(differences: FloatArray, order: int) -> float:

@@ -1,43 +1,42 @@
-"""Choosing part of a record: whole cycles, a window of time, a range of displacement."""
+"""Which records to read, how, and what to use of each: whole cycles, a window of time, a range of displacement.
+
+Options say so for all records of a command, a description file (TOML) for the records of a campaign: it has the fields
+of `Wanted` for all of them, and a table [[record]] for each with its file or a pattern, where they take precedence.
+Files are found from its folder; "..", "~" and absolute paths lead out of it and are allowed for single files only.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import Literal
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from itertools import islice
+from pathlib import Path
+from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..ground.files import read_text, readable
+from ..ground.strict_toml import parse_toml
+from ..records.reading import check_reverse, check_skipping, read_record
 from ..records.record import Record, is_finite_number
+from ..records.units import Quantity, unit_factor
 from .cycles import find_cycles
 
 Bounds = tuple[float | None, float | None]
 
 _NARROWEST = 0.02  # share of the displacement's range, as for a stroke
 _FEWEST = 16  # samples of a part that can show a loop
-
-
-def checked_ends(name: Literal["cycles", "time", "displacement"], ends: Bounds | None) -> Bounds | None:
-    """Both ends of what `select` is to use, None for that of the record.
-
-    Raises
-    ------
-    RecordError   If the first is above the last, a number is not finite, or a cycle is below 1.
-    """
-    if ends is None:
-        return None
-    unit = {"cycles": "", "time": " [s]", "displacement": " [m]"}[name]
-    if not (isinstance(ends, tuple | list) and len(ends) == 2):
-        raise RecordError(f"`{name}` must be a pair of first and last{unit}, None for an open end, got {ends!s:.60}.")
-    given = [value for value in ends if value is not None]
-    if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
-        raise RecordError(
-            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got {ends!s:.60}."
-        )
-    if name == "cycles" and any(value != int(value) or value < 1 for value in given):
-        raise RecordError(f"`cycles` must be whole numbers from 1 on, got {ends}.")
-    return ends
+_MAX_BYTES = 1_000_000  # of a description file
+_MAX_FILES = 10_000  # that it names
+_KINDS = {str: "text", int: "a whole number", float: "a finite number", bool: "true or false"}
+_NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
+_WINDOW = re.compile(rf"\s*({_NUMBER})?\s*:\s*({_NUMBER})?\s*")
+_CYCLES = re.compile(r"\s*([0-9]{1,9})?\s*:\s*([0-9]{1,9})?\s*")
 
 
 def select(
@@ -81,110 +80,286 @@ def select(
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, got {type(record).__name__}; read files with `read_record`.")
-    cycles, time = checked_ends("cycles", cycles), checked_ends("time", time)
-    displacement = checked_ends("displacement", displacement)
-    keep = slice(0, len(record))
-    notes = []
+    for name, ends in (("cycles", cycles), ("time", time), ("displacement", displacement)):
+        if ends is not None:
+            _check_ends(name, ends, ends)
+    whole = slice(0, len(record))
+    keep, notes = whole, []
     if cycles is not None:
-        whole = find_cycles(record)
-        first, last = (int(cycles[0] or 1), int(cycles[1] or len(whole)))
-        if not whole:
-            raise RecordError(
-                f"{record.path}: has no full cycle (two consecutive strokes equal in length within 3 %) to select; "
-                "select by time instead."
-            )
-        which = f"cycle {first}" if first == last else f"cycles {first} to {last}"
-        if first > len(whole) or last > len(whole):
-            raise RecordError(
-                f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {len(whole)}; "
-                f"select among 1 to {len(whole)}."
-            )
-        keep = slice(whole[first - 1].first_sample, whole[last - 1].last_sample + 1)
-        notes.append(f"{which} of {len(whole)} selected, {_samples(keep, record)}, as given")
+        keep, which = _cycles(record, cycles)
+        notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
     if time is not None:
-        keep = _window(record, time, keep)
-        low, high = _ends(time, "s")
-        notes.append(f"time from {low} to {high} selected, {_samples(keep, record)}, as given")
-    part = record if keep == slice(0, len(record)) else _cut(record, keep)
+        keep, which = _window(record, time, keep)
+        notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
+    if keep != whole:
+        columns = ("displacement", "force", "time", "compared")
+        cut = {name: values[keep] for name in columns if (values := getattr(record, name)) is not None}
+        record = replace(record, **cut, is_cut=True, first_sample=record.first_sample + keep.start)
     if displacement is not None:
-        part, note = _within(part, displacement)
+        inside, note = _inside(record, displacement)
+        record = replace(record, compared=inside)
         notes.append(note)
-    return replace(part, notes=(*part.notes, *notes))
+    return replace(record, notes=(*record.notes, *notes))
 
 
-def _window(record: Record, window: Bounds, keep: slice) -> slice:
-    """The samples of a slice within a window of time."""
-    if record.time is None:
+def _check_ends(name: str, ends: Bounds, shown: object) -> None:
+    """Refuse what are no two ends, of which either may be None."""
+    unit = {"time": " [s]", "displacement": " [m]"}.get(name, "")
+    if not (isinstance(ends, tuple | list) and len(ends) == 2):
+        raise RecordError(f"`{name}` must be a pair of first and last{unit}, None for an open end, got {shown!s:.60}.")
+    given = [value for value in ends if value is not None]
+    if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
         raise RecordError(
-            f"{record.path}: a window of time needs times, and the record has none; name its time column, or select by "
-            "cycles."
+            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got {shown!s:.60}."
         )
-    if np.any(np.diff(record.time) < 0.0):
+    if name == "cycles" and any(value != int(value) or value < 1 for value in given):
+        raise RecordError(f"`cycles` must be whole numbers from 1 on, got {shown!s:.60}.")
+
+
+def _cycles(record: Record, ends: Bounds) -> tuple[slice, str]:
+    """The samples of some cycles, and these in words."""
+    cycles = find_cycles(record)
+    if not cycles:
         raise RecordError(
-            f"{record.path}: a window of time needs times that do not fall back, and they do; select by cycles, or "
-            "name the time column."
+            f"{record.path}: has no full cycle (two consecutive strokes equal in length within 3 %) to select; "
+            "select by time instead."
         )
-    low, high = (-math.inf if window[0] is None else window[0], math.inf if window[1] is None else window[1])
+    count = len(cycles)
+    first, last = int(ends[0] or 1), int(ends[1] or count)
+    if max(first, last) > count:
+        raise RecordError(
+            f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {count}; "
+            f"select among 1 to {count}."
+        )
+    which = f"cycle {first}" if first == last else f"cycles {first} to {last}"
+    return slice(cycles[first - 1].first_sample, cycles[last - 1].last_sample + 1), f"{which} of {count}"
+
+
+def _window(record: Record, ends: Bounds, keep: slice) -> tuple[slice, str]:
+    """The samples of a slice within a window of time, and the window in words."""
+    if record.time is None or np.any(np.diff(record.time) < 0.0):
+        lacking = (
+            "times, and the record has none" if record.time is None else "times that do not fall back, and they do"
+        )
+        raise RecordError(
+            f"{record.path}: a window of time needs {lacking}; name its time column, or select by cycles."
+        )
+    low, high, words = _described_ends(ends, "time", "s")
     begin = max(keep.start, int(np.searchsorted(record.time, low, side="left")))
     end = min(keep.stop, int(np.searchsorted(record.time, high, side="right")))
-    if end - begin < _FEWEST:
-        low_text, high_text = _ends(window, "s")
-        cycles = "" if keep == slice(0, len(record)) else " (the cycles selected)"
-        raise RecordError(
-            f"{record.path}: the time from {low_text} to {high_text} must hold at least {_FEWEST} samples, found "
-            f"{max(end - begin, 0)}; the record goes from {record.time[keep.start]:.6g} to "
-            f"{record.time[keep.stop - 1]:.6g} s{cycles}."
-        )
-    return slice(begin, end)
+    part = "" if keep == slice(0, len(record)) else " (the cycles selected)"
+    own = f"{record.time[keep.start]:.6g} to {record.time[keep.stop - 1]:.6g} s{part}"
+    _refuse_few(record, max(end - begin, 0), words, own)
+    return slice(begin, end), words
 
 
-def _within(record: Record, bounds: Bounds) -> tuple[Record, str]:
-    """The record with the samples outside a range marked as not compared."""
-    low, high = (-math.inf if bounds[0] is None else bounds[0], math.inf if bounds[1] is None else bounds[1])
-    inside = (record.displacement >= low) & (record.displacement <= high)
+def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
+    """Which samples are compared and lie within a range of displacement, and a note."""
+    low, high, words = _described_ends(ends, "displacement", "mm", 1e3)
+    x = record.displacement
+    inside = (x >= low) & (x <= high)
     count = int(inside.sum())
-    texts = _ends(bounds, "mm", 1e3)
-    own_low, own_high = 1e3 * record.displacement.min(), 1e3 * record.displacement.max()
-    if count < _FEWEST:
-        raise RecordError(
-            f"{record.path}: the displacement from {texts[0]} to {texts[1]} must hold at least {_FEWEST} samples, "
-            f"found {count}; the record goes from {own_low:.6g} to {own_high:.6g} mm."
-        )
+    own = f"{1e3 * x.min():.6g} to {1e3 * x.max():.6g} mm"
+    _refuse_few(record, count, words, own)
     if record.compared is not None:
         inside &= record.compared
-    covered = float(np.ptp(record.displacement[inside])) if inside.any() else 0.0
-    if covered < _NARROWEST * np.ptp(record.displacement):
+    covered = float(np.ptp(x[inside])) if inside.any() else 0.0
+    if covered < _NARROWEST * np.ptp(x):
         raise RecordError(
-            f"{record.path}: the displacement from {texts[0]} to {texts[1]} must hold samples over at least "
-            f"{100.0 * _NARROWEST:g} % of the record's range, {own_low:.6g} to {own_high:.6g} mm, and they cover "
-            f"{1e3 * covered:.4g} mm."
+            f"{record.path}: the {words} must hold samples over at least {100.0 * _NARROWEST:g} % of the record's "
+            f"range, {own}, and they cover {1e3 * covered:.4g} mm."
         )
-    return replace(record, compared=inside), (
-        f"displacement from {texts[0]} to {texts[1]} selected, {count} of {len(record)} samples, as given; the others "
-        "belong to the path only"
-    )
+    others = "the others belong to the path only"
+    return inside, f"{words} selected, {count} of {len(record)} samples, as given; {others}"
 
 
-def _cut(record: Record, keep: slice) -> Record:
-    return replace(
-        record,
-        displacement=record.displacement[keep],
-        force=record.force[keep],
-        time=None if record.time is None else record.time[keep],
-        compared=None if record.compared is None else record.compared[keep],
-        is_cut=True,
-        first_sample=record.first_sample + keep.start,
-    )
+def _refuse_few(record: Record, count: int, words: str, own: str) -> None:
+    if count < _FEWEST:
+        need = f"the {words} must hold at least {_FEWEST} samples, found {count}"
+        raise RecordError(f"{record.path}: {need}; the record goes from {own}.")
 
 
-def _samples(keep: slice, record: Record) -> str:
-    return f"samples {keep.start + 1} to {keep.stop} of {len(record)}"
+def _described_ends(ends: Bounds, name: str, unit: str, factor: float = 1.0) -> tuple[float, float, str]:
+    """Both ends as numbers, and in words."""
+    low, high = ends
+    from_text = "its start" if low is None else f"{factor * low:.6g} {unit}"
+    to_text = "its end" if high is None else f"{factor * high:.6g} {unit}"
+    words = f"{name} from {from_text} to {to_text}"
+    return -math.inf if low is None else low, math.inf if high is None else high, words
 
 
-def _ends(bounds: Bounds, unit: str, factor: float = 1.0) -> tuple[str, str]:
-    """Both ends in words."""
-    low, high = bounds
-    return (
-        "its start" if low is None else f"{factor * low:.6g} {unit}",
-        "its end" if high is None else f"{factor * high:.6g} {unit}",
-    )
+def is_window(text: str) -> bool:
+    """Whether a text is "FROM:TO", with numbers of which one may be left out."""
+    match = _WINDOW.fullmatch(text)
+    return match is not None and any(match.groups())
+
+
+def window(text: str, name: str = "window", factor: float = 1.0) -> Bounds:
+    """Both ends of "FROM:TO" times a factor, None for one that is left out; other texts are a RecordError."""
+    return _ends_of(text, name, _WINDOW, "FROM:TO, such as 2.5:10, 2.5: or :10", factor)
+
+
+def cycle_range(text: str) -> Bounds:
+    """First and last cycle of "2:5", "2:", ":5" or "3"; other texts are a RecordError."""
+    given = f"{text}:{text}" if isinstance(text, str) and ":" not in text else text
+    return _ends_of(given, "cycles", _CYCLES, "a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5")
+
+
+def _ends_of(text: str, name: str, pattern: re.Pattern[str], form: str, factor: float = 1.0) -> Bounds:
+    match = pattern.fullmatch(text) if isinstance(text, str) else None
+    if match is None or not any(match.groups()):
+        raise RecordError(f"`{name}` must be {form}, got {text!r:.60}.")
+    low, high = (None if end is None else factor * float(end) for end in match.groups())
+    _check_ends(name, (low, high), repr(text))
+    return low, high
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """How to read a record and what to use of it; None is what `read_record` does by itself.
+
+    Cycles, window or range that are not of their form, or a wrong unit or column to negate, are a RecordError.
+    """
+
+    displacement: int | str | None = None  # columns, see `read_record`
+    force: int | str | None = None
+    time: int | str | None = None
+    displacement_unit: str | None = None
+    force_unit: str | None = None
+    time_unit: str | None = None
+    reverse: Literal["displacement", "force"] | None = None  # the column to negate
+    displacement_offset: float | None = None  # subtracted from the column, in the column's own units
+    force_offset: float | None = None
+    displacement_scale: float | None = None  # of what is left, such as kN per V; the product has the unit
+    force_scale: float | None = None
+    skip_bad_lines: bool | None = None  # whether lines that cannot be read are left out, up to a tenth
+    cycles: str | int | None = None  # "2:5", "2:", ":5" or 3: see `select`
+    time_window: str | None = None  # "0.5:10" [s]
+    displacement_range: str | None = None  # "-5:5" [mm], of the displacement after offset and sign
+    label: str | None = None  # name of the specimen or test
+
+    def __post_init__(self) -> None:
+        _ = self.selection
+        for quantity in get_args(Quantity):
+            if (unit := getattr(self, f"{quantity}_unit")) is not None:
+                unit_factor(unit, quantity)
+        check_reverse(self.reverse)
+        if self.skip_bad_lines is not None:
+            check_skipping(self.skip_bad_lines)
+
+    @property
+    def selection(self) -> dict[str, Bounds | None]:
+        """What to use of the record: arguments of `select`, in SI units."""
+        cycles, time, span = self.cycles, self.time_window, self.displacement_range
+        return {
+            "cycles": None if cycles is None else cycle_range(str(cycles)),
+            "time": None if time is None else window(time, "time_window"),
+            "displacement": None if span is None else window(span, "displacement_range", 1e-3),
+        }
+
+    def over(self, other: Wanted) -> Wanted:
+        """This, with what it leaves open taken from another."""
+        return replace(other, **{name: value for name, value in asdict(self).items() if value is not None})
+
+    def read(self, path: str | os.PathLike[str]) -> Record:
+        """Read a record so; one of which nothing usable is left is a RecordError."""
+        ours = ("cycles", "time_window", "displacement_range", "label")
+        given = {name: value for name, value in asdict(self).items() if name not in ours and value is not None}
+        record = select(read_record(path, **given), **self.selection)
+        return replace(record, label=self.label) if self.label else record
+
+
+def entries(paths: Sequence[str | os.PathLike[str]], given: Wanted | None = None) -> list[tuple[str, Wanted]]:
+    """The files that paths stand for, each a record or a description file (.toml) of several, and how to read them.
+
+    What is given takes precedence over what description files say. A description that is wrong is a RecordError.
+    """
+    listed = []
+    for path in paths:
+        is_description = os.fspath(path).lower().endswith(".toml")
+        listed += _described(Path(path)) if is_description else [(os.fspath(path), Wanted())]
+    return [(path, (given or Wanted()).over(wanted)) for path, wanted in listed]
+
+
+def read_campaign(path: str | os.PathLike[str], given: Wanted | None = None) -> list[Record]:
+    """Read the records of a description file.
+
+    Parameters
+    ----------
+    path : path-like          The file; `strandspring docs rig-files` shows an example.
+    given : Wanted, optional  Takes precedence over what the file says.
+
+    Returns
+    -------
+    list of Record
+
+    Raises
+    ------
+    RecordError   If the description or one of the records is wrong; the message names file and field.
+    """
+    return [(given or Wanted()).over(wanted).read(file) for file, wanted in _described(Path(path))]
+
+
+def _described(path: Path) -> list[tuple[str, Wanted]]:
+    name = readable(path)
+    text = read_text(path, _MAX_BYTES, "a description file", RecordError)
+    try:
+        content = parse_toml(text)
+    except ValueError as problem:
+        raise RecordError(f"{name}: is not valid TOML ({problem}); correct it.") from None
+    records = content.pop("record", None)
+    if not isinstance(records, list) or not records or not all(isinstance(record, dict) for record in records):
+        raise RecordError(f"{name}: must name its records, each as a table [[record]] with the key file.")
+    for_all = _checked(content, name)
+    listed = []
+    for number, record in enumerate(records, 1):
+        where = f"{name}, record {number}"
+        file = record.pop("file", None)
+        if not isinstance(file, str) or not file:
+            raise RecordError(f"{where}: must have the key file with a path or pattern, got {file!r:.60}.")
+        wanted = _checked(record, where).over(for_all)
+        listed += [(str(member), wanted) for member in _files(path, file, where)]
+    if len(listed) > _MAX_FILES:
+        raise RecordError(f"{name}: must name at most {_MAX_FILES} files, found {len(listed)}; split it.")
+    return listed
+
+
+def _checked(content: Mapping[str, Any], where: str) -> Wanted:
+    """The fields of a table, each of the right type and none unknown."""
+    hints = get_type_hints(Wanted)
+    for key, value in content.items():
+        if key not in hints:
+            raise RecordError(f"{where}: {key[:60]!r} is not a key; the keys are {', '.join(hints)}.")
+        kinds = [kind for kind in _KINDS if kind in get_args(hints[key])]
+        fits = type(value) in kinds or (float in kinds and type(value) is int)
+        if kinds and not (fits and (float not in kinds or is_finite_number(value))):
+            words = " or ".join(_KINDS[kind] for kind in kinds)
+            raise RecordError(f"{where}, {key}: must be {words}, got {value!r:.60}.")
+    try:
+        return Wanted(**content)
+    except RecordError as problem:
+        raise RecordError(f"{where}: {problem}") from None
+
+
+def _files(description: Path, file: str, where: str) -> list[Path]:
+    """The files of one entry, in the order of their names."""
+    folder, shown = description.parent, f"{where}, file: {file[:60]!r}"
+    try:
+        path = Path(file).expanduser()
+    except RuntimeError as problem:
+        raise RecordError(f"{shown} names no user's folder ({problem}); give its path.") from None
+    if not set("*?[") & set(file) or (folder / path).exists():
+        return [folder / path]
+    if path.is_absolute() or ".." in path.parts:
+        raise RecordError(
+            f"{shown} is a pattern and must stay in the folder of the description; name the files, or move the "
+            "description."
+        )
+    try:
+        fitting = (member for member in folder.glob(file) if member.is_file() and member != description)
+        files = sorted(islice(fitting, _MAX_FILES + 1))
+    except (ValueError, OSError) as problem:
+        raise RecordError(f"{shown} is not a usable pattern ({problem}); correct it.") from None
+    if not files:
+        raise RecordError(f"{shown} fits no file in the folder {readable(folder.resolve())}; correct the pattern.")
+    return files

@@ -9,7 +9,11 @@ from ..kernel.arrays import FloatArray
 
 
 def turning_points(displacement: FloatArray, threshold: float) -> NDArray[np.intp]:
-    """First sample, reversals of at least `threshold` [m], last sample."""
+    """First sample, reversals of at least `threshold` [m], last sample.
+
+    The smallest swings are removed until none is below the threshold, as in rainflow counting: within the path both
+    ends of a swing, at the start or the end of the path the outer one.
+    """
     signs = np.sign(np.diff(displacement))
     moving = np.flatnonzero(signs)
     turns = moving[np.flatnonzero(np.diff(signs[moving])) + 1]
@@ -25,6 +29,8 @@ def turning_points(displacement: FloatArray, threshold: float) -> NDArray[np.int
         keep = np.ones(points.size, dtype=bool)
         keep[:-1] &= ~small
         keep[1:] &= ~small
-        keep[[0, -1]] = True
+        keep[1] |= small[0]
+        keep[-2] |= small[-1]
         points = points[keep]
+    points[[0, -1]] = 0, displacement.size - 1
     return points

@@ -5,7 +5,7 @@ Imported where a file is checked only, since pydantic is slow to import.
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic.config import JsonDict
@@ -23,8 +23,6 @@ from ..core.parameters import (
 from ..ground.tables import TAG, StrictTable
 from .joint import LARGEST_SPREAD, LEVEL
 from .names import MAX_DESCRIPTION, NAME_PATTERN, NAME_RULE, VERSION, VERSION_OF_BRANCHES
-
-Value = TypeVar("Value")
 
 
 def _within(low: float, high: float) -> JsonDict:
@@ -115,15 +113,6 @@ class _Open(StrictTable):
     model_config = ConfigDict(extra="allow")
 
 
-class _OfEach(_Open, Generic[Value]):
-    """A value for each parameter of the hysteresis."""
-
-    kappa_omega: Value
-    rho: Value
-    sigma: Value
-    n: Value
-
-
 def _check_ends(ends: list[float | None]) -> list[float | None]:
     low, high = ends
     if low is not None and high is not None and low > high:
@@ -134,22 +123,6 @@ def _check_ends(ends: list[float | None]) -> list[float | None]:
 _Size = Annotated[float, Field(ge=0.0)]
 _Spread = Annotated[float, Field(ge=0.0, le=LARGEST_SPREAD)]
 _Interval = Annotated[list[float | None], Field(min_length=2, max_length=2), AfterValidator(_check_ends)]
-_Quantiles = Annotated[list[float], Field(min_length=3)]
-
-
-class Bootstrap(_OfEach[_Size]):
-    """Standard errors of a bootstrap."""
-
-    repetitions: _Size
-    seed: _Size
-
-
-class Posterior(_OfEach[_Quantiles]):
-    """Quantiles of the posterior of each parameter, the ends first and last."""
-
-    steps: _Size
-    seed: _Size
-    long_enough: bool
 
 
 class PredictionInterval(_Open):
@@ -192,8 +165,6 @@ class Uncertainty(_Open):
         None,
         description="Lower and upper end of the 95 % interval of each parameter; null on a side that is not bounded",
     )
-    bootstrap: Bootstrap | None = None
-    posterior: Posterior | None = None
     prediction_interval: PredictionInterval | None = None
     joint: Joint | None = None
 
@@ -213,8 +184,12 @@ class Fit(_Open):
     )
     fitted: Any = Field(
         None,
-        description="rmse, rnl, energy and predicted_energy with what was removed from the records: effects of the "
-        "rig, and reversals of the displacement below its noise",
+        description="rmse, rnl, energy and predicted_energy with what the rig added to the records",
+    )
+    verdict: Any = Field(
+        None,
+        description="Whether the spring is usable, a sentence; its error on held-out strokes, share of the standard "
+        "deviation of the force, and plain: that of each plain model",
     )
     records: Any = Field(
         None,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import Enum
 
 from ..errors import StrandspringError
@@ -78,70 +79,37 @@ class Outcome(Enum):
         "delete their lines, or leave out the cycles that hold them with `cycles=...` or `time_window=...`."
     )
 
-    TOO_FEW_TO_DRAW = (
-        "A bootstrap draws from at least two steady strokes in each direction, and there are fewer; record more "
-        "cycles, or go without `bootstrap=...`."
-    )
-
     # Cautions: a model is returned; the most harmful first
     WORSE_THAN_LINE = (
         "Do not use this spring, which follows the records worse than a straight line: identify a part of them, or "
         "add `save_anyway=True`."
     )
     SPRING_ALONE = (
-        "The saved spring alone follows the records less well than the fit, from which effects were removed; keep the "
-        "mount's own with `keep=...`."
+        "The saved spring follows the records less well than with what was taken out as the rig's: check zeros, drift "
+        "and delay."
     )
     SIMPLER_CLASS = (
-        "The best fit left the recorded forces between samples or on other loops; a simpler spring was saved: record "
-        "several amplitudes, 100 samples per cycle."
-    )
-    JITTER = (
-        "The spring errs more along the displacement as recorded, whose jitter is motion to it, than along the "
-        "smoothed one: smooth what drives the FMU."
+        "The best fit left the recorded forces between samples or on other loops; the next best was saved: sample "
+        "more densely, at several amplitudes."
     )
     LOOP_ENERGY = (
         "The loops of the saved spring differ in energy from those recorded; allow for that where damping counts."
     )
-    RIG_OR_MOUNT = (
-        "Part of the force, left in, may be the rig's or the mount's: check the rig with a plain spring, or record "
-        "another rate."
-    )
-    OTHER_MOUNT = (
-        "The mount is of a wider class than the model, which errs on unrecorded loops: record such loops, and compare "
-        "classes with `with_rivals()`."
-    )
-    BAND_LIMITED = (
-        "The records were low-pass filtered before they were saved, which rounds the loop at its reversals; record "
-        "again unfiltered, or with a far higher cutoff."
-    )
     RECORDS_DIFFER = (
         "The loops of one record differ from the others' at like amplitude and frequency; identify it alone, or find "
-        "out what changed between the tests."
+        "out what changed."
     )
     INERTIA = (
         "The stiffness falls with the square of the frequency, as the inertia of a moving mass makes it; give the "
         "mass with `moving_mass=...`."
     )
     RATE_DEPENDENT = (
-        "The force depends on the frequency, which the model does not describe; identify each frequency alone, or use "
-        "the model as a mean."
+        "The stiffness depends on the frequency: identify each frequency alone, or use the spring as a mean."
     )
-    RATES = (
-        "Part of the force depends on the rate and is known at recorded rates only: record the rates that the spring "
-        "is used at."
-    )
-    RATE_OPEN = (
-        "Part of the force may depend on the rate, which these records do not tell from friction: record another rate, "
-        "or give `branches=1`."
-    )
-    HUM = (
-        "One sinusoid runs through the whole force, as of mains or a machine; shield the load cell, or filter it out "
-        "of both columns alike."
-    )
+    RATE_OPEN = "Part of the force is taken to depend on the rate, which one rate does not decide: record another rate."
     BACKLASH = (
-        "Within each stroke the force rests while the displacement continues, as in a gap; tighten the joints, or "
-        "identify a range beside it."
+        "The force rests after reversals, or within each stroke, as in a gap: tighten the joints, or identify a range "
+        "beside it."
     )
     SPIKES = (
         "Isolated outliers far outside all other samples distort the fit; correct or delete them, leave out their "
@@ -152,16 +120,12 @@ class Outcome(Enum):
         "`options=RefinedOptions()`."
     )
     LACK_OF_FIT = (
-        "The model leaves more misfit than the noise explains, not small against the hysteretic force; do not trust "
-        "the loops' energies beyond that."
+        "Part of the force is neither described nor noise: see the residuals in the report and the usual causes on "
+        "the page of findings."
     )
     NI_MODEL = (
         "Ni's method left residuals beyond the noise: Ni's model does not apply, or the minimum is a local one; "
         "compare it with `options=RefinedOptions()`."
-    )
-    OTHER_CLASS = (
-        "Another class of models predicts held-out data clearly better (see `with_rivals()`): use it for loops unlike "
-        "the recorded ones, or record such loops."
     )
     NOT_CONVERGED = (
         "The refinement stopped at its limit of evaluations; the result is the best point reached: compare it with "
@@ -173,41 +137,22 @@ class Outcome(Enum):
     )
     SMALL_LOOPS = "The energy of small loops is left undecided by these records: record smaller loops too."
     FRICTION_WEAR = (
-        "The hysteretic force changes from cycle to cycle (wear); the change was removed: choose the cycle to "
-        "describe by `state=first`, mean or last."
+        "The hysteretic force changes from cycle to cycle (wear), and the spring is a mean: choose the cycles to "
+        "describe by `state=first` or last."
     )
     STIFFNESS_WEAR = (
-        "The elastic force changes from cycle to cycle (softening); the change was removed: choose the cycle to "
-        "describe by `state=first`, mean or last."
+        "The elastic force changes from cycle to cycle (softening), and the spring is a mean: choose the cycles to "
+        "describe by `state=first` or last."
     )
     DELAY = (
-        "Force and displacement were not measured at the same moments; the delay was removed: check it with a plain "
-        "spring, and give it as `delay=...`."
-    )
-    VISCOSITY = (
-        "Part of the force grows with velocity and was removed as viscous damping: repeat one amplitude at another "
-        "frequency to tell it from a delay."
-    )
-    PLAY = (
-        "After each reversal the spring rests until a play (backlash) in the rig is used up; it was removed: tighten "
-        "the rig and measure again."
+        "Force and displacement were not measured at the same moments; the delay was taken out: check it, and give it "
+        "as `delay=...`."
     )
     DRIFT_REMOVED = (
-        "The force drifts; the drift was removed: let the sensor warm up, and choose the moment to describe by "
+        "The force drifts; the drift was taken out: let the sensor warm up, and choose the moment to describe by "
         "`state=first`, mean or last."
     )
-    DRIFT = (
-        "The force drifts from cycle to cycle; the model describes the mean: choose steady cycles with `cycles=...`, "
-        "or check the force sensor's zero."
-    )
-    DISPLACEMENT_ZERO = (
-        "The zero of the displacement differed between records and was shifted; shifts of the force look much alike: "
-        "zero both sensors before each record."
-    )
-    FORCE_ZERO = (
-        "The zero of the force differed between records and was shifted; shifts of the displacement look much alike: "
-        "zero both sensors before each record."
-    )
+    FORCE_ZERO = "The zero of the force differed between records and was shifted: zero the sensors before each record."
     GAPS = (
         "Samples are missing where the time jumps, and reversals there are lost: record again, or choose a part by "
         "`time_window=...` or `cycles=...`."
@@ -225,16 +170,12 @@ class Outcome(Enum):
         "times per cycle, more often at corners."
     )
     DISPLACEMENT_NOISE = (
-        "The noisy displacement was smoothed, but reversals and knee stay blurred, and rho, sigma, n with them: take "
-        "a finer resolution, or sample faster."
+        "The displacement is noisy, which blurs reversals and knee, and rho, sigma, n with them: take a finer "
+        "resolution, or sample faster."
     )
     NO_STEADY_SECTION = (
         "The strokes end before the hysteresis saturates, so sigma, n and the split between elastic and hysteretic "
         "force are uncertain: record longer strokes."
-    )
-    TURNS_RESTORED = (
-        "Reversals fall between samples and were estimated, which may falsify rho, sigma, n and small loops: sample "
-        "100 times per cycle, more often at corners."
     )
     SIGMA_RAISED = (
         "The paper's formula gave a sigma below 1/2, which no passive spring has; 1/2 was taken: compare with "
@@ -257,29 +198,48 @@ class Outcome(Enum):
         "The 95 % prediction interval holds less than 90 % of the cycles left out: expect cycles outside it, and "
         "compare the recorded ones."
     )
-    INDISTINCT = (
-        "Some parameters are strongly correlated (see the model file's correlations): record larger strokes or several "
-        "amplitudes."
-    )
     AMPLIFIER_REDUCED = (
         "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until it "
         "was."
     )
     FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
 
-
-# Cautions about what the records do not hold, which the records of a planned test would.
-SETTLED_BY_A_TEST = frozenset(
-    {
-        Outcome.RIG_OR_MOUNT, Outcome.OTHER_MOUNT, Outcome.OTHER_CLASS, Outcome.RANGE_WITH_GAPS, Outcome.SMALL_LOOPS,
-        Outcome.VISCOSITY, Outcome.SIGMA_AT_BOUND, Outcome.N_AT_BOUND, Outcome.ONE_AMPLITUDE, Outcome.INDISTINCT,
-    }
-)  # fmt: skip
+    @property
+    def is_settled_by_a_test(self) -> bool:
+        """Whether it is about what the records do not hold, and those of a planned test would."""
+        return self.name in (
+            "RANGE_WITH_GAPS", "SMALL_LOOPS", "RATE_OPEN", "N_AT_BOUND", "ONE_AMPLITUDE",
+        )  # fmt: skip
 
 
-def by_harm(findings: Mapping[Outcome, str]) -> dict[Outcome, str]:
+@dataclass(frozen=True)
+class Finding:
+    """Something that is to be known of records or of the spring identified from them.
+
+    Attributes
+    ----------
+    kind : Outcome
+    numbers : mapping of str to float
+    where : str    The record; "" for all.
+    detail : str   The numbers in words.
+    """
+
+    kind: Outcome
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    where: str = ""
+    detail: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What it is and what to do, with record and numbers."""
+        beside = ", ".join(filter(None, (self.where, self.detail)))
+        return f"{self.kind.value} ({beside})" if beside else self.kind.value
+
+
+def by_harm(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Findings in the order of `Outcome`, in which the most harmful ones come first."""
-    return {outcome: findings[outcome] for outcome in Outcome if outcome in findings}
+    order = list(Outcome)
+    return tuple(sorted(findings, key=lambda finding: order.index(finding.kind)))
 
 
 class IdentificationError(StrandspringError):

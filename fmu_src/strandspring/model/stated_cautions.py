@@ -16,14 +16,13 @@ _ROUNDING = 1e-9
 _OF_SPEED = ("delay", "viscosity")  # effects of the rig that may be a force of the mount that depends on speed
 
 
-def stated_cautions(model: ModelFile) -> dict[str, str]:
-    """Sentences of the cautions of the identification by their names; the last one of parameters that were changed."""
+def stated_cautions(model: ModelFile) -> list[tuple[str, str]]:
+    """Name and sentence of each caution of the identification; the last one of parameters that were changed."""
     entries = [entry for entry in objects(model.fit.get("outcomes")) if "sentence" in entry]
-    stated = {str(entry.get("name")): str(entry["sentence"]) for entry in entries}
-    return stated | _changed(model)
+    return [*((str(entry.get("name")), str(entry["sentence"])) for entry in entries), *_changed(model)]
 
 
-def _changed(model: ModelFile) -> dict[str, str]:
+def _changed(model: ModelFile) -> Iterator[tuple[str, str]]:
     """A caution about parameters beyond the ends of their own intervals, which no identification writes."""
     intervals = model.uncertainty.get("interval_95") or {}
     ends = {name: interval for name in HYSTERETIC_UNITS if (interval := intervals.get(name)) is not None}
@@ -33,12 +32,12 @@ def _changed(model: ModelFile) -> dict[str, str]:
         slack = _ROUNDING * abs(value)
         if (low is not None and value < low - slack) or (high is not None and value > high + slack):
             beyond.append(name)
-    if not beyond:
-        return {}
-    return {
-        "parameters_changed": f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters "
-        "were changed after the identification, whose errors and figures are not theirs."
-    }
+    if beyond:
+        yield (
+            "parameters_changed",
+            f"{', '.join(beyond)} lies outside the 95 % interval in the same file: the parameters were changed after "
+            "the identification, whose errors and figures are not theirs.",
+        )
 
 
 def stated_effects(model: ModelFile) -> list[str]:
@@ -56,7 +55,7 @@ def stated_amplitudes(model: ModelFile) -> list[float]:
 def cautions_in_use(name: str, model: ModelFile) -> Iterator[str]:
     """Sentences about a model, called so, in whatever it is used for."""
     if cautions := stated_cautions(model):
-        named = escaped(", ".join(cautions))
+        named = escaped(", ".join(dict.fromkeys(name for name, _ in cautions)))
         yield f"{name} was identified with cautions ({named}); see `strandspring info`."
     if rates := [effect for effect in stated_effects(model) if effect in _OF_SPEED]:
         yield (

@@ -21,6 +21,11 @@ NAMES = ("rmse", "rnl", "energy", "predicted_energy")
 # Differences from which both figures are shown.
 _VISIBLE_RNL = 1e-3
 _VISIBLE_ENERGY = 0.01
+# Display unit of each effect of a rig, and how many of it are one of SI.
+_EFFECTS = {
+    "delay": (1e3, "ms"), "force_zero": (1.0, "N"), "drift": (1.0, "N"), "moving_mass": (1.0, "kg"),
+    "fixture_stiffness": (1e-3, "N/mm"),
+}  # fmt: skip
 
 
 def energy_ratio(figures: Figures) -> float | None:
@@ -68,6 +73,23 @@ def in_words(figures: Figures, with_rmse: bool = True) -> str:
     return ", ".join(parts)
 
 
+def effects_in_words(effects: Mapping[str, Any]) -> dict[str, str]:
+    """Sizes of what a rig added to records, by what it is.
+
+    Examples
+    --------
+    >>> effects_in_words({"delay": 5e-4, "force_zero": {"a.csv": 3.0, "b.csv": 0.0}})
+    {'delay': '0.5 ms', 'force zero': 'a.csv 3 N, b.csv 0 N'}
+    """
+
+    def words(size: Any, factor: float, unit: str) -> str:
+        if isinstance(size, Mapping):
+            return ", ".join(f"{where} {words(value, factor, unit)}" for where, value in size.items())
+        return f"{factor * size:.4g} {unit}"
+
+    return {name.replace("_", " "): words(size, *_EFFECTS.get(name, (1.0, ""))) for name, size in effects.items()}
+
+
 @dataclass(frozen=True)
 class StatedFit:
     """Figures that a model file states of one record, or of all.
@@ -104,6 +126,13 @@ def stated_fits(model: ModelFile) -> list[StatedFit]:
     """The figures of each record, as far as the file states any."""
     entries = objects(model.fit.get("records"))
     return list(_stated([(printable(str(entry.get("file", ""))), entry) for entry in entries]))
+
+
+def stated_verdict(model: ModelFile) -> str:
+    """Whether the spring is usable, in words; empty if the file does not say."""
+    verdict = model.fit.get("verdict")
+    sentence = verdict.get("sentence") if isinstance(verdict, dict) else None
+    return printable(sentence) if isinstance(sentence, str) else ""
 
 
 def stated_json(model: ModelFile) -> dict[str, Any] | None:

@@ -27,9 +27,9 @@ from numpy.typing import ArrayLike
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
+from ..kernel.steady import steady_omega
 
-# Memory that changes by less than this over a period is that of the steady state.
-_STEADY = 1e-13
+_MOST_PERIODS = 1000  # until the memory is steady; one if there are two strokes
 _LARGEST_LOG = 200.0  # of z0 and rho, so that their products stay finite
 
 
@@ -39,18 +39,16 @@ class NiParameters:
 
     Parameters
     ----------
-    K1, K2, K3 : float           Elastic part [N/mm], [N/mm^2], [N/mm^3].
-    B : float                    Base of the amplifier [-], > 0.
-    C : float                    Exponent of the amplifier [1/mm].
-    eta : float                  Slope of Z at its zero crossing [N/mm], > 0.
-    theta, lambda_ : float       Shape [N^(1-n)/mm]; theta + lambda > 0 (bounded Z) and lambda >= theta, which is
-                                 sigma >= 1/2 (paper eqs. 6-7).
-    n : float                    Smoothness [-]. The text does not give it; 0.222 reproduces its rms force at the
-                                 amplitude 5 mm.
+    K1, K2, K3 : float       Elastic part [N/mm], [N/mm^2], [N/mm^3].
+    B, C : float             Base [-], > 0, and exponent [1/mm] of the amplifier.
+    eta : float              Slope of Z at its zero crossing [N/mm], > 0.
+    theta, lambda_ : float   Shape [N^(1-n)/mm]; theta + lambda > 0 (bounded Z) and lambda >= theta, which is
+                             sigma >= 1/2 (paper eqs. 6-7).
+    n : float                Smoothness [-]; 0.222 reproduces the paper's rms force at the amplitude 5 mm.
 
     Raises
     ------
-    ValueError                   If the parameters are not physically possible or outside the closed form's range.
+    ValueError               If the parameters are not physically possible or outside the closed form's range.
     """
 
     K1: float
@@ -65,9 +63,8 @@ class NiParameters:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            if not math.isfinite(value):
-                raise ValueError(f"`{field.name}` must be finite, got {value!r}.")
+            if not math.isfinite(getattr(self, field.name)):
+                raise ValueError(f"`{field.name}` must be finite, got {getattr(self, field.name)!r}.")
         checks = (
             ("B", self.B > 0.0, "> 0"),
             ("eta", self.eta > 0.0, "> 0 [N/mm]"),
@@ -117,34 +114,12 @@ class NiParameters:
         """F2 of eq. (28) [-]."""
         return np.exp(self.growth * displacement)
 
-    def hysteretic(self, displacement: ArrayLike, Z_start: float = 0.0) -> FloatArray:
-        """Z of eq. (29) along a path in closed form.
-
-        Parameters
-        ----------
-        displacement : array_like, shape (K,)   Path from its first sample on [mm].
-        Z_start : float                         Z at the first sample [N], between -z0 and z0.
-
-        Returns
-        -------
-        ndarray, shape (K,)                     [N]
-        """
-        path = as_path(displacement)
-        z0 = self.z0
-        if not abs(Z_start) <= z0:
-            raise ValueError(f"`Z_start` must be within -z0 and z0 = {z0!r} N, got {Z_start!r}.")
-        return z0 * self._normalized().omega(path, Z_start / z0)
-
-    def steady_hysteretic(self, period: ArrayLike) -> FloatArray:
-        """Z over one period of the steady state.
+    def steady_force(self, period: ArrayLike) -> FloatArray:
+        """Force of eq. (26) over one period of the steady state [N].
 
         Parameters
         ----------
         period : array_like, shape (K,)   One period [mm]; its first sample follows its last.
-
-        Returns
-        -------
-        ndarray, shape (K,)               [N]
         """
         path = as_path(period)
         top = int(np.argmax(path))
@@ -152,33 +127,23 @@ class NiParameters:
         rolled = np.append(np.roll(path, -top), path[top])
         if np.ptp(rolled) == 0.0:
             raise ValueError(f"`period` must move forth and back, got {path.size} samples at {path[0]!r} mm.")
-        solver = self._normalized()
+        spring = self._normalized()
+        solver, omega = PathSolver(spring), np.array([steady_omega(spring, float(np.ptp(rolled)))])
+        for _ in range(_MOST_PERIODS):
+            begun, omega = omega[-1], solver.omega(rolled, float(omega[-1]))
+            if abs(omega[-1] - begun) < 1e-13:
+                break
+        Z = np.roll(self.z0 * omega[:-1], top)
+        return np.asarray(self.amplifier(path) * (Z + self.elastic(path)))
 
-        def after_a_period(omega: float) -> float:
-            return float(solver.omega(rolled, omega)[-1])
-
-        omega = after_a_period(1.0)
-        if abs(after_a_period(omega) - omega) > _STEADY:
-            # Imported here because it takes a third of a second, and saturating loops do without it.
-            from scipy.optimize import brentq
-
-            # The map contracts within [-1, 1], slowly when the loops are small; its fixed point is bracketed.
-            omega = float(brentq(lambda w: after_a_period(w) - w, -1.0, 1.0, xtol=_STEADY))
-        return np.roll(self.hysteretic(rolled, self.z0 * omega)[:-1], top)
-
-    def _normalized(self) -> PathSolver:
+    def _normalized(self) -> SpringParameters:
         """The spring whose omega is Z/z0, with lengths in mm.
 
         Beyond these limits of rho, omega stays where it is, or is saturated after any step, within rounding.
         """
         rho = min(max(self.rho, 1e-14), 1e11)
         reach = min(1.0 / rho, 1e5)
-        return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, rho, self.sigma, self.n, 0.0, -reach, reach))
-
-    def steady_force(self, period: ArrayLike) -> FloatArray:
-        """Restoring force over one period of the steady state [N], eq. (26); `period` as of `steady_hysteretic`."""
-        path = as_path(period)
-        return np.asarray(self.amplifier(path) * (self.steady_hysteretic(path) + self.elastic(path)))
+        return SpringParameters((0.0,), (1.0,), 1.0, rho, self.sigma, self.n, 0.0, -reach, reach)
 
 
 # Section 4 of the paper; B and C enter the force through C*ln(B) only.
@@ -188,23 +153,10 @@ PAPER_NI = NiParameters(
 
 
 def sine_period(amplitude: float, samples: int) -> FloatArray:
-    """One period of x = X*sin(t), paper eq. (30).
-
-    Parameters
-    ----------
-    amplitude : float   X [mm].
-    samples : int       Number of samples K; the first sample of the next period is not among them.
-    """
+    """One period of x = X*sin(t), paper eq. (30), without the first sample of the next one; X in mm."""
     return np.asarray(amplitude * np.sin(2.0 * np.pi * np.arange(samples) / samples))
 
 
 def with_noise(force: FloatArray, level: float, seed: int) -> FloatArray:
-    """r*(1 + eps*R) of paper eq. (31).
-
-    Parameters
-    ----------
-    force : ndarray, shape (K,)   r [N].
-    level : float                 eps [-]; 0.03 in the paper.
-    seed : int                    Of the standard normal R, whose distribution the paper does not give.
-    """
+    """r*(1 + eps*R) of paper eq. (31), eps = `level`; R is standard normal, as the paper does not say."""
     return np.asarray(force * (1.0 + level * np.random.default_rng(seed).standard_normal(force.size)))

@@ -21,22 +21,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from ..errors import RecordError
-from ..identification.least_squares.stages import Hysteresis
-from ..identification.methods.fitted import Fitted
-from ..identification.methods.method import Method
-from ..identification.points.sample_points import SamplePoints
-from ..identification.points.steady_part import SteadyRecord
-from ..identification.search.solution import cautions_of, spring_within_limits
+from ..identification.method import Fitted, Method
+from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import IdentificationError, Outcome
-from .periods import Periods, one_record, whole_periods
+from ..model.outcomes import Finding, IdentificationError, Outcome
+from .periods import one_record, whole_periods
+from .two_stage import Hysteresis, moving_mean, spring_of
 
 _DEGREES = (4, 4)
 _USUAL_DEGREE = 3  # "usually less than 4"
@@ -75,12 +72,7 @@ class PaperOptions(Method):
         if not (len(self.levels) == 3 and -1.0 < self.levels[0] < 0.0 < self.levels[1] < self.levels[2] < 1.0):
             raise ValueError(f"`levels` must be three with -1 < H1 < 0 < H2 < H3 < 1, got {self.levels}.")
 
-    @property
-    def simpler(self) -> Sequence[Method]:
-        """None: the paper has no choice by the data."""
-        return ()
-
-    def fit(self, parts: Sequence[SteadyRecord], where: str) -> Fitted:
+    def fit(self, samples: Samples, where: str) -> Fitted:
         """Both stages on the mean period of one record; `choices` of the result holds what the paper leaves open.
 
         Raises
@@ -88,131 +80,81 @@ class PaperOptions(Method):
         RecordError           If there are several records, or the record is not periodic.
         IdentificationError   If a formula has no value, or its value is that of no spring.
         """
-        record = one_record(parts, where, "the paper's method")
+        record = one_record(samples, where, "the paper's method")
         try:
-            periods = whole_periods(record.displacement, record.force, record.time)
+            return self._fit(*whole_periods(record.displacement, record.force, record.time), where)
         except RecordError as problem:
             raise RecordError(f"{where}: {problem}") from None
-        try:
-            return self._fit(periods, parts[0].loops, where)
         except _NoValueError as problem:
             raise IdentificationError(Outcome.PAPER_FORMULAS, where, f" ({problem})") from None
 
-    def _fit(self, periods: Periods, loops: SamplePoints, where: str) -> Fitted:
+    def _fit(self, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
         """Both stages."""
-        samples = periods.displacement.size
+        samples, degrees = displacement.size, self.degrees or _DEGREES
         half_width = max(1, round(samples / _WINDOWS)) if self.smoothing is None else self.smoothing
-        if 2 * half_width >= samples:
-            raise _NoValueError(f"a window of {2 * half_width + 1} samples is longer than the period of {samples}")
-        loop = _Loop.of(periods.displacement, _periodic_mean(periods.mean_force, half_width))
-        x0, reach = float(periods.displacement.mean()), 0.5 * self.steady * float(np.ptp(loop.x))
-        degrees = self.degrees or _DEGREES
-        about_x0 = loop.beyond(x0)
-        kE, kA, kappa = _first_stage(about_x0, reach, degrees)
-        side = 1.0 if self.branch == "loading" else -1.0
-        y, force = about_x0.branch(side)
+        window = 2 * half_width + 1
+        if window > samples:
+            raise _NoValueError(f"a window of {window} samples is longer than the period of {samples}")
+        smooth = np.convolve(np.pad(periods.mean(axis=0), half_width, "wrap"), np.full(window, 1.0 / window), "valid")
+        x, upper, lower = _branches(displacement, smooth)
+        x0, reach = float(displacement.mean()), 0.5 * self.steady * float(np.ptp(x))
+        y = x - x0
+        kE, kA, kappa = _first_stage(y, upper, lower, reach, degrees)
+        side, force = (1.0, upper) if self.branch == "loading" else (-1.0, lower)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            Omega = _shrinking_mean((force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA), half_width)
-            read = _second_stage(side * y, side * Omega / kappa, self.levels)
-        hysteresis = Hysteresis(read.rho, max(read.sigma, 0.5), read.n)
-        spring = spring_within_limits(
-            where,
-            kE=tuple(kE.tolist()),
-            kA=(1.0, *(kA[1:] / kA[0]).tolist()),  # the model file has FA(x0) = 1
-            kappa_omega=kappa * float(kA[0]),
-            **asdict(hysteresis),
-            displacement_offset=x0,
-            displacement_min=float(loop.x[0]),
-            displacement_max=float(loop.x[-1]),
-        )
-        cautions = cautions_of(loops, hysteresis, loops.omega(hysteresis.rho, hysteresis.sigma, hysteresis.n))
-        cautions += [Outcome.PAPER_DEGREES] if max(degrees) > _USUAL_DEGREE else []
-        cautions += [Outcome.SIGMA_RAISED] if read.sigma < 0.5 else []
+            u = side * (force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA) / kappa
+            # As the branch is run, an unloading one from above.
+            travel, u = (side * y)[:: int(side)], u[:: int(side)]
+            read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.levels)
+        h = read._replace(sigma=max(read.sigma, 0.5))
+        spring = spring_of(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
+        findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > _USUAL_DEGREE else []
+        findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []
         choices: dict[str, Any] = {
-            "degrees": degrees, "smoothing": half_width, "samples_per_period": samples, "periods": periods.count,
+            "degrees": degrees, "smoothing": half_width, "samples_per_period": samples, "periods": len(periods),
             "x0": x0, "steady_section": (x0 - reach, x0 + reach), "kappa": kappa, "FA_at_x0": float(kA[0]),
-            "sigma_of_eq_25": read.sigma, **{f"x_{name}": x0 + side * at for name, at in read.places.items()},
+            "sigma_of_eq_25": read.sigma, **{f"x_{name}": x0 + side * at for name, at in places.items()},
         }  # fmt: skip
-        return Fitted(spring, dict.fromkeys(cautions, ""), 0.5 * (1.0 - self.steady), choices=choices)
+        return Fitted(spring, tuple(findings), choices)
 
 
 class _NoValueError(ValueError):
     """Why a formula has no value on a record, in words."""
 
 
-class _Loop(NamedTuple):
-    """Loading and unloading branch at the same rising displacements [m], [N], shape (P,) each."""
-
-    x: FloatArray
-    upper: FloatArray
-    lower: FloatArray
-
-    @classmethod
-    def of(cls, displacement: FloatArray, force: FloatArray) -> _Loop:
-        """The branches of a period at the displacements of its loading branch."""
-        low = int(np.argmin(displacement))
-        x, r = (np.append(np.roll(column, -low), column[low]) for column in (displacement, force))
-        top = int(np.argmax(x))
-        back = max(-np.diff(x[: top + 1]).min(), np.diff(x[top:]).max())
-        if back > _ROUNDING * (x[top] - x[0]):
-            raise _NoValueError("a period holds more than two strokes")
+def _branches(displacement: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Rising displacements of the loading branch of a period [m], and the force there and on the unloading one [N]."""
+    low = int(np.argmin(displacement))
+    x, r = (np.append(np.roll(column, -low), column[low]) for column in (displacement, force))
+    top = int(np.argmax(x))
+    if max(-np.diff(x[: top + 1]).min(), np.diff(x[top:]).max()) > _ROUNDING * (x[top] - x[0]):
+        raise _NoValueError("a period holds more than two strokes")
+    branches = []
+    for part in (slice(top + 1), slice(top, None)):
         # Equal displacements, as a coarse resolution makes them, have one mean force.
-        (up, upper), (down, lower) = (_distinct(x[part], r[part]) for part in (slice(top + 1), slice(top, None)))
-        return cls(up, upper, np.interp(up, down, lower))
-
-    def beyond(self, x0: float) -> _Loop:
-        """The same with displacements from x0 on."""
-        return self._replace(x=self.x - x0)
-
-    def branch(self, side: float) -> tuple[FloatArray, FloatArray]:
-        """Displacement and force of the loading branch or, for a negative side, of the unloading one, as it is run."""
-        return (self.x, self.upper) if side > 0.0 else (self.x[::-1], self.lower[::-1])
+        distinct, place, count = np.unique(x[part], return_inverse=True, return_counts=True)
+        branches.append((distinct, np.bincount(place, r[part]) / count))
+    (up, upper), (down, lower) = branches
+    return up, upper, np.interp(up, down, lower)
 
 
-def _first_stage(loop: _Loop, reach: float, degrees: tuple[int, int]) -> tuple[FloatArray, FloatArray, float]:
+def _first_stage(
+    y: FloatArray, upper: FloatArray, lower: FloatArray, reach: float, degrees: tuple[int, int]
+) -> tuple[FloatArray, FloatArray, float]:
     """FE and FA as powers of the displacement, and kappa [N]: equations (14) to (20) where it is within the reach."""
-    steady = np.abs(loop.x) <= reach
+    steady = np.abs(y) <= reach
     if np.count_nonzero(steady) <= max(degrees):
         raise _NoValueError("the steady section has too few samples")
-    height = float(np.interp(0.0, loop.x, loop.upper - loop.lower))
+    height = float(np.interp(0.0, y, upper - lower))
     if height <= 0.0:
         raise _NoValueError(f"eq. (19) gives kappa_omega = {0.5 * height:.4g} N")
-    kE = polynomial.polyfit(loop.x[steady], 0.5 * (loop.upper + loop.lower)[steady], degrees[0])
-    kA = polynomial.polyfit(loop.x[steady], (loop.upper - loop.lower)[steady] / height, degrees[1])
+    kE = polynomial.polyfit(y[steady], 0.5 * (upper + lower)[steady], degrees[0])
+    kA = polynomial.polyfit(y[steady], (upper - lower)[steady] / height, degrees[1])
     return np.asarray(kE, np.float64), np.asarray(kA, np.float64), 0.5 * height
 
 
-def _distinct(x: FloatArray, force: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rising displacements without repetitions, and the mean force at each."""
-    distinct, place, count = np.unique(x, return_inverse=True, return_counts=True)
-    return distinct, np.bincount(place, force) / count
-
-
-def _periodic_mean(force: FloatArray, half_width: int) -> FloatArray:
-    """Moving average of a period that follows itself."""
-    around = np.concatenate([force[force.size - half_width :], force, force[:half_width]])
-    return np.convolve(around, np.full(2 * half_width + 1, 1.0 / (2 * half_width + 1)), "valid")
-
-
-def _shrinking_mean(values: FloatArray, half_width: int) -> FloatArray:
-    """Moving average along a branch, whose window shrinks symmetrically at the ends."""
-    position = np.arange(values.size)
-    reach = np.minimum(half_width, np.minimum(position, position[::-1]))
-    sums = np.append(0.0, np.cumsum(values))
-    return np.asarray((sums[position + reach + 1] - sums[position - reach]) / (2 * reach + 1))
-
-
-class _Read(NamedTuple):
-    """What stage 2 reads: rho [1/m], sigma, n, and the travel of each point [m]."""
-
-    rho: float
-    sigma: float
-    n: float
-    places: dict[str, float]
-
-
-def _second_stage(travel: FloatArray, u: FloatArray, levels: Sequence[float]) -> _Read:
-    """Equations (23) to (25) on a branch.
+def _second_stage(travel: FloatArray, u: FloatArray, levels: Sequence[float]) -> tuple[Hysteresis, dict[str, float]]:
+    """Equations (23) to (25) on a branch, and the travel of each point [m].
 
     Parameters
     ----------
@@ -244,4 +186,4 @@ def _second_stage(travel: FloatArray, u: FloatArray, levels: Sequence[float]) ->
     sigma = float(0.5 * ((slope[h1] / rho - 1.0) / abs(u[h1]) ** n + 1.0))
     if not math.isfinite(sigma):
         raise _NoValueError(f"eq. (25) gives sigma = {sigma:.4g}")
-    return _Read(rho, sigma, n, places)
+    return Hysteresis(rho, sigma, n), places

@@ -1,51 +1,37 @@
-"""Whole periods of a periodic record at uniform phases, which the Fourier methods need."""
+"""Whole periods of a periodic record at uniform phases, which the paper's method and Ni's need."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from ..identification.points.steady_part import SteadyRecord
+from ..identification.samples import IndexArray, Samples
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import noise_level
-from ..loops.strokes import Strokes, find_strokes
+from ..loops.noise_levels import least_reversal, noise_level, path_noise_level
+from ..loops.turning import turning_points
 from ..records.record import Record
 
+_NOISE = 12.0  # standard deviations of the displacement's noise, which a million samples do not span
 _REPEATS = 0.02  # rms difference between two periods that is called none, share of the range
 _TRANSIENT = 1e-3  # the same for the force of the first period, which may hold a virgin curve, beyond its noise
 _MISSING = 0.05  # share of a period that may be missing at the end of the last one: the step that closes it
 _FEWEST = 16  # samples per period that make a usable one
 
 
-@dataclass(frozen=True, eq=False)
-class Periods:
-    """C periods of K samples at uniform phases, with nothing before, between and after them.
-
-    Attributes
-    ----------
-    displacement : ndarray, shape (K,)   Mean period, made monotone within each stroke; in the unit given.
-    force : ndarray, shape (C, K)        Each period [N].
-    """
-
-    displacement: FloatArray
-    force: FloatArray
-
-    @property
-    def count(self) -> int:
-        """Number of periods C."""
-        return int(self.force.shape[0])
-
-    @property
-    def mean_force(self) -> FloatArray:
-        """Mean over the periods, shape (K,) [N]: all harmonics of the period, and nothing between them."""
-        return np.asarray(self.force.mean(axis=0))
+def one_record(samples: Samples, where: str, method: str) -> Record:
+    """The one record of whole periods that a method takes, or RecordError with its name and that of the method."""
+    record, *others = samples.measured
+    if others:
+        raise RecordError(f"{where}: {method} takes one periodic record; give one, or use another method.")
+    if record.compared is not None:
+        raise RecordError(f"{where}: {method} takes whole periods; select no range, or use another method.")
+    return record
 
 
-def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | None = None) -> Periods:
+def whole_periods(
+    displacement: ArrayLike, force: ArrayLike, time: ArrayLike | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Cut the whole periods out of a periodic record and resample them to uniform phases.
 
     A first period with another force, such as one that starts with a virgin curve, is left out. Samples that already
@@ -58,7 +44,8 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
 
     Returns
     -------
-    Periods
+    displacement : ndarray, shape (K,)   Mean of the C periods, made monotone within each stroke.
+    force : ndarray, shape (C, K)        Each period [N].
 
     Raises
     ------
@@ -70,90 +57,70 @@ def whole_periods(displacement: ArrayLike, force: ArrayLike, time: ArrayLike | N
     if not (np.diff(clock) > 0.0).all():
         raise RecordError("`time` must rise strictly from sample to sample; leave it out if the samples are uniform.")
     step = float(np.median(np.diff(clock)))
-    period = _period(find_strokes(x), x, clock, step)
+    period = _period(x, clock, step)
     count = int((clock[-1] - clock[0] + step) / period + _MISSING)
     size = round(period / step)
     if size < _FEWEST:
         raise RecordError(f"a period must have at least {_FEWEST} samples, got {size}; sample faster.")
     # The last periods, since the first may hold a transient.
-    begin = max(clock[0], clock[-1] + step - count * period)
-    at = begin + period * np.arange(count * size) / size
-    columns = [np.interp(at, clock, values).reshape(count, size) for values in (x, r)]
-    moved, forces = columns
-    difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)))
-    if difference > _REPEATS * np.ptp(x):
+    at = max(clock[0], clock[-1] + step - count * period) + period * np.arange(count * size) / size
+    moved, forces = (np.interp(at, clock, values).reshape(count, size) for values in (x, r))
+    difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)) / np.ptp(x))
+    if difference > _REPEATS:
         raise RecordError(
             "the displacement must repeat itself from period to period, but its periods differ by "
-            f"{100.0 * difference / np.ptp(x):.3g} % of its range (rms); cut the record to whole periods of one "
-            "amplitude (`cycles=...`)."
+            f"{100.0 * difference:.3g} % of its range (rms); cut the record to whole periods of one amplitude "
+            "(`cycles=...`)."
         )
-    if count > 1 and _differs(forces):
+    first, others = forces[0], forces[1:].mean(axis=0) if count > 1 else forces[0]
+    if np.sqrt(np.mean((first - others) ** 2)) > _TRANSIENT * np.ptp(first) + 2.0 * noise_level(first):
         moved, forces = moved[1:], forces[1:]
-    return Periods(_monotone(moved.mean(axis=0)), forces)
+    return _monotone(moved.mean(axis=0)), forces
 
 
-def one_record(parts: Sequence[SteadyRecord], where: str, method: str) -> Record:
-    """The one record of whole periods that a method takes.
+def _turns(x: FloatArray) -> IndexArray:
+    """First sample, reversals that are not noise, last sample."""
+    return turning_points(x, max(_NOISE * path_noise_level(x), least_reversal(x)))
 
-    Parameters
-    ----------
-    parts : sequence of SteadyRecord
-    where : str                        Names of the records, for messages.
-    method : str                       Its name, likewise.
 
-    Raises
-    ------
-    RecordError   If there are several, or a range of displacement is selected.
-    """
-    if len(parts) > 1:
-        raise RecordError(f"{where}: {method} takes one periodic record; give one, or use another method.")
-    record = parts[0].record
-    if record.compared is not None:
+def _period(x: FloatArray, clock: FloatArray, step: float) -> float:
+    """Period in units of the clock: from the crossings of the middle, or the whole record if it closes."""
+    turns = _turns(x)
+    if turns.size < 3:
         raise RecordError(
-            f"{where}: {method} takes whole periods; select no range of displacement, or use another method."
+            f"the displacement must hold at least one whole period, got {turns.size - 1} stroke(s); record longer."
         )
-    return record
-
-
-def _period(strokes: Strokes, x: FloatArray, clock: FloatArray, step: float) -> float:
-    """Period in units of the clock: from the mid-level crossings, or the whole record if it closes."""
-    if strokes.count < 2:
-        raise RecordError(
-            f"the displacement must hold at least one whole period, got {strokes.count} stroke(s); record longer."
-        )
-    smooth = strokes.displacement
-    level = 0.5 * (float(smooth.min()) + float(smooth.max()))
-    # Upwards or downwards, as there are more: a record may begin on the level.
-    above = smooth >= level
-    before = max((np.flatnonzero(above[1:] & ~above[:-1]), np.flatnonzero(~above[1:] & above[:-1])), key=len)
-    steps = smooth[before + 1] - smooth[before]
-    crossings = clock[before] + (level - smooth[before]) / steps * np.diff(clock)[before]
+    level = 0.5 * float(x.min() + x.max())
+    before = np.flatnonzero(np.diff(x >= level))
+    # One to a stroke, as noise crosses more often; upwards or downwards, as there are more: a record may begin there.
+    _, once = np.unique(np.searchsorted(turns, before, side="right"), return_index=True)
+    before = before[once]
+    upwards = x[before + 1] >= level
+    before = max(before[upwards], before[~upwards], key=len)
+    crossings = clock[before] + (level - x[before]) / (x[before + 1] - x[before]) * np.diff(clock)[before]
     if crossings.size >= 2:
         period = float(np.polyfit(np.arange(crossings.size), crossings, 1)[0])
         # A rig that samples in step with its motion: less than half a sample off over the whole record.
         whole = round(period / step) * step
         return whole if abs(period - whole) * crossings.size < 0.5 * step else period
-    moved = np.abs(np.diff(smooth))
-    gap = abs(float(x[-1] - x[0]))
-    if gap > 3.0 * float(moved.max()) + 12.0 * noise_level(x):
+    moved, gap = np.abs(np.diff(x)), abs(float(x[-1] - x[0]))
+    if gap > 3.0 * float(moved.max()) + _NOISE * noise_level(x):
         raise RecordError(
             f"the displacement must end where it began after one whole period, got a gap of {gap:.4g} at a range of "
             f"{np.ptp(x):.4g}; cut the record to whole periods (`cycles=...`)."
         )
     # The last sample may repeat the first or stop one step short of it.
-    repeated = gap < 0.5 * min(float(moved[0]), float(moved[-1]))
-    return float(clock[-1] - clock[0]) + (0.0 if repeated else step)
-
-
-def _differs(force: FloatArray) -> bool:
-    """Whether the first period's force is not that of the mean of the others, beyond noise."""
-    first, others = force[0], force[1:].mean(axis=0)
-    noise = noise_level(first)
-    return float(np.sqrt(np.mean((first - others) ** 2))) > _TRANSIENT * float(np.ptp(force)) + 2.0 * noise
+    return float(clock[-1] - clock[0]) + (0.0 if gap < 0.5 * min(float(moved[0]), float(moved[-1])) else step)
 
 
 def _monotone(period: FloatArray) -> FloatArray:
     """The period without reversals that are noise."""
     top = int(np.argmax(period))
-    rolled = np.append(np.roll(period, -top), period[top])
-    return np.roll(find_strokes(rolled).displacement[:-1], top)
+    x = np.append(np.roll(period, -top), period[top])
+    turns = _turns(x)
+    for begin, end in zip(turns[:-1], turns[1:] + 1, strict=True):
+        side = np.sign(x[end - 1] - x[begin])
+        stroke = side * x[begin:end]
+        # Midway between the highest so far and the lowest from there on.
+        x[begin:end] = 0.5 * side * (np.maximum.accumulate(stroke) + np.minimum.accumulate(stroke[::-1])[::-1])
+    return np.roll(x[:-1], top)

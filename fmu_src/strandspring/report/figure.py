@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import StrandspringError
 from ..ground.plotfile import SUFFIXES, save_figure, some_axes
-from ..identification.identified_model import IdentifiedModel
+from ..identification.identified import IdentifiedModel
 from .charts import engineering, fit_charts, isolation_charts, model_charts
 from .charts.engineering import EngineeringFigures
 from .charts.evaluation import Evaluation

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 import numpy as np
 
 from .._version import __version__
-from ..identification.points.steady_part import find_steady_part
+from ..identification.refusals import Strokes, cut_all, impossible
+from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.overview import RecordOverview, overview
+from ..loops.cycles import Cycle, find_cycles, find_strokes
 from ..model.outcomes import IdentificationError
 from ..records.record import Record
+from ..records.spikes import IndexArray, spikes_of
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
 from .content.chart import Axis, Chart, ChartForm, Role, Trace, visible
 from .content.quantities import MM, NUMBER, N, S, number, span
@@ -30,6 +32,37 @@ _REASONS = {
 
 
 @dataclass(frozen=True, eq=False)
+class RecordOverview:
+    """What there is in a record.
+
+    Attributes
+    ----------
+    strokes : int
+    cycles : tuple of Cycle   In the order in which `select` counts them; empty if there is no full one.
+    left_out : mapping        Indices of samples, ascending, that are left out of a fit, by the reason: "clipped",
+                              "dwells", "not selected"; "spikes" are not left out, but should be corrected. Without
+                              reasons for which there are none.
+    """
+
+    strokes: int
+    cycles: tuple[Cycle, ...]
+    left_out: Mapping[str, IndexArray]
+
+
+def overview(record: Record) -> RecordOverview:
+    """What there is in a record, for people to choose from."""
+    part = Strokes(record)
+    left_out: dict[str, IndexArray] = {
+        "spikes": np.union1d(*spikes_of(record.displacement, record.force)).astype(np.intp),
+        "clipped": np.flatnonzero(part.clipped),
+        "dwells": np.flatnonzero(part.resting),
+        "not selected": np.flatnonzero([] if record.compared is None else ~record.compared),
+    }
+    seen = {reason: samples for reason, samples in left_out.items() if samples.size}
+    return RecordOverview(find_strokes(record.displacement).count, find_cycles(record), seen)
+
+
+@dataclass(frozen=True, eq=False)
 class _Shown:
     """A record of the page, the first of its samples that would be fitted, and why none would be, if so."""
 
@@ -43,11 +76,14 @@ class _Shown:
     def from_record(cls, place: int, record: Record) -> _Shown:
         seen = overview(record)
         try:
-            return cls(place, record, seen, find_steady_part(record).first_sample)
-        except IdentificationError as refusal:
-            where, colon, reason = str(refusal).partition(": ")
+            (part,) = cut_all([record])
+            if (refusal := impossible(part)) is not None:
+                raise refusal
+        except IdentificationError as refused:
+            where, colon, reason = str(refused).partition(": ")
             text = f"No spring would be identified: {PurePath(where).name}{colon}{reason}"
             return cls(place, record, seen, 0, text)
+        return cls(place, record, seen, int(Samples.of([record], len(record)).rows[0]))
 
     @property
     def name(self) -> str:
@@ -55,11 +91,11 @@ class _Shown:
         return PurePath(self.record.path).name
 
     def traces(self, x: FloatArray, y: FloatArray) -> Iterator[Trace]:
-        """What is drawn: before the steady part, from there on, and what is left out."""
+        """What is drawn: before the first reversal, from there on, and what is left out."""
         at = np.union1d(visible(self.record.displacement, _POINTS // 2), visible(self.record.force, _POINTS // 2))
         if self.first:
             before = at[at <= self.first]
-            name = "before the steady part, sets the memory only"
+            name = "before the first reversal, sets the memory only"
             yield Trace(name, x[before], y[before], Role.LEFT_OUT, record=self.place)
         after = at[at >= self.first]
         yield Trace("measured", x[after], y[after], Role.MEASURED, record=self.place)
@@ -75,7 +111,7 @@ def record_warnings(record: Record) -> Iterator[str]:
     if shown.refusal:
         yield shown.refusal
     if not shown.seen.cycles:
-        yield f"{shown.name} holds no whole cycle; {shown.seen.strokes.count} strokes were found."
+        yield f"{shown.name} holds no whole cycle; {shown.seen.strokes} strokes were found."
     for reason, samples in shown.seen.left_out.items():
         yield f"{shown.name}: {samples.size} samples: {_REASONS[reason][0]}."
 
@@ -154,7 +190,7 @@ def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
     for one in shown:
         record, cycles = one.record, one.seen.cycles
         if not cycles:
-            yield Notice(Level.CARE, f"{one.name} holds no whole cycle; {one.seen.strokes.count} strokes were found.")
+            yield Notice(Level.CARE, f"{one.name} holds no whole cycle; {one.seen.strokes} strokes were found.")
         rows = []
         for count, cycle in enumerate(cycles, 1):
             first, last = cycle.first_sample, cycle.last_sample

@@ -7,17 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
-from ..core.parameters import SpringParameters
-from ..identification.certainty.posterior import disagreement, drawn_in_words
-from ..identification.certainty.prediction_interval import ForceInterval
-from ..identification.identified_model import IdentifiedModel
+from ..identification.identified import IdentifiedModel
 from ..identification.notes import notes_on
+from ..identification.predictions import ForceInterval
 from ..loops.campaign import campaign_verdicts
-from ..loops.modelled import relaxed_branches
-from ..model.joint import HYSTERETIC_UNITS
+from ..loops.loop import relaxed_branches
 from ..model.modelfile import ModelFile
-from ..model.outcomes import Outcome
-from ..model.stated_figures import Figures, differ, energy_ratio
+from ..model.outcomes import Finding, Outcome
+from ..model.stated_figures import Figures, differ, effects_in_words, energy_ratio
 from . import report_tables as tables
 from .charts import engineering, isolation_charts
 from .charts.engineering import EngineeringFigures
@@ -33,21 +30,10 @@ from .rendering.report_path import check_report_path
 _SIGNATURES = ("Prepared", "Checked", "Approved")
 _RESIDUALS = ("residuals-time", "residuals-displacement", "residuals-velocity", "histogram", "autocorrelation")
 # Findings that say that the model does not follow its own records.
-_POOR = frozenset({Outcome.POOR_FIT, Outcome.LACK_OF_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
-# Findings that say that the spring alone does not give what was recorded.
-_ALONE = frozenset({Outcome.SPRING_ALONE, Outcome.LOOP_ENERGY, Outcome.JITTER})
+_POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
 # Findings that leave the model as good as it would be without them.
 _HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
-# Findings on loops that were not recorded.
-_EXTRAPOLATED = frozenset({Outcome.ONE_AMPLITUDE, Outcome.SMALL_LOOPS})
-# Outcomes whose details end with advice.
-_ADVISING = frozenset({Outcome.SMALL_LOOPS, Outcome.LACK_OF_FIT})
 _LISTED = 200  # records whose assumptions are listed
-
-_EFFECT_UNITS = {
-    "delay": "s", "viscosity": "N s/m", "play": "m", "force_zero": "N", "displacement_zero": "m", "drift": "N",
-    "moving_mass": "kg", "fixture_stiffness": "N/m",
-}  # fmt: skip
 
 Progress = Callable[[str], None]
 
@@ -57,7 +43,6 @@ def write_report(
     identification: IdentifiedModel,
     model: ModelFile,
     details: ReportDetails | None = None,
-    comparison: str = "",
     progress: Progress | None = None,
 ) -> None:
     """Write the report of an identification.
@@ -68,7 +53,6 @@ def write_report(
     identification : IdentifiedModel
     model : ModelFile       The identified spring with its name.
     details : ReportDetails or None
-    comparison : str        How other classes of models compare, in a sentence; empty if they were not fitted.
     progress : callable     Called with the name of each part before the work on it begins.
 
     Raises
@@ -77,7 +61,7 @@ def write_report(
                             be written.
     """
     check_report_path(path)
-    content = report_content(identification, model, details or ReportDetails(), comparison, progress)
+    content = report_content(identification, model, details or ReportDetails(), progress)
     if progress is not None:
         progress("pages")
     write(path, content)
@@ -87,7 +71,6 @@ def report_content(
     identification: IdentifiedModel,
     model: ModelFile,
     details: ReportDetails,
-    comparison: str = "",
     progress: Progress | None = None,
 ) -> PageContent:
     """Everything a report says.
@@ -97,7 +80,6 @@ def report_content(
     identification : IdentifiedModel
     model : ModelFile            For its name, description and version.
     details : ReportDetails
-    comparison : str             How other classes of models compare, in a sentence; empty if they were not fitted.
     progress : callable          Called with the name of each part before the work on it begins.
     """
     say = progress or (lambda _: None)
@@ -109,7 +91,7 @@ def report_content(
         sections.append(Section(key, title, blocks, folded))
 
     say("engineering figures")
-    add("verdict", "Verdict", *_verdict(evaluation, figures, comparison))
+    add("verdict", "Verdict", *_verdict(evaluation, figures))
     add("figures", "Engineering figures", *_engineering(evaluation, figures))
     say("fit and residuals")
     add("fit", "Fit", _gallery(evaluation, "force"), tables.records(evaluation))
@@ -138,16 +120,17 @@ def _gallery(evaluation: Evaluation, *keys: str) -> Gallery:
     return Gallery(tuple(chart for chart in charts if isinstance(chart, Chart)))
 
 
-def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: str) -> Iterator[Block]:
+def _verdict(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
     yield _headline(evaluation)
     yield Tiles(tuple(_tiles(evaluation, figures)))
     yield _gallery(evaluation, "loops")
-    for sentence in (_fit(evaluation), _range(evaluation, figures), _rate(evaluation), comparison):
+    for sentence in (_fit(evaluation), _range(evaluation, figures), _rate(evaluation), *_certainty(evaluation)):
         if sentence:
             yield Text(evaluation.prose(sentence))
-    for outcome, detail in evaluation.identification.findings.items():
-        grade = Level.INFORMATION if outcome in _HARMLESS else Level.CARE
-        yield Notice(grade, *_caution(outcome, evaluation.prose(detail)))
+    if (held_out := tables.held_out(evaluation)) is not None:
+        yield held_out
+    for finding in evaluation.identification.findings:
+        yield _caution(finding, evaluation)
     for sentence in relaxed_branches(evaluation.identification.parameters):
         yield Notice(Level.CARE, sentence)
     for sentence in evaluation.identification.uncertainty.get("indistinct", ()):
@@ -155,20 +138,21 @@ def _verdict(evaluation: Evaluation, figures: EngineeringFigures, comparison: st
 
 
 def _headline(evaluation: Evaluation) -> Notice:
-    """How far the model can be relied on."""
-    findings = set(evaluation.identification.findings)
-    cautions = findings - _HARMLESS
-    if findings & _POOR:
-        return Notice(Level.POOR, "Do not rely on this model yet: it does not follow its own records.")
-    if not cautions:
-        return Notice(Level.GOOD, "Good to use within the recorded range.")
-    if findings & _ALONE:
-        text = "The saved spring alone differs from what was recorded: use it with the cautions below."
-    elif cautions <= _EXTRAPOLATED:
-        text = "Good to use at the recorded amplitudes; smaller loops are extrapolated."
+    """How far the model can be relied on: the verdict, or what is found without one."""
+    verdict = evaluation.identification.verdict
+    findings = set(evaluation.identification.outcomes)
+    is_usable = not findings & _POOR if verdict is None else verdict.is_usable
+    if verdict is not None:
+        sentence = str(verdict)
+    elif is_usable:
+        sentence = "not tested on held-out strokes, as by the refined method"
     else:
-        text = f"Good to use with care: {len(cautions)} caution{'s' if len(cautions) > 1 else ''} below."
-    return Notice(Level.CARE, text)
+        sentence = "not usable: it does not follow its own records"
+    if is_usable is False:
+        level = Level.POOR
+    else:
+        level = Level.GOOD if is_usable and verdict is not None and not findings - _HARMLESS else Level.CARE
+    return Notice(level, prose(_sentence(sentence)))
 
 
 def _fit(evaluation: Evaluation) -> str:
@@ -181,6 +165,15 @@ def _fit(evaluation: Evaluation) -> str:
     if differ(whole.figures, whole.fitted_figures):
         text += f"; as fitted, {evaluation.beside}, it is {_figures(whole.fitted_figures)}"
     return f"{text}."
+
+
+def _certainty(evaluation: Evaluation) -> Iterator[str]:
+    """What the spring misses, and what is known of loops that were not recorded, where no finding says it."""
+    certainty = evaluation.identification.certainty
+    said = {finding.detail for finding in evaluation.identification.findings}
+    for part in () if certainty is None else (certainty.lack, certainty.unrecorded):
+        if part.sentence not in said:
+            yield _sentence(part.sentence)
 
 
 def _figures(figures: Figures) -> str:
@@ -212,19 +205,21 @@ def _rate(evaluation: Evaluation) -> str:
     return " ".join((unknown if rate is None else rate.sentence, *([] if overlap is None else [overlap.sentence])))
 
 
-def _caution(outcome: Outcome, detail: str) -> tuple[str, str]:
+def _caution(finding: Finding, evaluation: Evaluation) -> Notice:
     """What was found, and the advice apart from it."""
-    sentence = outcome.value.removesuffix(".")
+    sentence, is_harmless = finding.kind.value.removesuffix("."), finding.kind in _HARMLESS
     # The last clause advises; harmless findings need no advice.
-    end = -1 if outcome in _HARMLESS else max(sentence.rfind(": "), sentence.rfind("; "))
-    head, advice = (sentence, "") if end < 0 else (sentence[:end], sentence[end + 2 :])
-    if outcome in _ADVISING:
-        detail, _, further = detail.rpartition(": ")
-        # "Record loops of about 4.7 mm too" says all that "record smaller loops too" does.
-        general = "" if further and outcome is Outcome.SMALL_LOOPS else advice
-        advice = "; ".join(filter(None, (general, further)))
-    text = f"{head} ({detail})." if detail else f"{head}."
-    return text, f"{advice[:1].upper()}{advice[1:]}." if advice else ""
+    end = -1 if is_harmless else max(sentence.rfind(": "), sentence.rfind("; "))
+    head, advice = (sentence, "") if end < 0 else (sentence[:end], _sentence(sentence[end + 2 :]))
+    beside = evaluation.prose(", ".join(filter(None, (finding.where, finding.detail))))
+    text = f"{head} ({beside})." if beside else f"{head}."
+    level = Level.INFORMATION if is_harmless else Level.CARE
+    return Notice(level, text, advice)
+
+
+def _sentence(text: str) -> str:
+    """A clause with a capital and a full stop."""
+    return f"{text[0].upper()}{text[1:].removesuffix('.')}."
 
 
 def _tiles(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Tile]:
@@ -241,9 +236,9 @@ def _tiles(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Tile
     yield Tile("RNL", number(whole.rnl, 4, zeros=True), "", "saved spring alone; 1 is perfect")
     if (ratio := energy_ratio(whole.figures)) is not None:
         yield Tile("Loop energy", number(ratio, 3, zeros=True), "× measured", "saved spring alone")
-    if (lack := whole.lack_of_fit) is not None:
-        note = f"{percent(lack.of_height)} of the loops' height" if lack.is_structured else "what noise alone leaves"
-        yield Tile("Misfit of the fit", number(lack.over_noise, 2), "× noise", note)
+    if whole.certainty is not None:
+        missed = number(100.0 * whole.certainty.lack.missed, 2)
+        yield Tile("Missed", missed, "%", "of the force's deviation, beside noise")
 
 
 def _engineering(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Block]:
@@ -272,28 +267,8 @@ def _model(evaluation: Evaluation) -> Iterator[Block]:
     interval = ForceInterval.from_uncertainty(evaluation.identification.uncertainty)
     if interval is not None:
         yield Text(prose(f"{interval.sentence}."))
-    effects = (
-        (f"Effect of the rig: {name.replace('_', ' ')}", f"{_plain(value)} {_EFFECT_UNITS.get(name, '')}".rstrip())
-        for name, value in evaluation.identification.effects.items()
-    )
-    further = (*_sampled(evaluation.identification.uncertainty, evaluation.identification.parameters), *effects)
-    if further:
-        yield Facts(further)
-
-
-def _sampled(known: dict[str, Any], fitted: SpringParameters) -> Iterator[tuple[str, str]]:
-    """Bootstrap and posterior, where they were asked for."""
-    names = tuple(HYSTERETIC_UNITS)
-    if "bootstrap" in known:
-        bootstrap = known["bootstrap"]
-        spread = ", ".join(f"{name} ± {number(bootstrap[name], 2)}" for name in names)
-        yield f"Bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']})", spread
-    if "posterior" in known:
-        posterior = known["posterior"]
-        medians = {name: [number(posterior[name][k], 6) for k in (2, 0, -1)] for name in names}
-        ends = ", ".join(f"{name} {middle} ({low} to {high})" for name, (middle, low, high) in medians.items())
-        said = (f"median and 95 %: {ends}", disagreement(posterior, fitted))
-        yield f"Posterior {drawn_in_words(posterior)}", "; ".join(filter(None, said))
+    if effects := effects_in_words(evaluation.identification.effects):
+        yield Facts(tuple((f"Effect of the rig: {name}", evaluation.prose(size)) for name, size in effects.items()))
 
 
 def _assumptions(evaluation: Evaluation) -> Iterator[Block]:
@@ -305,8 +280,6 @@ def _assumptions(evaluation: Evaluation) -> Iterator[Block]:
     notes = [evaluation.prose(note) for note in notes_on(whole)]
     if notes:
         pairs.append(("Not considered", " ".join(notes)))
-    share = percent(whole.steady_share, 3)
-    pairs.append(("Steady section", f"from {share} of the longest stroke"))
     yield Facts(tuple(pairs))
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from ..core.parameters import SpringParameters
 from ..ground.result_columns import ResultColumn
-from ..identification.certainty.figures import RecordFit
-from ..identification.certainty.intervals import NORMAL_95
+from ..identification.figures import RecordFit
+from ..identification.predictions import NORMAL_95
 from ..loops.loop import PANELS, LoopFigures
 from ..model.joint import HYSTERETIC_PARAMETERS
 from ..model.stated_figures import energy_ratio
@@ -161,6 +161,16 @@ def records(evaluation: Evaluation) -> PageTable:
         rows.append((*row, view.fit.compared))
     header += ["RNL as fitted", "energy / measured as fitted"] if beside else []
     return PageTable("Records and fit", (*header, "compared"), tuple(rows))
+
+
+def held_out(evaluation: Evaluation) -> PageTable | None:
+    """Error on held-out strokes beside those of plain models; None where nothing was held out."""
+    verdict = evaluation.identification.verdict
+    if verdict is None or verdict.whole is None:
+        return None
+    errors = {"this spring": verdict.whole.error, **verdict.whole.plain}
+    rows = tuple((name, percent(error)) for name, error in errors.items())
+    return PageTable("Held-out error", ("model", "error, share of the force's standard deviation"), rows)
 
 
 def _ratio(fit: RecordFit) -> str:

@@ -8,12 +8,9 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...ground.quoting import printable
-from ...identification.certainty.figures import RecordFit
-from ...identification.certainty.saved_spring import effect_of_smoothing
-from ...identification.points.direction import backwards
+from ...identification.refusals import backwards, clipped_samples
 from ...kernel.arrays import FloatArray
-from ...loops.left_out import clipped_samples
-from ...loops.strokes import find_strokes
+from ...loops.cycles import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes, stated_effects
 from ...records.record import Record
@@ -40,12 +37,6 @@ def clipped_cautions(record: Record) -> list[str]:
         f"{record.path}: {clipped} of {len(record)} samples are at the end of the force sensor's range; errors leave "
         "them out, and measured loops are too flat."
     ]
-
-
-def smoothing_caution(record: Record, fit: RecordFit, smoothed: RecordFit) -> list[str]:
-    """A sentence where reversals of a displacement below its noise change the error; none where they do not."""
-    sentence = effect_of_smoothing(record, fit, smoothed)
-    return [f"{record.path}: {sentence}"] if sentence else []
 
 
 def unrecorded_cautions(source: str, model: ModelFile, record: Record) -> list[str]:

@@ -6,20 +6,20 @@ from functools import cache
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 if TYPE_CHECKING:
-    from ...identification.methods.method import Method
+    from ...identification.method import Method
 
-MethodName: TypeAlias = Literal["refined", "two-stage", "scan", "paper", "ni"]
+MethodName: TypeAlias = Literal["refined", "two-stage", "paper", "ni"]
 
 
 @cache
 def methods() -> dict[str, type[Method]]:
     """Those with a `MethodName`, which are slow to import."""
-    from ...identification.methods.direct import ScanOptions, TwoStageOptions
-    from ...identification.methods.refined import RefinedOptions
+    from ...identification.refined import RefinedOptions
     from ...peers.ni_method import NiOptions
     from ...peers.paper import PaperOptions
+    from ...peers.two_stage import TwoStageOptions
 
-    return {method.name: method for method in (RefinedOptions, TwoStageOptions, ScanOptions, PaperOptions, NiOptions)}
+    return {method.name: method for method in (RefinedOptions, TwoStageOptions, PaperOptions, NiOptions)}
 
 
 def chosen_method(name: MethodName | None, options: Method | None) -> Method:
@@ -30,7 +30,7 @@ def chosen_method(name: MethodName | None, options: Method | None) -> Method:
     ValueError   If there is no method of this name.
     TypeError    If both are given, or the options are of no method.
     """
-    from ...identification.methods.method import checked_method
+    from ...identification.method import checked_method
 
     if name is None:
         return methods()["refined"]() if options is None else checked_method(options)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
-from ...model.joint import HYSTERETIC_PARAMETERS, HYSTERETIC_UNITS
+from ...model.joint import HYSTERETIC_PARAMETERS
 from ...model.stated_figures import Figures, differ, in_words
 
 if TYPE_CHECKING:
-    from ...identification.certainty.figures import RecordFit
+    from ...identification.figures import RecordFit
     from ...loops.campaign import Overlap, RateIndependence
 
 _WORDS = 25  # of a caution
@@ -56,11 +56,11 @@ def outside_range(p: SpringParameters) -> str:
     )
 
 
-def fit_json(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
-    """One entry of `records` in the JSON output; the other prediction of the record has a name."""
-    from ...identification.certainty.figures import both_figures  # whoever has a fit has loaded it
-
-    return {"path": fit.path, "samples": fit.samples, **both_figures(fit, other, name)}
+def fit_json(fit: RecordFit, fitted: RecordFit | None = None) -> dict[str, Any]:
+    """One entry of `records` in the JSON output, with the figures of the fit where there is one."""
+    figures = {"samples": fit.samples, **fit.figures, "omega_start": fit.omega_start, "compared": fit.compared}
+    beside = {} if fitted is None else {"fitted": {**fitted.figures, "compared": fitted.compared}}
+    return {"path": fit.path, **figures, **beside}
 
 
 def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
@@ -70,21 +70,21 @@ def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] |
     return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
 
 
-def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...]) -> list[str]:
+def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...] = ()) -> list[str]:
     """One line for each record with the figures of the spring alone; a second one where those of the fit differ."""
     lines = []
-    for fit, other in zip(fits, fitted, strict=True):
+    for fit, other in zip(fits, fitted or fits, strict=True):
         lines.append(f"  {fit.path}: {in_words(fit.figures)} over {fit.samples} samples ({fit.compared})")
         if differ(fit.figures, other.figures):
             lines.append(f"    {fit.beside(other)}: {in_words(other.figures, False)}")
     return lines
 
 
-def brief_fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...], overall: Figures) -> list[str]:
+def brief_fit_lines(overall: Figures, fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...] = ()) -> list[str]:
     """The same without the samples and folders, and the figures of all records if there are several."""
     names = [PurePath(fit.path).name for fit in fits]
     lines = []
-    for name, fit, other in zip(names, fits, fitted, strict=True):
+    for name, fit, other in zip(names, fits, fitted or fits, strict=True):
         lines.append(f"{name if names.count(name) == 1 else fit.path}: {in_words(fit.figures)}")
         if differ(fit.figures, other.figures):
             lines.append(f"  {fit.beside(other)}: {in_words(other.figures, False)}")
@@ -96,7 +96,7 @@ def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> l
     elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
     low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
     shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
-    return [*hysteretic_lines(p, uncertainty), shape, *_added_lines(p, uncertainty), *_sampled_lines(p, uncertainty)]
+    return [*hysteretic_lines(p, uncertainty), shape, *_added_lines(p, uncertainty)]
 
 
 def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
@@ -142,33 +142,13 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
-    lines += _sampled_lines(p, uncertainty)
-    from ...identification.certainty.prediction_interval import ForceInterval  # slow to import
+    from ...identification.predictions import ForceInterval  # slow to import
 
     interval = ForceInterval.from_uncertainty(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")
     lines += [f"  {printable(sentence)}" for sentence in uncertainty.get("indistinct") or ()]
     return [line.rstrip() for line in lines]
-
-
-def _sampled_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """Bootstrap and posterior, where they were asked for, and what speaks against the posterior."""
-    lines = []
-    if bootstrap := uncertainty.get("bootstrap"):
-        spread = ", ".join(f"{name} +- {bootstrap[name]:.2g}" for name in HYSTERETIC_UNITS)
-        lines.append(f"  bootstrap of {bootstrap['repetitions']} (seed {bootstrap['seed']}): {spread}")
-    if posterior := uncertainty.get("posterior"):
-        from ...identification.certainty.posterior import disagreement, drawn_in_words  # slow to import
-
-        of_each = ", ".join(
-            f"{name} {posterior[name][2]:.6g} ({posterior[name][0]:.6g} to {posterior[name][-1]:.6g})"
-            for name in HYSTERETIC_UNITS
-        )
-        lines.append(f"  posterior {drawn_in_words(posterior)}, median and 95 %: {of_each}")
-        if doubt := disagreement(posterior, p):
-            lines.append(f"  {doubt}")
-    return lines
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:

@@ -11,10 +11,9 @@ from numpy.typing import ArrayLike
 
 from ...errors import StrandspringError
 from ...ground.arguments import numbers, optional_number, seed_of, whole
-from ...identification.certainty.figures import RecordFit, predict_record
+from ...identification.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
-from ...loops.loop import PANELS, Loop
-from ...loops.modelled import steady_loop
+from ...loops.loop import PANELS, Loop, steady_loop
 from ...model.modelfile import ModelFile
 from ...records.given import records_of
 from ...records.record import Record
@@ -367,7 +366,7 @@ def compare(
         shared_mass(springs, low, high, mass),
         followed,
         tuple(comparison_notes(models, verdict)),
-        tuple(comparison_cautions(models, records, [(compared.a, compared.b) for compared in followed], align, loops)),
+        tuple(comparison_cautions(models, records, align, loops)),
     )  # fmt: skip
 
 

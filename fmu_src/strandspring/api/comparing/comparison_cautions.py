@@ -5,15 +5,12 @@ from __future__ import annotations
 from itertools import chain
 
 from ...ground.quoting import printable
-from ...identification.certainty.figures import RecordFit, along_smoothed
 from ...kernel.path import PathSolver
-from ...loops.loop import Loop
-from ...loops.modelled import relaxed_branches, steady_loop
-from ...loops.strokes import find_strokes
+from ...loops.loop import Loop, relaxed_branches, steady_loop
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
 from ...records.record import Record
-from ..common.caution_text import backwards_cautions, clipped_cautions, effects_of, outside_cautions, smoothing_caution
+from ..common.caution_text import backwards_cautions, clipped_cautions, effects_of, outside_cautions
 from .alignment import Align, aligned, apart, middle_of, shared_range
 from .common_form import common_form, form_of, form_words
 from .comparison_words import ComparisonVerdict, percent
@@ -42,27 +39,21 @@ def comparison_notes(models: tuple[ModelFile, ModelFile], verdict: ComparisonVer
 def comparison_cautions(
     models: tuple[ModelFile, ModelFile],
     records: list[Record],
-    fits: list[tuple[RecordFit, RecordFit]],
     align: Align,
     loops: tuple[Loop, Loop],
 ) -> list[str]:
     """What could make the result wrong: the records, the identifications, and a zero that was moved."""
     cautions = [*backwards_cautions(records), *chain.from_iterable(map(clipped_cautions, records))]
-    for record, both in zip(records, fits, strict=True):
-        strokes = find_strokes(record.displacement)
-        for label, model, fit in zip("AB", models, both, strict=True):
-            smoothed = along_smoothed(PathSolver(model.parameters), record, strokes, fit)
-            cautions += [
-                f"Model {label}, {sentence}"
-                for sentence in (
-                    *smoothing_caution(record, fit, smoothed),
-                    *outside_cautions(record.path, record.displacement, model.parameters),
-                )
-            ]
+    cautions += [
+        f"Model {label}, {sentence}"
+        for record in records
+        for label, model in zip("AB", models, strict=True)
+        for sentence in outside_cautions(record.path, record.displacement, model.parameters)
+    ]
     cautions += dict.fromkeys(chain.from_iterable(relaxed_branches(model.parameters) for model in models))
     for label, model in zip("AB", models, strict=True):
         cautions += [
-            f"Of the identification of {label}: {printable(sentence)}" for sentence in stated_cautions(model).values()
+            f"Of the identification of {label}: {printable(sentence)}" for _, sentence in stated_cautions(model)
         ]
     effects = [effects_of(model) or "nothing" for model in models]
     if effects[0] != effects[1]:

@@ -30,8 +30,7 @@ from ...errors import ModelError
 from ...ground.result_columns import ResultColumn
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.loop import LOOP_FIGURE
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import LOOP_FIGURE, steady_loop_figures
 from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, names_of
 from ...model.modelfile import ModelFile
 from ..common.text import bounds_95

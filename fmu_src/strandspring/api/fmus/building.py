@@ -29,7 +29,7 @@ from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
 
 if TYPE_CHECKING:
-    from ...identification.identified_model import IdentifiedModel
+    from ...identification.identified import IdentifiedModel
     from ...records.given import Source
     from ...records.record import Record
 
@@ -192,7 +192,7 @@ def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckRep
         return report
     # Slow to import.
     from ...cosimulation.prescribed import simulate_fmu
-    from ...identification.certainty.figures import chosen_samples, rnl
+    from ...identification.figures import chosen_samples, rnl
 
     zero = BuildSettings.of_fmu(path).zero
     for record, figures in stated:
@@ -349,8 +349,8 @@ def _model(
     if isinstance(held, ModelFile) and record is None:
         return held, ()
     # Slow to import.
-    from ...identification.identified_model import IdentifiedModel
-    from ...identification.identify_records import identify_records
+    from ...identification.identified import IdentifiedModel
+    from ...identification.identify import identify_records
     from ...records.given import as_records
 
     if isinstance(held, ModelFile) and record is not None:

@@ -19,12 +19,20 @@ from ...ground.result_columns import ResultColumn, cells, values
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ...loops.cycles import MeasuredLoop, measured_loops
-from ...loops.loop import LOOP_FIGURE, LOOP_FIGURES, PANELS, Loop, LoopFigures
-from ...loops.modelled import relaxed_branches, steady_loop, steady_loop_figures
+from ...loops.loop import (
+    LOOP_FIGURE,
+    LOOP_FIGURES,
+    PANELS,
+    Loop,
+    LoopFigures,
+    relaxed_branches,
+    steady_loop,
+    steady_loop_figures,
+)
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
-from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json
+from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
 from ...records.given import records_of
 from ...records.record import Record
 from ..common.caution_text import backwards_cautions, clipped_cautions, effects_cautions, effects_of
@@ -96,6 +104,8 @@ class Information(PlottedResult):
         """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
         model = self.model
         lines = [f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")]
+        if verdict := stated_verdict(model):
+            lines.append(f"  {verdict}")
         lines += parameter_lines(self.parameters, model.uncertainty)
         origin = model.provenance
         method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
@@ -233,7 +243,7 @@ def info(
     origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
-    cautions = [f"Of the identification: {printable(sentence)}" for sentence in stated_cautions(content).values()]
+    cautions = [f"Of the identification: {printable(sentence)}" for _, sentence in stated_cautions(content)]
     cautions += relaxed_branches(content.parameters)
     cautions += backwards_cautions(records)
     cautions += chain.from_iterable(map(clipped_cautions, records))

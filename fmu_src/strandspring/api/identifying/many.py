@@ -16,8 +16,8 @@ from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...errors import RecordError
 from ...ground.arguments import flag, optional_number
-from ...identification.methods.method import Method
-from ...loops.wanted import Wanted
+from ...identification.method import Method
+from ...loops.selection import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...records.given import checked_units
 from ..common.methods import MethodName, chosen_method

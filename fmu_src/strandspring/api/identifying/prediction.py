@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -12,14 +13,14 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn
-from ...identification.certainty.figures import RecordFit, along_smoothed, overall_figures, predict_record
-from ...identification.certainty.prediction_interval import ForceInterval, prediction_error
+from ...identification.figures import RecordFit, overall_figures, predict_record
+from ...identification.predictions import ForceInterval
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.strokes import find_strokes
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
@@ -30,7 +31,6 @@ from ..common.caution_text import (
     clipped_cautions,
     effects_cautions,
     outside_cautions,
-    smoothing_caution,
     unrecorded_cautions,
 )
 from ..common.model_source import ModelSource, model_of, source_of
@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-
+# Of the differences for standard errors, in standard deviations; the small ones are for an FA of nearly zero somewhere.
+_STEPS = (0.01, 1e-4, 1e-6)
 _COLUMNS = (
     ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
     ResultColumn("force", "N", "force", "force", "N"),
@@ -61,9 +62,8 @@ class Prediction(PlottedResult):
     model : ModelFile
     records : tuple of Record
     fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
-    smoothed : tuple of RecordFit The same along the path without reversals below the noise of the displacement.
-    cautions : tuple of str       Loops that run backwards, samples outside the identified range, reversals below the
-                                  noise that change the error, effects of the rig removed from the records of the model.
+    cautions : tuple of str       Loops that run backwards, samples outside the identified range, effects of the rig
+                                  removed from the records of the model.
     interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
 
@@ -73,7 +73,6 @@ class Prediction(PlottedResult):
     model: ModelFile
     records: tuple[Record, ...]
     fits: tuple[RecordFit, ...]
-    smoothed: tuple[RecordFit, ...]
     cautions: tuple[str, ...]
     interval: tuple[ForceInterval, JointCovariance] | None
 
@@ -101,9 +100,7 @@ class Prediction(PlottedResult):
         return tuple(
             interval.reach(
                 fit.predicted,
-                prediction_error(
-                    self.model.parameters, joint, record.displacement, fit.omega_start, record.rising_time
-                ),
+                prediction_error(self.model.parameters, joint, record, fit.omega_start),
             )
             for record, fit in zip(self.records, self.fits, strict=True)
         )
@@ -126,17 +123,15 @@ class Prediction(PlottedResult):
 
     def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The figures of each record in words, and of all if there are several."""
-        return brief_fit_lines(self.fits, self.smoothed, self.figures)
+        return brief_fit_lines(self.figures, self.fits)
 
     def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
         """The figures in words."""
-        return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits, self.smoothed)]
+        return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits)]
 
     def as_json(self) -> dict[str, Any]:
         """The figures as an object for JSON, in SI units."""
-        pairs = zip(self.fits, self.smoothed, strict=True)
-        records = [fit_json(fit, smoothed, "smoothed") for fit, smoothed in pairs]
-        return {**self.figures, "records": records, "cautions": self.cautions}
+        return {**self.figures, "records": list(map(fit_json, self.fits)), "cautions": self.cautions}
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all samples with the number of their record; displacements in mm.
@@ -187,10 +182,9 @@ def predict(
 ) -> Prediction:
     """Predict the force of records with a model, and compare it with what was measured.
 
-    The path is the displacement as recorded, as if it drove an FMU of the model. Where reversals below its noise change
-    the error by more than 5 % of the force's standard deviation, a caution gives the errors with and without them. The
-    hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number, `omega_start`.
-    `Spring.response` gives the force along a path without a measured one.
+    The path is the displacement as recorded, as if it drove an FMU of the model. The hysteretic state at the start of a
+    measured record is unknown; it is estimated as one bounded number, `omega_start`. `Spring.response` gives the force
+    along a path without a measured one.
 
     Parameters
     ----------
@@ -224,15 +218,12 @@ def predict(
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")
     cautions = backwards_cautions(records) + effects_cautions(source, content)
-    fits, smoothed = [], []
     for record in records:
-        fits.append(predict_record(solver, record))
-        smoothed.append(along_smoothed(solver, record, find_strokes(record.displacement), fits[-1]))
         cautions += clipped_cautions(record)
-        cautions += smoothing_caution(record, fits[-1], smoothed[-1])
         cautions += outside_cautions(record.path, record.displacement, content.parameters)
         cautions += unrecorded_cautions(source, content, record)
-    return Prediction(source, content, records, tuple(fits), tuple(smoothed), tuple(cautions), interval)
+    fits = tuple(predict_record(solver, record) for record in records)
+    return Prediction(source, content, records, fits, tuple(cautions), interval)
 
 
 def _interval(source: str, model: ModelFile) -> tuple[ForceInterval, JointCovariance] | None:
@@ -243,3 +234,31 @@ def _interval(source: str, model: ModelFile) -> tuple[ForceInterval, JointCovari
     except ModelError as problem:
         raise ModelError(f"{source}: {problem}") from None
     return None if interval is None or joint is None else (interval, joint)
+
+
+def prediction_error(
+    spring: SpringParameters, joint: JointCovariance, record: Record, omega_start: float
+) -> FloatArray:
+    """Standard error of the predicted force along a record, shape (K,) [N], by differences.
+
+    Raises
+    ------
+    ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
+    """
+    changes = [_change(spring, joint, unit, record, omega_start) for unit in np.eye(len(joint.root))]
+    return np.asarray(np.linalg.norm(changes, axis=0))
+
+
+def _change(
+    spring: SpringParameters, joint: JointCovariance, unit: FloatArray, record: Record, omega_start: float
+) -> FloatArray:
+    """Change of the force by one standard deviation in a direction of the covariance, shape (K,) [N]."""
+    for step in _STEPS:
+        with suppress(ValueError):  # FA not positive: no spring
+            ends = [joint.moved(spring, (side * step * unit).tolist()) for side in (1.0, -1.0)]
+            forces = [PathSolver(end).force(record.displacement, omega_start, record.rising_time) for end in ends]
+            return np.asarray((forces[0] - forces[1]) / (2.0 * step))
+    raise ModelError(
+        f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring there is no '
+        'other; identify the spring again, or remove the field "uncertainty.joint".'
+    )

@@ -32,10 +32,10 @@ _MOST_NAMED = 20  # files that a summary names
 _COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
 _NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
 _MOST_KINDS = 1000  # files that all say something else must not fill the memory
-_MANIFEST = {"format": "strandspring-batch", "format_version": 4}
+_MANIFEST = {"format": "strandspring-batch", "format_version": 5}
 _ROW_GROUP = 1000  # rows of Parquet that are in memory at a time
 # Columns that are not numbers with a fraction.
-_TEXTS = {"file", "sha256", "status", "reason", "outlier", "cautions", "model"}
+_TEXTS = {"file", "sha256", "status", "reason", "verdict", "outlier", "cautions", "model"}
 _COUNTS = {"samples", "knots of FE"}
 _FLAGS = {"has times"}
 _UNCERTAINTY = ("standard error", "low 95 %", "high 95 %")
@@ -392,6 +392,7 @@ class Layout:
             "sha256": row.sha256,
             "status": row.status,
             "reason": readable(row.reason) or None,
+            "verdict": row.verdict,
             "outlier": "; ".join(outlier) or None,
             "cautions": "; ".join(row.cautions) or None,
             "model": None if row.model_sha256 is None else f"{row.model}.json",
@@ -401,8 +402,8 @@ class Layout:
             "RNL [1]": row.rnl,
             "energy over measured [1]": row.energy_ratio,
             "RNL as fitted [1]": row.fitted_rnl,
-            "misfit over noise [1]": row.over_noise,
-            "misfit over hysteretic force [1]": row.of_hysteresis,
+            "held-out error [%]": None if row.held_out_error is None else 100.0 * row.held_out_error,
+            "misfit that is not noise [1]": row.missed,
             "amplitude [m]": None if figures[0] is None else self.amplitude,
         }
         cells |= {f"{name} [{unit}]": value for (name, unit), value in zip(FIGURES.items(), figures, strict=True)}

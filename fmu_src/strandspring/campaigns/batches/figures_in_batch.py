@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import steady_loop_figures
 from .spring_row import IDENTIFIED, SpringRow
 
 # Figures of the steady loop about the offset, at the common amplitude and at half of it, with their units.

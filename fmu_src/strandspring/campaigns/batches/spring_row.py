@@ -13,11 +13,11 @@ from ...core.parameters import SpringParameters
 from ...errors import RecordError, StrandspringError
 from ...ground.files import opened, readable
 from ...ground.strict_json import finite
-from ...identification.identified_model import IdentifiedModel
-from ...identification.identify_records import identify_records
-from ...identification.methods.method import Method
+from ...identification.identified import IdentifiedModel
+from ...identification.identify import identify_records
+from ...identification.method import Method
 from ...identification.notes import notes_on
-from ...loops.wanted import Wanted
+from ...loops.selection import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.names import check_name
 from ...model.outcomes import Outcome
@@ -47,8 +47,10 @@ class SpringRow:
     times : bool or None            Whether there was a column of times.
     rmse, rnl : float or None       Of the saved spring alone [N], [-].
     energy_ratio : float or None    Energy of its loops over that of the measured ones.
-    fitted_rnl : float or None      RNL with what was removed from the record.
-    over_noise, of_hysteresis : float or None   See `LackOfFit.over_noise` and `.beyond_noise`.
+    fitted_rnl : float or None      RNL with what the rig added to the record.
+    verdict : str or None           Whether the spring is usable.
+    held_out_error : float or None  Error on held-out strokes, share of the force's standard deviation.
+    missed : float or None          See `LackOfFit.missed`.
     parameters : dict               As in the model file; empty unless identified.
     uncertainty : dict              Standard error, and low and high 95 % ends, of each of `HYSTERETIC_UNITS`; standard
                                     errors of kE and kA. None where unknown.
@@ -70,8 +72,9 @@ class SpringRow:
     rnl: float | None = None
     energy_ratio: float | None = None
     fitted_rnl: float | None = None
-    over_noise: float | None = None
-    of_hysteresis: float | None = None
+    verdict: str | None = None
+    held_out_error: float | None = None
+    missed: float | None = None
     parameters: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
     uncertainty: dict[str, tuple[float | None, ...]] = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
@@ -177,14 +180,16 @@ def _figures(identified: IdentifiedModel) -> dict[str, Any]:
     }
     for name in ("kE", "kA"):
         uncertainty[name] = tuple(finite(value) for value in known.get(name) or ())
-    misfit = identified.lack_of_fit
+    verdict, certainty = identified.verdict, identified.certainty
+    whole = None if verdict is None else verdict.whole
     return {
         "rmse": finite(identified.rmse),
         "rnl": finite(identified.rnl),
         "energy_ratio": finite(energy_ratio(identified.figures)),
         "fitted_rnl": finite(identified.fitted_figures["rnl"]),
-        "over_noise": None if misfit is None else finite(misfit.over_noise),
-        "of_hysteresis": None if misfit is None else finite(misfit.beyond_noise),
+        "verdict": None if verdict is None else str(verdict),
+        "held_out_error": None if whole is None else finite(whole.error),
+        "missed": None if certainty is None else finite(certainty.lack.missed),
         "parameters": identified.parameters.as_dict(),
         "uncertainty": uncertainty,
         "cautions": tuple(outcome.name.lower() for outcome in identified.outcomes),

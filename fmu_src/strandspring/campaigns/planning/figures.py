@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...identification.certainty.intervals import NORMAL_95
+from ...identification.predictions import NORMAL_95
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS, names_of
 from .blocks import Range

@@ -178,7 +178,7 @@ def build(
         refuse_given(of_records - set(options if record else ()), "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         records = tuple(read_records(record, options)) if record else ()
-        note_cautions(map(printable, stated_cautions(model).values()))
+        note_cautions(printable(sentence) for _, sentence in stated_cautions(model))
         for kind in kinds:
             refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:

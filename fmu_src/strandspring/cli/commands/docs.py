@@ -26,13 +26,12 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
     \b
     Pages: overview, tutorial, gallery, limits, test-engineer,
-      rig-files, cautions, planning, simulation-engineer, fmu-kinds,
-      branches, tools, tool-tests, coupling, export, real-time,
-      designer, clusters, systems, catalogue, system-studies,
-      system-file, load-cases,
-      python, method, identification, figures, figures-methods,
-      figures-speed, figures-systems, troubleshooting, security,
-      glossary
+      rig-files, findings, planning, simulation-engineer, fmu-kinds,
+      tools, tool-tests, coupling, export, real-time, designer,
+      clusters, systems, catalogue, system-studies, system-file,
+      load-cases, python, method, identification, figures,
+      figures-methods, figures-speed, figures-systems,
+      troubleshooting, security, glossary
 
     \b
     Examples:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
 import click
 
 from ...api.common.text import verdict_json
-from ...api.common.text_table import table_lines
 from ...api.identification import Identification
 from ...api.identification import identify as identify_records
-from ...identification.methods.method import Method
-from ...identification.methods.progress import heard_by
+from ...identification.method import Method, heard_by
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
-from ...peers.rivals.classes import RIVALS
-from ...peers.rivals.ranking import Ranking, RankingEntry
 from ...report.details import ReportDetails
 from ...report.figure import write_figure
 from ...report.rendering.report_path import SUFFIXES as REPORT_SUFFIXES
@@ -32,8 +29,10 @@ from ..shared.options import (
     record_files,
     record_options,
 )
-from ..shared.output import advancing, note, present, working
+from ..shared.output import folded, present, result, width_of, working
 from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
+
+_FINDINGS = 3  # that are printed, the most harmful ones
 
 
 def _fields(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[tuple[str, str], ...]:
@@ -83,11 +82,11 @@ class Reporting:
         """Files that are written, by option."""
         return {"--report": self.report, "--figure": self.figure}
 
-    def write(self, identification: Identification, model: ModelFile, comparison: str) -> None:
+    def write(self, identification: Identification, model: ModelFile) -> None:
         """Write what is asked for."""
         if self.report is not None:
             with working("Drawing the report"):
-                write_report(self.report, identification, model, self.details, comparison)
+                write_report(self.report, identification, model, self.details)
         if self.figure is not None:
             write_figure(self.figure, identification)
 
@@ -101,9 +100,6 @@ class Reporting:
 @click.option("--description", default="", help="Free text for the model file and the FMU.")
 @record_options
 @identification_options
-@click.option(
-    "--rivals", is_flag=True, help="Also fit other classes of models and rank them by their error on what is held out."
-)
 @report_options
 @output_options
 def identify(
@@ -111,7 +107,6 @@ def identify(
     output: str,
     name: str | None,
     description: str,
-    rivals: bool,
     save_anyway: bool,
     as_json: bool,
     **options: Any,
@@ -122,13 +117,15 @@ def identify(
     strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
     All records are fitted as one spring.
 
+    The first line of the result says how far the spring predicts strokes that were held out, and how far the best of
+    three plain models does.
+
     \b
     Examples:
       strandspring identify loop.csv -o spring.json
       strandspring identify rig.txt --displacement 5 --force 7 -o spring.json
       strandspring identify rig.xlsx --cycles 2: -o spring.json --report r.html
       strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
-      strandspring identify loop.csv -o spring.json --rivals
       strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8
     """
     method = method_options(options)
@@ -136,22 +133,18 @@ def identify(
     refuse_overwriting(record_files(records), {"--output": output, **reporting.outputs}, ".json")
     chosen = name or identifier(Path(output).stem)
     model, identification = identified(records, options, method, chosen, description, save_anyway)
-    ranking: Ranking | None = None
-    if rivals:
-        identification, ranking = compared_with_rivals(identification)
-        model = identification.model_file(chosen, description)
-    note_cautions(identification.cautions)
+    verdict = [] if identification.verdict is None else [str(identification.verdict)]
+    if not as_json:
+        for line in verdict:
+            result(folded(line, width_of(sys.stdout)))
+    note_cautions(identification.cautions, _FINDINGS)
     save_model(output, model)
-    reporting.write(identification, model, "" if ranking is None else ranking.sentence)
+    reporting.write(identification, model)
     # For one record that holds several amplitudes or frequencies there is `info`.
-    verdicts = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
-    rate, overlap = map(verdict_json, verdicts)
+    of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
+    rate, overlap = map(verdict_json, of_campaign)
     named = f"`strandspring plan {output} -o PROGRAM.csv`"
     notes = [f"Note: {sentence}".replace("`plan()`", named) for sentence in identification.notes]
-
-    def ranked(width: int | None) -> list[str]:
-        return [] if ranking is None else ranking_lines(ranking, width)
-
     present(
         as_json,
         lambda: {
@@ -159,14 +152,12 @@ def identify(
             **identification.as_json(),
             "rate_independence": rate,
             "overlap": overlap,
-            "rivals": None if ranking is None else ranking_json(ranking),
         },
-        lambda width: [*identification.brief(width), *notes, *ranked(width)],
+        lambda width: [*identification.brief(width)[len(verdict) :], *notes],
         lambda width: [
-            *identification.text_lines(width),
+            *identification.text_lines(width)[len(verdict) :],
             *notes,
-            *ranked(width),
-            *(verdict.sentence for verdict in verdicts if verdict is not None),
+            *(found.sentence for found in of_campaign if found is not None),
         ],
         model=("Model file", output),
         report=("Report", reporting.report),
@@ -188,61 +179,3 @@ def identified(
     with working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
         identification = identify_records(group, options, save_anyway=save_anyway)
     return identification.model_file(name, description), identification
-
-
-def compared_with_rivals(identification: Identification) -> tuple[Identification, Ranking]:
-    """Rank other classes on the same data; the identification gains a caution where one is clearly better."""
-    with advancing("Fitting other classes", len(RIVALS) + 1) as advance:
-        compared, ranking = identification.with_rivals(advance)
-    for sentence in ranking.notes:
-        note(sentence)
-    return compared, ranking
-
-
-def ranking_lines(ranking: Ranking, width: int | None = None) -> list[str]:
-    """The ranking in words, with a table of at most a width."""
-    headings = ("class", "degrees", "parameters", "held out [N]", "[% of std]", "fitted [N]", "clearly better")
-    rows = [_row(ranking, entry) for entry in ranking.entries]
-    return [ranking.sentence, *table_lines(headings, rows, ("class",), width)]
-
-
-def _row(ranking: Ranking, entry: RankingEntry) -> tuple[str, ...]:
-    return (
-        entry.rival.title,
-        _degrees(entry),
-        f"{entry.fit.parameters}",
-        f"{entry.error:.4g}",
-        f"{100.0 * entry.error / ranking.spread:.3g}",
-        f"{entry.fit.misfit:.4g}",
-        "yes" if ranking.is_clearly_better(entry) else "",
-    )
-
-
-def _degrees(entry: RankingEntry) -> str:
-    basis = entry.fit.basis
-    return f"{basis.elastic},{basis.amplifier}" if entry.rival.has_amplifier else f"{basis.elastic}"
-
-
-def ranking_json(ranking: Ranking) -> dict[str, Any]:
-    """The ranking as JSON."""
-    return {
-        "sentence": ranking.sentence,
-        "held_out": ranking.held_out,
-        "folds": ranking.folds,
-        "notes": list(ranking.notes),
-        "classes": [
-            {
-                "name": entry.rival.name,
-                "title": entry.rival.title,
-                "parameters": entry.fit.parameters,
-                "degrees": [entry.fit.basis.elastic, entry.fit.basis.amplifier],
-                "shape": entry.fit.shape,
-                "error": entry.error,
-                "error_share": entry.error / ranking.spread,
-                "errors": entry.errors.tolist(),
-                "misfit": entry.fit.misfit,
-                "clearly_better": ranking.is_clearly_better(entry),
-            }
-            for entry in ranking.entries
-        ],
-    }

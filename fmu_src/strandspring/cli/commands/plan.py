@@ -9,7 +9,7 @@ import click
 from ...api.identification import identify
 from ...api.planning import plan as plan_test
 from ...errors import RecordError
-from ...loops.wanted import window
+from ...loops.selection import window
 from ...model.modelfile import is_model_path, load_model
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.descriptions import refuse_given

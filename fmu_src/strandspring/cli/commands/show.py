@@ -12,9 +12,8 @@ from ...api.common.text import counted
 from ...api.showing import show as write_page
 from ...ground.files import user_cache
 from ...loops.cycles import Cycle
-from ...loops.overview import RecordOverview, overview
 from ...records.record import Record
-from ...report.record_page import record_warnings
+from ...report.record_page import RecordOverview, overview, record_warnings
 from ..shared.cautions import note_assumptions, note_cautions
 from ..shared.option_types import output_options
 from ..shared.options import read_records, record_files, record_options
@@ -67,7 +66,7 @@ def _sentence(record: Record, seen: RecordOverview) -> str:
     """What was detected in a record."""
     left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
     return (
-        f"{record.path}: {len(record)} samples, {counted(seen.strokes.count, 'stroke')}, "
+        f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
         f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
     )
 
@@ -77,7 +76,7 @@ def _record(record: Record, seen: RecordOverview) -> dict[str, Any]:
     return {
         "path": record.path,
         "samples": len(record),
-        "strokes": seen.strokes.count,
+        "strokes": seen.strokes,
         "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
         "left_out": {reason: int(samples.size) for reason, samples in seen.left_out.items()},
         "notes": list(record.notes),

@@ -47,8 +47,14 @@ def _assumptions(notes: Sequence[str]) -> list[str]:
     return ["; ".join(sentences)] if sentences else []
 
 
-def note_cautions(sentences: Iterable[str]) -> None:
-    """Report what asks for caution, each in few words; with --verbose with its details."""
-    for sentence in sentences:
+def note_cautions(sentences: Iterable[str], most: int | None = None) -> None:
+    """Report what asks for caution, each in few words, and count those beyond a number; with --verbose all, with their
+    details.
+    """
+    sentences = tuple(sentences)
+    shown = len(sentences) if most is None or is_verbose() else most
+    for sentence in sentences[:shown]:
         caution = with_flags(sentence)
         note(f"Caution: {caution if is_verbose() else in_few_words(caution)}")
+    if more := len(sentences[shown:]):
+        note(f"and {more} more: see the report, --verbose or --json")

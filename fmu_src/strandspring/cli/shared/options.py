@@ -13,14 +13,13 @@ import click
 from ...api.common.methods import MethodName, methods
 from ...core.branches import BRANCHES, MECHANISMS
 from ...errors import RecordError
-from ...identification.rig.effects import KEEP, STATES, USUAL_STATE
 from ...model.names import identifier as identifier
 from .option_types import FiniteRange, positive, together
 from .output import progress
 
 if TYPE_CHECKING:
-    from ...identification.methods.method import Method
-    from ...loops.wanted import Wanted
+    from ...identification.method import Method
+    from ...loops.selection import Wanted
     from ...records.record import Record
 
 # What reads records is slow to import, and commands about a model take these options, too: each function imports it.
@@ -36,7 +35,7 @@ def _time(_context: click.Context, _option: click.Parameter, values: tuple[str, 
     """The column and the window."""
     if not values:
         return None, None
-    from ...loops.wanted import is_window
+    from ...loops.selection import is_window
 
     windows = {value for value in values if is_window(value)}
     columns = set(values) - windows
@@ -56,7 +55,7 @@ def _refuse_wrong(name: str, text: str | None) -> None:
     """Refuse what is not of the form of a selection, or not a unit."""
     if text is None:
         return
-    from ...loops.wanted import Wanted
+    from ...loops.selection import Wanted
 
     given: dict[str, Any] = {name: text}
     try:
@@ -81,22 +80,15 @@ def _levels(_context: click.Context, _option: click.Parameter, text: str) -> tup
         raise click.BadParameter(f"must be H1,H2,H3 (such as -0.5,0.35,0.7), got {text!r}.") from None
 
 
-def _keep(_context: click.Context, _option: click.Parameter, names: str | None) -> tuple[str, ...]:
-    kept = tuple(name.strip() for name in (names or "").split(",") if name.strip())
-    if unknown := [name for name in kept if name not in KEEP]:
-        raise click.BadParameter(f"must be some of {', '.join(KEEP)}, got {unknown[0]!r}.")
-    return kept
-
-
 # Options that say how records are read and what of them is used.
 record_options = together(
     click.option("--displacement", metavar="COLUMN",
                  help="Displacement column: name, or number from 1; of several sheets or groups, SHEET/COLUMN."),
     click.option("--force", metavar="COLUMN", help="Force column, likewise."),
     click.option("--time", metavar="COLUMN|FROM:TO", multiple=True, callback=_time,
-                 help="Time column, if any. The model does not need it; identify finds delay, viscous force and gaps "
-                 "by it. Numbers as in 2.5:60, 2.5: or :60 are a window instead, to which the record is cut [s]; give "
-                 "the option twice for both."),
+                 help="Time column, if any. The model does not need it; identify finds delays, gaps and forces that "
+                 "depend on the rate by it. Numbers as in 2.5:60, 2.5: or :60 are a window instead, to which the "
+                 "record is cut [s]; give the option twice for both."),
     click.option("--displacement-unit", metavar="UNIT", callback=_form,
                  help="mm, m, in, ...  [default: the file's, or mm]"),
     click.option("--force-unit", metavar="UNIT", callback=_form,
@@ -120,9 +112,9 @@ identification_options = together(
                  help="Degrees of the elastic and the amplifier polynomial; auto may make the elastic force a table."),
     click.option("--method", default="refined", show_default=True,
                  type=click.Choice(get_args(MethodName)),
-                 help="refined: least squares from several starts, effects of the rig removed, standard errors; "
-                 "two-stage: two stages as the paper's, by least squares over whole strokes, without iteration; scan: "
-                 "a coarse grid; paper: the paper's method as printed; ni: Ni's model and method, for comparison."),
+                 help="refined: the class that predicts held-out strokes best, with verdict and errors; two-stage: "
+                 "two stages as the paper's, by least squares over whole strokes, without iteration; paper: the "
+                 "paper's method as printed; ni: Ni's model and method, for comparison."),
     click.option("--steady", type=click.FloatRange(0.0, 1.0, min_open=True), default=0.9, show_default=True,
                  metavar="SHARE", help="Paper: half the steady section, share of the amplitude."),
     click.option("--smoothing", type=click.IntRange(0, 10_000), metavar="SAMPLES",
@@ -132,14 +124,6 @@ identification_options = together(
     click.option("--levels", default="-0.5,0.35,0.7", show_default=True, metavar="H1,H2,H3", callback=_levels,
                  help="Paper: share of saturation at the three points where slopes are read."),
     click.option("--robust", is_flag=True, help="Refined: Huber's loss, for records with outliers."),
-    click.option("--bootstrap", type=click.IntRange(0, 10_000), default=0, metavar="REPETITIONS",
-                 help="Refined: also estimate standard errors by resampling strokes."),
-    click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True,
-                 help="Seed of the bootstrap and the posterior."),
-    click.option("--posterior", type=click.IntRange(0, 1_000_000), default=0, metavar="STEPS",
-                 help="Refined: also sample the posterior distribution of the parameters by Monte Carlo; some thousand "
-                 "steps, which are taken where 2000 weighted draws do not do. Needs pip install "
-                 '"strandspring[posterior]".'),
     click.option("--moving-mass", type=FiniteRange(min=0.0, unit="kg"), default=0.0, metavar="KG",
                  help="Refined: mass between load cell and spring, whose inertia is removed [kg]; needs times."),
     click.option("--fixture-stiffness", type=positive("N/mm", 1e3), metavar="N/MM",
@@ -148,10 +132,8 @@ identification_options = together(
     click.option("--delay", type=FiniteRange(unit="ms", factor=1e-3), metavar="MS",
                  help="Refined: time by which the force lags, negative if it leads [ms]; needs times.  "
                  "[default: sought in the records]"),
-    click.option("--keep", metavar="EFFECT,...", callback=_keep,
-                 help=f"Refined: effects that are left in the spring, not removed as the rig's: {', '.join(KEEP)}."),
-    click.option("--state", type=click.Choice(list(STATES)), default=USUAL_STATE, show_default=True,
-                 help="Refined: the cycle that the model describes where wear or drift changes them."),
+    click.option("--state", type=click.Choice(["first", "mean", "last"]), default="mean", show_default=True,
+                 help="Refined: which cycles of an amplitude are fitted: the first third, all, or the last third."),
     click.option("--mechanisms", type=click.IntRange(1, MECHANISMS), metavar="N",
                  help="Refined: friction mechanisms, 1 or 2.  [default: a second one where it predicts better]"),
     click.option("--branches", type=click.IntRange(0, BRANCHES), metavar="N",
@@ -181,7 +163,7 @@ def method_options(chosen: dict[str, Any]) -> Method:
 
 def wanted_of(options: Mapping[str, Any]) -> Wanted:
     """What `record_options` say."""
-    from ...loops.wanted import Wanted
+    from ...loops.selection import Wanted
 
     time, window = options["time"]
     return Wanted(time=time, time_window=window, **{name: value for name, value in options.items() if name != "time"})
@@ -189,17 +171,16 @@ def wanted_of(options: Mapping[str, Any]) -> Wanted:
 
 def read_records(paths: Sequence[str], options: Mapping[str, Any]) -> list[Record]:
     """Read records and description files with a progress bar, with what `record_options` say."""
-    from ...loops.description_file import entries
-    from ...loops.wanted import Wanted
+    from ...loops.selection import Wanted, entries
 
     selection = wanted_of(options)
     if not paths and selection != Wanted():
         raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
-    return [entry.read() for entry in progress(entries(paths, selection), "Reading records")]
+    return [wanted.read(path) for path, wanted in progress(entries(paths, selection), "Reading records")]
 
 
 def record_files(paths: Sequence[str]) -> list[str]:
     """The files that are read: those given, and those that description files among them name."""
-    from ...loops.description_file import entries
+    from ...loops.selection import entries
 
-    return [*paths, *(entry.path for entry in entries(paths))]
+    return [*paths, *(path for path, _ in entries(paths))]

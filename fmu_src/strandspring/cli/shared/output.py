@@ -35,7 +35,6 @@ _OTHER_NAMES = {"time_window": "time"}
 _OTHERWISE = {
     "`options=RefinedOptions()`": "--method refined",
     "`options=TwoStageOptions()`": "--method two-stage",
-    "`with_rivals()`": "--rivals",
     "`read_record(..., skip_bad_lines=True)`": "--skip-bad-lines",
     "`plan()`": "`strandspring plan MODEL.json`",
 }
@@ -65,9 +64,9 @@ def progress(items: Sequence[Item], description: str) -> Iterable[Item]:
         with working(description):
             yield from items
         return
-    with advancing(description, len(items)) as advance:
+    with reporting() as report:
         for done, item in enumerate(items):
-            advance(done)
+            report(description, done, len(items))
             yield item
 
 
@@ -84,17 +83,6 @@ def working(description: str) -> Iterator[Callable[[str], None]]:
     with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(description, total=None)
         yield lambda stage: bar.update(task, description=f"{description}: {stage}")
-
-
-@contextmanager
-def advancing(description: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A progress bar on a terminal, and a function that takes the number of parts done so far."""
-    if not _is_watched():
-        yield lambda _: None
-        return
-    with _bar() as bar:
-        task = bar.add_task(description, total=total)
-        yield lambda count: bar.update(task, completed=count)
 
 
 @contextmanager
@@ -158,8 +146,8 @@ def with_flags(text: str) -> str:
 
     Examples
     --------
-    >>> with_flags("Negate a column with `reverse=force`, or leave it with `keep=...` or `save_anyway=True`.")
-    'Negate a column with --reverse force, or leave it with --keep or --save-anyway.'
+    >>> with_flags("Negate a column with `reverse=force`, or leave it with `delay=...` or `save_anyway=True`.")
+    'Negate a column with --reverse force, or leave it with --delay or --save-anyway.'
     """
     for python, flag in _OTHERWISE.items():
         text = text.replace(python, flag)

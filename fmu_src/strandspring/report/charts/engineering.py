@@ -9,13 +9,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ...identification.certainty.intervals import NORMAL_95
-from ...identification.identified_model import IdentifiedModel
+from ...identification.identified import IdentifiedModel
+from ...identification.predictions import NORMAL_95
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle, FigureSpread, spread_of
-from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop_figures
 from ...model.joint import JointCovariance
 from ...model.outcomes import Outcome
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly

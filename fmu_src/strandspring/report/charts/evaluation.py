@@ -10,14 +10,14 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.certainty.figures import RecordFit, chosen_samples
-from ...identification.identified_model import IdentifiedModel
+from ...identification.figures import RecordFit, chosen_samples
+from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.cycles import Cycle, find_cycles
-from ...loops.strokes import IndexArray, Strokes, find_strokes
+from ...loops.cycles import Cycle, Strokes, find_cycles, find_strokes
 from ...model.stated_figures import differ
 from ...records.record import Record
+from ...records.spikes import IndexArray
 from ..content.chart import evenly, visible
 from ..content.quantities import DisplayUnit, prose, unit_of
 
@@ -97,9 +97,9 @@ class RecordView:
 
     @cached_property
     def velocity(self) -> FloatArray | None:
-        """Of the displacement without its noise [m/s]; None without rising times."""
+        """Of the displacement [m/s]; None without rising times."""
         time = self.record.rising_time
-        return None if time is None or time.size < 3 else np.gradient(self.strokes.displacement, time)
+        return None if time is None or time.size < 3 else np.gradient(self.record.displacement, time)
 
     @cached_property
     def cycles(self) -> list[tuple[int, slice]]:

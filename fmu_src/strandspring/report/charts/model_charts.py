@@ -124,9 +124,9 @@ def correlations(evaluation: Evaluation) -> Chart | None:
 
 def band(evaluation: Evaluation) -> Chart | None:
     """The last closed loop with the uncertainty of its prediction; None if it is unknown."""
-    prediction = evaluation.identification.prediction_band
-    if prediction is None:
+    if evaluation.identification.certainty is None:
         return None
+    prediction = evaluation.identification.certainty.band
     x, force = prediction.displacement * evaluation.length.factor, prediction.force
     factor, half = evaluation.force.factor, 0.5 * (prediction.high - prediction.low)
     up = np.gradient(prediction.displacement) >= 0.0

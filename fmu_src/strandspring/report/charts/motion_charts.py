@@ -11,7 +11,7 @@ import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
-from ...loops.strokes import IndexArray
+from ...records.spikes import IndexArray
 from ...vibration.signals.shock_spectra import ShockSpectrum
 from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer

@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...loops.strokes import IndexArray
+from ...records.spikes import IndexArray
 from .quantities import DisplayUnit
 
 

@@ -16,7 +16,7 @@ from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import steady_loop_figures
 from .parts import MountAxis
 
 ComplexArray = NDArray[np.complex128]

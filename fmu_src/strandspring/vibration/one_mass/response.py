@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import steady_loop_figures
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ExcitedMass, ResponsePoint
 from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance

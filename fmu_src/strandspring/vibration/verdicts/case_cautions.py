@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from ...kernel.path import PathSolver
-from ...loops.modelled import steady_loop_figures
+from ...loops.loop import steady_loop_figures
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.parts import MountAxis

@@ -1,1 +1,0 @@
-"""How far a fit can be trusted: figures of the saved spring, standard errors, intervals, misfit."""

@@ -1,0 +1,51 @@
+"""Least squares with coefficients that may not be negative, from the normal equations."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel.arrays import FloatArray
+
+_MOST_EXCHANGES = 100  # of sets of zero coefficients
+_PATIENCE = 3  # exchanges of the whole set that may leave no fewer wrong signs, before one at a time is exchanged
+_ROUNDING = 1e-10  # of the largest gradient, within which a sign counts as right
+
+
+def nonnegative(G: FloatArray, g: FloatArray, free: NDArray[np.bool_]) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """The c >= 0 with the least c*G*c/2 - g*c, by block principal pivoting.
+
+    Every step solves for the coefficients that are not at 0 and exchanges those with a wrong sign; where that does not
+    lower their number, only the last of them, which ends (Portugal, Judice and Vicente 1994).
+
+    Parameters
+    ----------
+    G : ndarray, shape (p, p)             Positive definite.
+    g : ndarray, shape (p,)
+    free : ndarray of bool, shape (p,)    Coefficients that may be negative.
+
+    Returns
+    -------
+    c : ndarray, shape (p,)
+    inside : ndarray of bool, shape (p,)  Those that are not held at 0.
+    """
+    inside = np.ones(g.size, bool)
+    least, patience = g.size + 1, _PATIENCE
+    c = np.zeros(g.size)
+    for _ in range(_MOST_EXCHANGES):
+        c = np.zeros(g.size)
+        c[inside] = np.linalg.solve(G[inside][:, inside], g[inside])
+        gradient = G @ c - g
+        small = _ROUNDING * float(np.abs(g).max(initial=0.0))
+        wrong = (inside & ~free & (c < 0.0)) | (~inside & (gradient < -small))
+        count = int(wrong.sum())
+        if not count:
+            return c, inside
+        if count < least:
+            least, patience = count, _PATIENCE
+        elif patience:
+            patience -= 1
+        else:
+            wrong[: int(np.flatnonzero(wrong)[-1])] = False
+        inside ^= wrong
+    return np.where(free, c, np.maximum(c, 0.0)), inside

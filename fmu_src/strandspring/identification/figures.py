@@ -1,0 +1,316 @@
+"""How well a spring follows a record: RMSE, RNL, energies of the loops, and the omega at which the record starts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import RecordError
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..loops.noise_levels import noise_level
+from ..model.stated_figures import NAMES
+from ..records.record import Record
+from .refusals import Strokes, clipped_samples
+from .samples import BoolArray
+
+_UNLOADED = 0.005  # share of the range of the force, within which a record begins at rest
+_ALIKE = 0.9  # amplitude in the largest of a group, from which loops are of one amplitude
+_CLOSED = 0.02  # distance between the ends of a cycle that is closed, share of its stroke
+_HALVINGS = 20  # of the steps to the omega at the start: to 1e-6
+_SELECTED = ", within the selected displacements"
+
+
+def rmse(force: FloatArray, predicted: FloatArray) -> float:
+    """Root mean square error [N], paper eq. (32)."""
+    return float(np.sqrt(np.mean((force - predicted) ** 2)))
+
+
+def rnl(force: FloatArray, predicted: FloatArray) -> float:
+    """1 - sqrt(sum of squared errors / sum of squared forces), paper eq. (33) with the root it needs.
+
+    Only with the root do the three rows of the paper's Table 1 have one rms force.
+    """
+    return float(1.0 - np.sqrt(np.sum((predicted - force) ** 2) / np.sum(force**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class RecordFit:
+    """Prediction of one record.
+
+    Attributes
+    ----------
+    path : str
+    predicted : ndarray, shape (K,)   Force at every sample of the record [N].
+    first_sample : int                First sample compared.
+    samples : int                     Number of samples compared.
+    rmse, rnl : float                 Over the samples compared [N], [-].
+    rms_force : float                 Over the samples compared [N].
+    energy, predicted_energy : float  Work of the hysteretic force over the samples compared, the integral of
+                                      (force - FE) over the displacement, measured and predicted [J].
+    omega_start : float               omega at the record's first sample.
+    compared : str                    What was compared and where omega_start comes from, in words.
+    """
+
+    path: str
+    predicted: FloatArray
+    first_sample: int
+    samples: int
+    rmse: float
+    rnl: float
+    rms_force: float
+    energy: float
+    predicted_energy: float
+    omega_start: float
+    compared: str
+
+    @property
+    def figures(self) -> dict[str, float]:
+        """What the model file and JSON hold of it, in N and J."""
+        return {name: getattr(self, name) for name in NAMES}
+
+    def beside(self, fitted: RecordFit) -> str:
+        """What another prediction of the record has that this one, by the spring alone, has not, in words."""
+        return fitted.compared.removeprefix(self.compared).removeprefix(", ")
+
+    def with_force(self, solver: PathSolver, record: Record, predicted: FloatArray, what: str) -> RecordFit:
+        """The same of another prediction."""
+        return _figures(solver, record, predicted, self.first_sample, self.omega_start, f"{self.compared}, {what}")
+
+
+def predict_record(solver: PathSolver, record: Record, first_sample: int = 0) -> RecordFit:
+    """Predict a record along its displacement as recorded, as its FMU does; compared from a sample on.
+
+    The unknown omega at its start is estimated as one bounded scalar.
+
+    Raises
+    ------
+    RecordError   If no such sample is within the selected displacements, or the force is zero in all of them.
+    """
+    periodic = is_one_period(record)
+    if periodic:
+        omega_start = _periodic_start(solver, record.displacement)
+        compared = "the whole period, omega_start taken from its end"
+    else:
+        omega_start = estimate_omega_start(solver, record)
+        compared = "all samples, omega_start estimated"
+    if first_sample:
+        compared = f"from sample {first_sample + 1}; earlier samples only initialise the hysteresis state"
+    force = solver.force(record.displacement, omega_start, record.rising_time)
+    return _figures(solver, record, force, first_sample, omega_start, compared)
+
+
+def _figures(
+    solver: PathSolver, record: Record, predicted: FloatArray, first_sample: int, omega_start: float, compared: str
+) -> RecordFit:
+    chosen = chosen_samples(record, first_sample)
+    if record.compared is not None:
+        if not chosen.any():
+            raise RecordError(
+                f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
+                "the selected displacements; select others."
+            )
+        compared += "" if _SELECTED in compared else _SELECTED
+    if clipped := int(np.count_nonzero(clipped_samples(record.force)[first_sample:])):
+        left_out = f", {clipped} clipped samples left out"
+        compared += "" if left_out in compared else left_out
+    force, p = record.force[chosen], predicted[chosen]
+    rms_force = float(np.sqrt(np.mean(force**2)))
+    if rms_force == 0.0:
+        raise RecordError(
+            f"{record.path}: the force is 0 N in all samples compared, so that RNL has no value; check that the column "
+            "of force was recorded."
+        )
+    counted = chosen[1:] & chosen[:-1]
+    energy, predicted_energy = (
+        float(np.sum(steps_of_work(solver, record.displacement, course)[counted]))
+        for course in (record.force, predicted)
+    )
+    return RecordFit(
+        record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force,
+        energy, predicted_energy, omega_start, compared,
+    )  # fmt: skip
+
+
+def chosen_samples(record: Record, first_sample: int) -> BoolArray:
+    """The samples compared, shape (K,): from one on, within the force sensor's range and the selected displacements."""
+    chosen = np.arange(len(record)) >= first_sample
+    within = chosen & ~clipped_samples(record.force)
+    chosen = within if within.any() else chosen
+    return chosen if record.compared is None else chosen & record.compared
+
+
+def steps_of_work(solver: PathSolver, path: FloatArray, force: FloatArray) -> FloatArray:
+    """Work of a force without FE in each interval of a path, shape (K - 1,) [J], by the trapezoidal rule."""
+    p = solver.parameters
+    elastic = solver if p.is_plain else PathSolver(p.mechanisms[0])
+    hysteretic = force - elastic.force_with_partials(path, np.zeros(path.size))[0]
+    return np.asarray(0.5 * (hysteretic[1:] + hysteretic[:-1]) * np.diff(path))
+
+
+def is_one_period(record: Record) -> bool:
+    """Whether a record is one whole period: two or three strokes, which end where they began, in force too."""
+    x, r = record.displacement, record.force
+    turning = Strokes(record).turning
+    if turning.size not in (3, 4):
+        return False
+    step = 3.0 * float(np.max(np.abs(np.diff(x))))
+    noise = 6.0 * noise_level(r, turning[1:-1])
+    # The last sample may stop one step short of the first.
+    missing = abs(float(r[-1] - r[-2])) + abs(float(r[1] - r[0]))
+    return bool(
+        abs(x[-1] - x[0]) <= max(step, 0.5 * _CLOSED * np.ptp(x))
+        and abs(r[-1] - r[0]) <= max(noise, _CLOSED * np.ptp(r), missing)
+    )
+
+
+def twice(record: Record) -> Record:
+    """A period that follows itself, so that its memory is steady from its second pass on."""
+    begin = int(record.displacement[-1] == record.displacement[0])
+    columns: dict[str, Any] = {
+        name: np.concatenate([column, column[begin:]])
+        for name in ("displacement", "force", "compared")
+        if (column := getattr(record, name)) is not None
+    }
+    if record.time is not None:
+        step = 0.0 if begin else (record.time[-1] - record.time[0]) / (len(record) - 1)
+        later = record.time[begin:] + (record.time[-1] - record.time[0] + step)
+        columns["time"] = np.concatenate([record.time, later])
+    return replace(record, **columns)
+
+
+def _periodic_start(solver: PathSolver, path: FloatArray) -> float:
+    """The omega at the start of one steady period, which ends with the memory it began with."""
+    closed = np.append(path, path[0])  # the last sample may stop one step short of the first
+    return float(solver.omega(closed, float(solver.omega(closed)[-1]))[-1])
+
+
+def estimate_omega_start(solver: PathSolver, record: Record) -> float:
+    """The omega at the first sample that follows the first two strokes best, or what is compared of them."""
+    end = int(Strokes(record).turning[:3][-1]) + 1
+    p, time = solver.parameters, record.rising_time
+    path, measured = record.displacement[:end], record.force[:end]
+    if p.branches:
+        measured = measured - solver.branch_force(path, None if time is None else time[:end])
+        solver = PathSolver(replace(p, branches=()))
+    chosen = chosen_samples(record, 0)[:end]
+    weights = chosen if chosen.any() else np.ones(end)
+
+    def misfit(omega: float) -> float:
+        return float(weights @ (solver.force(path, omega) - measured) ** 2)
+
+    best = min((0.0, -1.0, 1.0), key=misfit)
+    least = misfit(best)
+    for halving in range(1, _HALVINGS):
+        for tried in (best - 0.5**halving, best + 0.5**halving):
+            if abs(tried) <= 1.0 and (there := misfit(tried)) < least:
+                best, least = tried, there
+    return best
+
+
+def began_at_rest(record: Record) -> bool:
+    """Whether a record begins with the spring unloaded, as at rest before a first loading: at the first sample the
+    force is 0 within its noise, or within 0.5 % of its range.
+    """
+    force = record.force
+    return abs(float(force[0])) <= max(3.0 * noise_level(force), _UNLOADED * float(np.ptp(force)))
+
+
+def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
+    """The figures of a `RecordFit` over several records."""
+    squared = sum(fit.samples * fit.rmse**2 for fit in fits)
+    power = sum(fit.samples * fit.rms_force**2 for fit in fits)
+    count = sum(fit.samples for fit in fits)
+    works = (sum(getattr(fit, name) for fit in fits) for name in NAMES[2:])
+    return dict(zip(NAMES, (math.sqrt(squared / count), 1.0 - math.sqrt(squared / power), *works), strict=True))
+
+
+def both_figures(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
+    """What model file and JSON say of a record: the figures of the spring alone, and below a name those of another
+    prediction, such as the fit.
+    """
+    return {
+        **fit.figures,
+        "omega_start": fit.omega_start,
+        "compared": fit.compared,
+        name: {**other.figures, "compared": other.compared},
+    }
+
+
+@dataclass(frozen=True)
+class LoopEnergy:
+    """Loops of about one amplitude.
+
+    Attributes
+    ----------
+    amplitude : float             Mean [m].
+    measured, predicted : float   Mean energy of a cycle, and that of the saved spring along the same path [J].
+    error : float                 Standard error of the measured one by the noise of the force [J].
+    """
+
+    amplitude: float
+    measured: float
+    predicted: float
+    error: float
+
+    @property
+    def difference(self) -> float:
+        """Of the saved spring's energy from the measured one, share of that; infinite where no loop was measured, 0
+        where the spring takes none either, as on a path that is not closed.
+        """
+        if self.measured > 0.0:
+            return self.predicted / self.measured - 1.0
+        return math.inf if self.predicted > 0.0 else 0.0
+
+    def as_json(self) -> dict[str, float]:
+        """An entry of the model file's field `fit.recorded_loops`."""
+        return {"amplitude": self.amplitude, "energy": self.measured, "predicted_energy": self.predicted}
+
+
+def recorded_energies(
+    solver: PathSolver, records: Sequence[Record], fits: Sequence[RecordFit]
+) -> tuple[LoopEnergy, ...]:
+    """Energies of the loops of some records, the largest amplitude first.
+
+    Parameters
+    ----------
+    solver : PathSolver            Of the saved spring.
+    records : sequence of Record   As recorded.
+    fits : sequence of RecordFit   Of the spring along them.
+    """
+    rows = [_cycles(solver, record, fit) for record, fit in zip(records, fits, strict=True)]
+    amplitude, measured, predicted, variance = np.concatenate(rows, axis=1)
+    order, energies = np.argsort(-amplitude, kind="stable"), []
+    while order.size:
+        group = order[amplitude[order] >= _ALIKE * amplitude[order[0]]]
+        order = order[group.size :]
+        error = float(np.sqrt(variance[group].sum())) / group.size
+        means = [float(of[group].mean()) for of in (amplitude, measured, predicted)]
+        energies.append(LoopEnergy(means[0], means[1], means[2], error))
+    return tuple(energies)
+
+
+def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
+    """Of each closed cycle, shape (4, C): amplitude [m], work measured and predicted [J], its variance by noise."""
+    strokes, path = Strokes(record), record.displacement
+    ends, first = path[strokes.turning], int(np.searchsorted(strokes.turning, fit.first_sample))
+    begins, k = [], first
+    while k + 2 < ends.size:
+        closed = abs(ends[k] - ends[k + 2]) <= _CLOSED * strokes.length[k]
+        begins += [k] if closed else []
+        k += 2 if closed else 1
+    begins = begins or list(range(min(first, strokes.length.size - 1), max(strokes.length.size - 1, first + 1), 2))
+    used = chosen_samples(record, fit.first_sample)
+    counted = used[1:] & used[:-1]
+    noise = (strokes.noise * np.diff(path)) ** 2
+    steps = [steps_of_work(solver, path, course) for course in (record.force, fit.predicted)]
+    sums = [np.append(0.0, np.cumsum(np.where(counted, values, 0.0))) for values in (*steps, noise)]
+    start = np.array(begins)
+    stop = np.minimum(start + 2, strokes.turning.size - 1)
+    a, b = strokes.turning[start], strokes.turning[stop]
+    amplitude = 0.5 * np.maximum(strokes.length[start], strokes.length[stop - 1])
+    return np.stack([amplitude, *(total[b] - total[a] for total in sums)])

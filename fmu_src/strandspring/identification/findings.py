@@ -1,0 +1,427 @@
+"""What records show by themselves, without a fit, and the rows of them that may be fitted.
+
+`check` is the door: it cuts the records, refuses what no spring can have made, and names what is left out, what is too
+coarse, and which cycles or records differ.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import Literal
+
+import numpy as np
+
+from ..kernel.arrays import FloatArray
+from ..model.outcomes import Finding, IdentificationError, Outcome
+from ..records.record import Record
+from ..records.spikes import spikes_of
+from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, impossible
+from .samples import BoolArray, IndexArray
+
+State = Literal["first", "mean", "last"]
+
+_LEAST = 0.03  # change of a loop that is named, and difference of strokes that counts as none
+_TURNS = 0.01  # of the force's deviation, that reversals between samples falsify, and half of it below...
+_ENOUGH = 100  # ...so many samples in a cycle, where estimates of reversals are poor
+_GAP = 3.5  # usual time steps: three lost samples, more than jitter makes
+_FLAT, _STEEP = 0.15, 0.7  # slopes in a gap and beside it, of the mean slope: no knee is as sharp on both sides
+_CELLS = 50  # of a stroke, for its slopes; a gap is three of them at least
+_SHARES = np.linspace(0.05, 0.95, 31)  # of a stroke, where cycles are compared
+_FIGURES = ("height of the loops", "stiffness")
+# What a delay between the columns may make of a spring's record.
+_LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
+
+
+@dataclass(frozen=True, eq=False)
+class Checked:
+    """Records that a spring may have made.
+
+    Attributes
+    ----------
+    rows : ndarray of bool, shape (K,)      Samples that may be fitted, of all records one after the other.
+    findings : tuple of Finding
+    refusal : IdentificationError or None   To be raised unless a delay between the columns is found.
+    """
+
+    rows: BoolArray
+    findings: tuple[Finding, ...]
+    refusal: IdentificationError | None
+
+
+def check(records: Sequence[Record], state: State = "mean") -> Checked:
+    """Check records before a fit.
+
+    Parameters
+    ----------
+    records : sequence of Record       Of one spring.
+    state : "first", "mean" or "last"  Of the cycles of one amplitude the first third is fitted, all, or the last third.
+
+    Raises
+    ------
+    IdentificationError   If no spring can have made a record, or its samples are too few.
+    """
+    try:
+        parts = cut_all(records)
+        refusals = [refusal for part in parts if (refusal := impossible(part)) is not None]
+        if not all(refusal.outcome is Outcome.NO_LOOP for refusal in refusals) or len(refusals) < len(parts):
+            # A piece of a test may hold less than a loop.
+            refusals = [refusal for refusal in refusals if refusal.outcome is not Outcome.NO_LOOP]
+        for refusal in refusals:
+            if refusal.outcome not in _LIKE_DELAYS or any(record.rising_time is None for record in records):
+                raise refusal
+        if not refusals and (refusal := differing_units(parts)) is not None:
+            raise refusal
+        if any(_decide(record) for record in records):
+            raise IdentificationError(Outcome.SPIKES_DECIDE, "")
+    except IdentificationError as refusal:
+        raise explained(refusal, records) from None
+    cycles = Cycles.of(parts)
+    rows, findings = [], []
+    for number, part in enumerate(parts):
+        first = _first_cycle(part)
+        rows.append(
+            part.usable & (part.of_sample >= first) & cycles.of_state(state, number, part.length.size)[part.of_sample]
+        )
+        findings += [*_spikes(part.record), *_of_record(part)]
+        if first:
+            findings.append(Finding(Outcome.FIRST_CYCLE_DIFFERS, {"strokes": first}, part.record.path))
+    findings += [*_play(parts), *cycles.findings(parts), *_of_range(parts)]
+    return Checked(np.concatenate(rows), tuple(findings), refusals[0] if refusals else None)
+
+
+def explained(refusal: IdentificationError, records: Sequence[Record]) -> IdentificationError:
+    """A refusal with what may have caused it: isolated outliers in its place, clipped forces after it."""
+    if spikes := [f"{finding.where}, {finding.detail}" for record in records for finding in _spikes(record)]:
+        refusal = IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes))
+    counts = {record.path: int(Strokes(record).clipped.sum()) for record in records}
+    if clipped := "; ".join(f"{path}: {count} samples" for path, count in counts.items() if count):
+        refusal.args = (f"{refusal} {Outcome.CLIPPED.value} ({clipped})",)
+    return refusal
+
+
+# -- single records
+
+
+def _spikes(record: Record) -> Iterator[Finding]:
+    """Isolated outliers."""
+    columns = (("displacement", record.displacement, "m"), ("force", record.force, "N"))
+    at = spikes_of(record.displacement, record.force)
+    places = [
+        f"sample {k + 1} ({name} {values[k]:.6g} {unit})"
+        for (name, values, unit), spikes in zip(columns, at, strict=True)
+        for k in spikes
+    ]
+    if places:
+        yield Finding(Outcome.SPIKES, {"samples": len(places)}, record.path, ", ".join(places))
+
+
+def _decide(record: Record) -> bool:
+    """Whether the isolated outliers of a column have a larger sum of squares than all other samples."""
+    columns = (record.displacement, record.force)
+    squares = [(values - np.median(values)) ** 2 for values in columns]
+    return any(2.0 * s[spikes].sum() > s.sum() > 0.0 for s, spikes in zip(squares, spikes_of(*columns), strict=True))
+
+
+def _of_record(part: Strokes) -> Iterator[Finding]:
+    """What is left out of one record, missing in it or too coarse."""
+    record, path = part.record, part.record.path
+    if count := int(part.clipped.sum()):
+        yield Finding(Outcome.CLIPPED, {"samples": count}, path, f"{count} of {len(record)} samples")
+    if relaxed := _relaxed(part):
+        yield Finding(Outcome.DWELLS, {"force": relaxed}, path, f"by {relaxed:.3g} N")
+    if record.time is not None:
+        steps = np.diff(record.time)
+        at = np.flatnonzero(steps > _GAP * np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.empty(0)
+        # A file of several parts, or one that was sampled at will, has no usual step.
+        if 0 < at.size <= 0.02 * steps.size:
+            places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:6]]
+            more = f" and {at.size - 6} more" if at.size > 6 else ""
+            yield Finding(Outcome.GAPS, {"gaps": at.size}, path, "; ".join(places) + more)
+    noise = part.displacement_noise / float(np.ptp(record.displacement))
+    if noise > RESOLVED:
+        text = f"standard deviation {100.0 * noise:.2g} % of the range"
+        yield Finding(Outcome.DISPLACEMENT_NOISE, {"share": noise}, path, text)
+    lost, samples = _lost_at_reversals(part), part.samples_per_cycle
+    if lost > _TURNS / (1.0 if samples >= _ENOUGH else 2.0):
+        text = f"{samples:.0f} samples per cycle, {100.0 * lost:.2g} % of the force"
+        yield Finding(Outcome.TURNS_BETWEEN_SAMPLES, {"samples": samples, "share": lost}, path, text)
+
+
+def _relaxed(part: Strokes) -> float:
+    """Mean change of the force while the displacement rests, after loading or unloading [N]; 0 if none is seen."""
+    x, force, seen = part.record.displacement, part.record.force, [0.0]
+    for side in (1.0, -1.0):
+        rests = [force[_still(x, a, b)] for a, b in part.dwells if part.direction[part.of_sample[a]] == side]
+        ends = [max(1, rest.size // 8) for rest in rests]
+        changes = [rest[-n:].mean() - rest[:n].mean() for rest, n in zip(rests, ends, strict=True)]
+        variances = [np.var(np.diff(rest)) / n for rest, n in zip(rests, ends, strict=True)]
+        change = abs(float(np.mean(changes))) if rests else 0.0
+        if change > max(SURE * math.sqrt(np.sum(variances)) / max(len(rests), 1), _LEAST / 3.0 * float(np.std(force))):
+            seen.append(change)
+    return max(seen)
+
+
+def _still(x: FloatArray, begin: int, end: int) -> slice:
+    """The part of a rest without what moves more than its middle half, as at its ends."""
+    quarter = (end - begin) // 4
+    middle = x[begin + quarter : end - quarter + 1]
+    within = np.flatnonzero((x[begin : end + 1] >= middle.min()) & (x[begin : end + 1] <= middle.max()))
+    return slice(begin + int(within[0]), begin + int(within[-1]) + 1)
+
+
+def _lost_at_reversals(part: Strokes) -> float:
+    """Error of the force by reversals that fall between samples, of its deviation: medians, by parabolas."""
+    x, r, top = part.record.displacement, part.record.force, part.turning[1:-1]
+    before, after = np.abs(x[top] - x[top - 1]), np.abs(x[top] - x[top + 1])
+    # Where the displacement rests at a reversal, that is recorded.
+    bend = np.where(np.minimum(before, after) > 0.0, before + after, math.inf)
+    beyond = max(float(np.median((before - after) ** 2 / (8.0 * bend))) - part.displacement_noise, 0.0)
+    share = beyond / (beyond + float(np.median(np.maximum(before, after))) or 1.0)
+    return share * float(np.median(part.direction[1:] * (r[top + 1] - r[top]))) / (float(np.std(r)) or 1.0)
+
+
+def _first_cycle(part: Strokes) -> int:
+    """Strokes of a first cycle that differs from the next one by more than later ones do, if the others suffice."""
+    ends = part.record.displacement[part.turning]
+
+    def difference(a: int, b: int) -> float:
+        near = 0.5 * _LEAST * float(part.length.max())
+        if b >= part.length.size or max(abs(ends[a] - ends[b]), abs(ends[a + 1] - ends[b + 1])) > near:
+            return 0.0
+        one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None], smooth=True)
+        # What differs from place to place is noise.
+        return float(np.sqrt(np.mean(np.convolve(one - other, np.full(5, 0.2), "valid") ** 2)))
+
+    for k in (1, 0):
+        if difference(k, k + 2) - 2.0 * difference(k + 2, k + 4) > 0.5 * _LEAST * np.ptp(part.record.force):
+            full = part.length[k + 1 :] >= FULL * part.length.max()
+            return k + 1 if np.unique(part.direction[k + 1 :][full]).size == 2 else 0
+    return 0
+
+
+# -- play
+
+
+def _play(parts: Sequence[Strokes]) -> Iterator[Finding]:
+    """Play: the force rests after each reversal, or in mid stroke at about one force both ways."""
+    part = max(parts, key=lambda part: float(part.length.max()))
+    widths = [_rest_after_reversals(part, side) for side in (1, -1)]
+    rests = [_rest(branch) for branch in (part.loop.loading, part.loop.unloading)]
+    path, level = part.record.path, float(np.mean([force for _, force in rests]))
+    if min(widths) > 0.5 * max(widths):
+        width = float(np.mean(widths))
+        yield Finding(Outcome.BACKLASH, {"width": width}, path, f"{1e3 * width:.3g} mm after each reversal")
+    elif all(cells for cells, _ in rests) and abs(rests[0][1] - rests[1][1]) <= 0.25 * np.ptp(part.record.force):
+        width = float(np.mean([cells for cells, _ in rests]) * np.ptp(part.loop.displacement) / _CELLS)
+        text = f"{1e3 * width:.3g} mm at {level:.3g} N"
+        yield Finding(Outcome.BACKLASH, {"width": width, "force": level}, path, text)
+
+
+def _rest_after_reversals(part: Strokes, side: int) -> float:
+    """Way for which the force rests after reversals, before it changes faster than anywhere near [m]; 0 for none."""
+    strokes = part.full(side)
+    strokes = strokes[strokes > 0]
+    if not strokes.size or part.record.compared is not None:
+        return 0.0
+    shares, length = np.linspace(0.0, 0.1, _CELLS + 1), part.length[strokes]
+    slopes = side * np.diff(part.forces(strokes, shares * length[:, None], smooth=True).mean(axis=0))
+    slopes = np.convolve(slopes, np.ones(3) / 3.0, mode="same")
+    steepest = float(slopes.max())
+    begun = int(np.argmax(slopes > 0.5 * steepest))
+    width = float(shares[begun] * length.mean())
+    begins = part.begun[strokes]
+    inside = np.searchsorted(part.way, begins + width) - np.searchsorted(part.way, begins, "right")
+    usual = 0.1 * (part.loop.loading[-1] - part.loop.loading[0]) / _CELLS
+    is_seen = begun >= 3 and np.median(inside) >= 2 and width > 2.0 * SURE * part.displacement_noise
+    return width if is_seen and steepest > usual > 0.0 and abs(slopes[: begun - 1].mean()) < _FLAT * steepest else 0.0
+
+
+def _rest(branch: FloatArray) -> tuple[int, float]:
+    """The longest rest in a branch with steeper parts on both sides, in cells, and its force [N]; 0 cells for none."""
+    means = branch.reshape(_CELLS, -1).mean(axis=1)
+    slopes = np.convolve(np.diff(means), np.ones(3) / 3.0, mode="same") / ((means[-1] - means[0]) / _CELLS or 1.0)
+    edges = np.diff(np.concatenate([[False], slopes < _FLAT, [False]]).astype(np.int8))
+    longest, force = 0, 0.0
+    for begin, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
+        sides = slopes[max(begin - 4, 0) : begin], slopes[end : end + 4]
+        if end - begin >= max(3, longest + 1) and min(side.max(initial=0.0) for side in sides) > _STEEP:
+            longest, force = int(end - begin), float(means[begin : end + 1].mean())
+    return longest, force
+
+
+# -- cycles that should be alike
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Pairs of strokes of one length that follow a third, C in all records.
+
+    Attributes
+    ----------
+    record, stroke, amplitude : ndarray of int, shape (C,)   Number of record, of first stroke in it, of amplitude.
+    place : ndarray, shape (C,)                              Cycles since the beginning of the first record.
+    frequency : ndarray, shape (C,)                          [Hz]; 0 without times.
+    figures, errors : ndarray, shape (2, C)                  Height over the stroke and stiffness [N/m]; by noise alone.
+    """
+
+    record: IndexArray
+    stroke: IndexArray
+    amplitude: IndexArray
+    place: FloatArray
+    frequency: FloatArray
+    figures: FloatArray
+    errors: FloatArray
+
+    @classmethod
+    def of(cls, parts: Sequence[Strokes]) -> Cycles:
+        """The cycles of records; of very many a part."""
+        rows, begun = [np.empty((0, 9))], 0.0
+        weights = (_SHARES - 0.5) / ((_SHARES - 0.5) @ (_SHARES - 0.5))
+        for number, part in enumerate(parts):
+            alike = np.abs(np.diff(part.length)) <= _LEAST * part.length[1:]
+            valid = np.flatnonzero(alike[:-1] & alike[1:]) + 1
+            # Every second one of those that follow each other.
+            runs = valid[np.diff(valid, prepend=-2) > 1]
+            k = valid[(valid - runs[np.searchsorted(runs, valid, side="right") - 1]) % 2 == 0]
+            k = k[:: max(1, k.size // 1000)]
+            length, side = part.length[k], part.direction[k]
+            forth = part.forces(k, _SHARES * length[:, None])
+            back = part.forces(k + 1, (1.0 - _SHARES) * length[:, None])
+            height, stiffness = side * np.stack([(forth - back).mean(axis=1), 0.5 * (forth + back) @ weights]) / length
+            first, end = part.turning[k], part.turning[k + 2]
+            time = part.record.rising_time
+            frequency = np.zeros(k.size) if time is None else 1.0 / (time[end] - time[first])
+            middle, noise = part.start[k] + 0.5 * side * length, part.noise / np.sqrt(end - first) / length
+            columns = [np.full(k.size, number), k, begun + 0.5 * k, frequency, length, middle, height, stiffness, noise]
+            rows.append(np.stack(columns, axis=1))
+            begun += 0.5 * part.length.size
+        record, stroke, place, frequency, length, middle, height, stiffness, noise = np.concatenate(rows).T
+        amplitude = np.full(length.size, -1)
+        while (amplitude < 0).any():
+            one = int(np.argmin(amplitude))
+            apart = np.maximum(np.abs(length - length[one]), np.abs(middle - middle[one]))
+            amplitude[(apart <= 0.5 * _LEAST * length[one]) & (amplitude < 0)] = amplitude.max() + 1
+        figures, errors = np.stack([height, stiffness]), np.stack([2.5 * noise, 4.0 * noise])
+        return cls(record.astype(np.intp), stroke.astype(np.intp), amplitude, place, frequency, figures, errors)
+
+    def of_amplitudes(self, amplitudes: IndexArray) -> Cycles:
+        """Those of some amplitudes."""
+        kept = np.isin(self.amplitude, amplitudes)
+        return Cycles(*(getattr(self, name)[..., kept] for name in self.__dataclass_fields__))
+
+    def of_state(self, state: State, record: int, strokes: int) -> BoolArray:
+        """Which of so many strokes of a record are of a state; those that are part of no cycle at its other end go."""
+        kept = np.ones(strokes, bool)
+        own = self.stroke[self.record == record]
+        if state == "mean" or not own.size:
+            return kept
+        for amplitude in np.unique(self.amplitude):
+            members = np.flatnonzero(self.amplitude == amplitude)
+            third = -(-members.size // 3)
+            others = members[third:] if state == "first" else members[:-third]
+            gone = self.stroke[others[self.record[others] == record]]
+            kept[gone] = kept[gone + 1] = False
+        if state == "first":
+            kept[own.max() + 2 :] = False
+        else:
+            kept[: own.min()] = False
+        return kept
+
+    @property
+    def rates_differ(self) -> bool:
+        """Whether there are several frequencies."""
+        return bool(self.frequency.min() > 0.0 and self.frequency.max() > 1.1 * self.frequency.min())
+
+    def effect(self, figure: int, law: FloatArray, groups: IndexArray) -> tuple[float, float]:
+        """What a law makes of a relative figure over its range, the means of groups aside, and its standard error.
+
+        Beside it stands a change per cycle, as far as cycles of one record tell of that.
+        """
+        groups = np.unique(groups, return_inverse=True)[1]
+        sizes = np.bincount(groups)
+
+        def means(values: FloatArray) -> FloatArray:
+            return np.asarray((np.bincount(groups, values) / sizes)[groups])
+
+        # Rates change the stiffness alike at all amplitudes; where it is nearly none, the height counts.
+        whole = means(self.figures[0]) if figure == 0 else np.full(groups.size, np.mean(self.figures.sum(axis=0)))
+        beside = law is not self.place and np.unique(groups * len(sizes) + self.record).size < groups.size
+        A = np.stack([values - means(values) for values in ((law, self.place) if beside else (law,))], axis=1)
+        y = (self.figures[figure] - means(self.figures[figure])) / whole
+        scale, freedom = np.linalg.norm(A, axis=0), y.size - sizes.size - A.shape[1]
+        # Noise may be coloured, and is known from the scatter alone.
+        if freedom < 2 or scale[0] <= 1e-9 * np.linalg.norm(law):
+            return 0.0, math.inf
+        A = A / np.maximum(scale, 1e-300)
+        inverse = np.linalg.pinv(A.T @ A, rcond=1e-6, hermitian=True)
+        solution = inverse @ (A.T @ y)
+        variance = max(np.sum((y - A @ solution) ** 2) / (freedom - 1), np.mean((self.errors[figure] / whole) ** 2))
+        size = float(np.ptp(law) / scale[0])
+        return size * float(solution[0]), size * math.sqrt(variance * inverse[0, 0])
+
+    def findings(self, parts: Sequence[Strokes]) -> Iterator[Finding]:
+        """How cycles of one amplitude change, depend on the frequency, or differ between records."""
+        if not self.place.size or self.figures[0].min() <= 0.0:
+            return
+        within = self.amplitude * len(parts) + self.record
+        for figure, kind in enumerate((Outcome.FRICTION_WEAR, Outcome.STIFFNESS_WEAR)):
+            change, error = self.effect(figure, self.place, within)
+            if abs(change) > max(_LEAST, SURE * error):
+                change /= float(np.ptp(self.place))
+                yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
+        yield from list(self._of_rate()) or self._of_records(parts)
+
+    def _of_rate(self) -> Iterator[Finding]:
+        """A stiffness that depends on the frequency: by its square as of a moving mass, or otherwise."""
+        if not self.rates_differ:
+            return
+        f, squares = self.frequency, self.frequency**2
+        change, error = self.effect(1, np.log(f), self.amplitude)
+        by_mass, error_by_mass = self.effect(1, squares, self.amplitude)
+        if -by_mass > max(_LEAST, SURE * error_by_mass) and error_by_mass < 0.5 * error:
+            mass = -by_mass / np.ptp(squares) * float(np.mean(self.figures.sum(axis=0))) / (2.0 * math.pi) ** 2
+            text = f"{mass:.3g} kg, {-100.0 * by_mass:.2g} % of the stiffness at {f.max():.3g} Hz"
+            yield Finding(Outcome.INERTIA, {"mass": mass}, "", text)
+        elif abs(change) > max(_LEAST, SURE * error):
+            text = f"stiffness {100.0 * change:+.2g} % at {f.max():.3g} Hz against {f.min():.3g} Hz"
+            yield Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
+
+    def _of_records(self, parts: Sequence[Strokes]) -> Iterator[Finding]:
+        """The record whose loops differ from the others'; of two the second."""
+        steps = []
+        for number in range(len(parts)):
+            shared = self.of_amplitudes(self.amplitude[self.record == number])
+            count = np.unique(shared.record).size
+            if count < 2 or count < 2 + shared.rates_differ or (number == 0 and count == 2):
+                continue
+            for figure in (0,) if shared.rates_differ else (0, 1):
+                step, error = shared.effect(figure, (shared.record == number).astype(np.float64), shared.amplitude)
+                by_rate, error_by_rate = shared.effect(figure, shared.frequency, shared.amplitude)
+                # A delay and a dashpot make a height that is linear in the frequency.
+                if abs(step) > max(_LEAST, SURE * error, abs(by_rate) * error / error_by_rate):
+                    steps.append((abs(step), step, figure, number))
+        if steps:
+            _, step, figure, number = max(steps)
+            path = parts[number].record.path
+            text = f"{_FIGURES[figure]} in {PurePath(path).name} {100.0 * step:+.2g} % against the others"
+            yield Finding(Outcome.RECORDS_DIFFER, {"change": step}, path, text)
+
+
+def _of_range(parts: Sequence[Strokes]) -> Iterator[Finding]:
+    """One amplitude, and displacements between those of the records."""
+    # The ends of a record cut its first and its last stroke.
+    lengths = np.concatenate([part.length[1:-1] if part.length.size > 2 else part.length for part in parts])
+    if lengths.min() >= FULL * lengths.max():
+        yield Finding(Outcome.ONE_AMPLITUDE, {"amplitude": 0.5 * float(lengths.max())})
+    reached, gaps = math.inf, []
+    for low, high in sorted(
+        (float(x.min()), float(x.max())) for part in parts for x in [part.record.displacement[part.usable]]
+    ):
+        if low > reached:
+            gaps.append(f"{1e3 * reached:.4g} to {1e3 * low:.4g} mm")
+        reached = high if reached == math.inf else max(reached, high)
+    if gaps:
+        yield Finding(Outcome.RANGE_WITH_GAPS, {"gaps": len(gaps)}, "", "; ".join(gaps))

@@ -1,0 +1,304 @@
+"""`identify_records`: records in, a physically possible spring with its figures out, or a named refusal.
+
+The way of the data: records, each without what is known of the rig, are checked and cut into strokes (`findings`,
+`refusals`); `Samples` are the rows of them that are fitted, and the folds that are held out; a method makes springs of
+these, the likeliest first, and the first that meets its certificate is saved with its figures along the records.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..errors import RecordError
+from ..ground.one_thread import one_thread
+from ..kernel.path import PathSolver
+from ..model.certificate import Driven, ForceRange, shortcoming
+from ..model.outcomes import Finding, IdentificationError, Outcome, by_harm
+from ..records.record import Record
+from ..records.spikes import spikes_of
+from .figures import (
+    LoopEnergy,
+    RecordFit,
+    chosen_samples,
+    is_one_period,
+    overall_figures,
+    predict_record,
+    recorded_energies,
+    twice,
+)
+from .findings import check
+from .identified import IdentifiedModel
+from .method import Fitted, Method, Stage, begin, checked_method
+from .refined import RefinedOptions
+from .rig import lagging
+from .samples import BoolArray, Samples
+
+_ROWS = 10_000  # that are fitted at most
+_MANY_COMMON = 16  # samples; parts one after the other share one
+_POOR_RNL = 0.9
+_APART = 0.05  # of the force's deviation, by which the spring alone may err more than with what the rig added
+_WORTH_ENERGY, _BEYOND_NOISE = 0.02, 3.0  # difference of a loop's energy that is named, and in its standard errors
+
+
+def identify_records(
+    records: Sequence[Record], options: Method | None = None, save_anyway: bool = False
+) -> IdentifiedModel:
+    """Identify one spring from one or more records.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    options : RefinedOptions, TwoStageOptions, PaperOptions, NiOptions or None
+        The method with its options; the refined method with its defaults if None.
+    save_anyway : bool    A spring that follows the records worse than a straight line is returned with a finding.
+
+    Returns
+    -------
+    IdentifiedModel
+
+    Raises
+    ------
+    IdentificationError   With an `Outcome`, if no physically possible spring can have made the records, the spring
+                          alone follows them worse than a straight line does, or no class meets its certificate
+                          (`model/certificate.py`).
+    RecordError           If a record is given twice, or does not suit the method.
+    ValueError            If no record is given.
+    TypeError             If the options are of no method.
+    """
+    method = RefinedOptions() if options is None else checked_method(options)
+    group = tuple(records)
+    if not group:
+        raise ValueError("`records` must hold at least one record, got none.")
+    _refuse_twins(group)
+    # For matrices as small as these more threads only cost, most of all on a busy computer.
+    with one_thread():
+        return _identified(group, method, save_anyway)
+
+
+def _refuse_twins(group: Sequence[Record]) -> None:
+    """Refuse the same samples twice: their noise would count as if it had been measured twice."""
+    for first, second in combinations(group, 2):
+        common = _common_samples(first, second)
+        if common == len(first) == len(second):
+            raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
+        if common >= _MANY_COMMON:
+            raise RecordError(
+                f"{second.path}: shares {common} samples with the part of {first.path} that is given too; select parts "
+                "that do not overlap."
+            )
+
+
+def _common_samples(first: Record, second: Record) -> int:
+    """Number of samples to fit that two records have in common; 0 if they differ wherever they overlap."""
+    begin = max(first.first_sample, second.first_sample)
+    end = min(first.first_sample + len(first), second.first_sample + len(second))
+    if begin >= end or (first.time is None) != (second.time is None):
+        return 0
+    common, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
+    for name in ("displacement", "force", "time"):
+        a, b = getattr(first, name), getattr(second, name)
+        if a is not None and not np.array_equal(a[common], b[other]):
+            return 0
+    compared = np.ones(end - begin, dtype=bool)
+    for record, part in ((first, common), (second, other)):
+        if record.compared is not None:
+            compared &= record.compared[part]
+    return int(compared.sum())
+
+
+def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
+    begin(Stage.PREPARING)
+    prepared = [method.prepare(record) for record in group]
+    checked = check(prepared, getattr(method, "state", "mean"))
+    ends = np.cumsum([len(record) for record in prepared])[:-1]
+    usable = np.split(checked.rows, ends)
+    samples = _samples(prepared, usable)
+    where = ", ".join(record.path for record in group)
+    fitted, fits, failure = _certified(method, samples, group, usable, where)
+    if checked.refusal is not None and not fitted.delay:
+        raise checked.refusal
+    begin(Stage.CHECKING)
+    solver = PathSolver(fitted.parameters)
+    with_rig = _with_rig(solver, fitted, group, prepared, fits)
+    # A spring is not judged by what the user knows to be the rig's.
+    is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
+    judged = with_rig if is_known else fits
+    recorded = recorded_energies(solver, group, judged)
+    found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
+    findings = [finding for finding in found if finding.kind not in _explained(method, fitted)]
+    if failure:
+        findings.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
+    if _is_worse_than_a_line(group, judged):
+        if not save_anyway:
+            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
+        findings.append(Finding(Outcome.WORSE_THAN_LINE))
+    return IdentifiedModel(
+        parameters=fitted.parameters,
+        records=group,
+        fits=fits,
+        fitted=with_rig,
+        findings=by_harm(_one_of_each(findings)),
+        verdict=fitted.verdict,
+        certainty=fitted.certainty,
+        effects=fitted.effects,
+        recorded=recorded,
+        method=method.name,
+        options={
+            name: "auto" if value is None else "infinite" if value == math.inf else value  # JSON has no infinity
+            for name, value in {**asdict(method), **fitted.choices}.items()
+        },
+        certificate=ForceRange.of(_driven(fits, group)),
+    )
+
+
+def _explained(method: Method, fitted: Fitted) -> set[Outcome]:
+    """What records show that the method withstands, or the spring explains."""
+    explained = {Outcome.SPIKES} if getattr(method, "robust", False) else set()
+    if fitted.parameters.branches and Outcome.LACK_OF_FIT not in {finding.kind for finding in fitted.findings}:
+        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
+    return explained
+
+
+def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:
+    """The rows to fit; a record of one period is followed by itself, and fitted on its second pass."""
+    records, rows = [], []
+    for record, mask in zip(prepared, usable, strict=True):
+        if is_one_period(record):
+            again = twice(record)
+            records.append(again)
+            rows.append(np.concatenate([np.zeros(len(again) - len(record), bool), mask]))
+        else:
+            records.append(record)
+            rows.append(mask)
+    return Samples.of(records, _ROWS, np.concatenate(rows), prepared)
+
+
+def _certified(
+    method: Method, samples: Samples, group: Sequence[Record], usable: Sequence[BoolArray], where: str
+) -> tuple[Fitted, tuple[RecordFit, ...], str]:
+    """The first spring of a method that meets its certificate, the prediction of each record by it alone, and what
+    spoke against the first one, in words.
+    """
+    failure = ""
+    try:
+        for fitted in method.candidates(samples, where):
+            solver = PathSolver(fitted.parameters)
+            firsts = [int(np.argmax(mask)) for mask in _fitted_rows(samples, usable)]
+            fits = tuple(predict_record(solver, *inputs) for inputs in zip(group, firsts, strict=True))
+            driven = _driven(fits, group)
+            problem = shortcoming(fitted.parameters, ForceRange.of(driven), driven)
+            if not problem:
+                return fitted, fits, failure
+            failure = failure or problem
+    except IdentificationError:
+        if not failure:
+            raise
+    raise IdentificationError(Outcome.UNCERTIFIED, where, f" ({failure})")
+
+
+def _fitted_rows(samples: Samples, usable: Sequence[BoolArray]) -> list[BoolArray]:
+    """Which samples of each record are fitted, all between the first and the last row of `samples`."""
+    rows = []
+    for k, mask in enumerate(usable):
+        here = samples.rows[samples.record_of_row == k]
+        first = int(here[0] - (samples.begins[k + 1] - mask.size)) if here.size else 0
+        rows.append(mask & (np.arange(mask.size) >= max(first, 0)))
+    return rows
+
+
+def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
+    """The records without isolated outliers, as the spring is driven along them."""
+    driven = []
+    for fit, record in zip(fits, group, strict=True):
+        kept = np.ones(len(record), dtype=bool)
+        for spikes in spikes_of(record.displacement, record.force):
+            kept[spikes] = False
+        time = record.rising_time
+        time = None if time is None else time[kept]
+        driven.append(Driven(record.displacement[kept], record.force[kept], time, fit.omega_start))
+    return driven
+
+
+def _with_rig(
+    solver: PathSolver,
+    fitted: Fitted,
+    group: Sequence[Record],
+    prepared: Sequence[Record],
+    fits: Sequence[RecordFit],
+) -> tuple[RecordFit, ...]:
+    """The predictions with what the rig added to each record: known, or found."""
+    if not fitted.effects:
+        return tuple(fits)
+    found = []
+    for record, known, fit, added in zip(
+        group, prepared, fits, fitted.nuisance or [np.zeros(1)] * len(group), strict=True
+    ):
+        moved = lagging(known, fitted.delay)
+        force = solver.force(moved.displacement, fit.omega_start, moved.rising_time)
+        force = force + added + (record.force - known.force)
+        found.append(fit.with_force(solver, record, force, "with what was removed"))
+    return tuple(found)
+
+
+def _of_saved(
+    group: Sequence[Record],
+    recorded: Sequence[LoopEnergy],
+    fits: Sequence[RecordFit],
+    with_rig: Sequence[RecordFit],
+    fitted: Fitted,
+) -> list[Finding]:
+    """What the saved spring alone gives along the records, where it differs from these or from the fit."""
+    findings = []
+    forces = [record.force[chosen_samples(record, fit.first_sample)] for record, fit in zip(group, fits, strict=True)]
+    deviation = float(np.std(np.concatenate(forces)))
+    alone, best = overall_figures(fits), overall_figures(with_rig)
+    if alone["rmse"] - best["rmse"] > _APART * deviation:
+        numbers = {"alone": alone["rmse"] / deviation, "fitted": best["rmse"] / deviation}
+        text = f"error {100.0 * numbers['alone']:.2g} % of the force, {100.0 * numbers['fitted']:.2g} % as fitted"
+        findings.append(Finding(Outcome.SPRING_ALONE, numbers, "", text))
+    if fitted.verdict is None and alone["rnl"] < _POOR_RNL:
+        findings.append(Finding(Outcome.POOR_FIT, {"rnl": alone["rnl"]}, "", f"RNL {alone['rnl']:.3g}"))
+    texts, numbers = [], {}
+    for loop in recorded:
+        if abs(loop.difference) > max(_BEYOND_NOISE * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+            size = f"{100.0 * loop.difference:+.0f} %" if math.isfinite(loop.difference) else "no loop was recorded"
+            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
+            if math.isfinite(loop.difference):  # JSON has no infinity
+                numbers[f"{1e3 * loop.amplitude:.3g} mm"] = loop.difference
+    if texts:
+        findings.append(Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts)))
+    return findings
+
+
+def _is_worse_than_a_line(group: Sequence[Record], fits: Sequence[RecordFit]) -> bool:
+    """Whether a straight line through all records, force over displacement, is closer to them than a prediction."""
+    columns: list[Any] = []
+    for record, fit in zip(group, fits, strict=True):
+        chosen = chosen_samples(record, fit.first_sample)
+        columns.append(np.stack([record.displacement[chosen], record.force[chosen], fit.predicted[chosen]]))
+    x, force, predicted = np.concatenate(columns, axis=1)
+    A = np.column_stack([np.ones(x.size), (x - x.mean()) / max(float(np.ptp(x)), 1e-300)])
+    line = A @ np.linalg.lstsq(A, force, rcond=None)[0]
+    return float(np.sum((force - predicted) ** 2)) > float(np.sum((force - line) ** 2))
+
+
+def _one_of_each(findings: Sequence[Finding]) -> list[Finding]:
+    """Findings of one kind on several records as one."""
+    kinds: dict[Outcome, list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault(finding.kind, []).append(finding)
+    merged = []
+    for kind, of_kind in kinds.items():
+        first = of_kind[0]
+        if len(of_kind) > 1:
+            texts = [": ".join(filter(None, (each.where, each.detail))) for each in of_kind]
+            text = "; ".join(filter(None, texts))
+            first = Finding(kind, first.numbers, "", text)
+        merged.append(first)
+    return merged

@@ -1,1 +1,0 @@
-"""The fit of one spring from a start, with its linear problem about the minimum."""

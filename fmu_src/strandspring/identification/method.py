@@ -1,0 +1,151 @@
+"""What the methods of identification have in common, and what they return."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any, ClassVar
+
+from ..core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, SpringParameters
+from ..kernel.arrays import FloatArray
+from ..model.outcomes import Finding
+from ..records.record import Record
+from .certainty import Certainty
+from .samples import Samples
+from .verdict import Verdict
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """What a method returns.
+
+    Attributes
+    ----------
+    parameters : SpringParameters
+    findings : tuple of Finding
+    choices : dict                   What the method settled beside its options, for the provenance.
+    effects : dict                   Sizes of what the rig added, found or given, by name, in SI units.
+    nuisance : tuple of ndarray      What zeros and drift add to the force at every sample of each record [N].
+    delay : float                    By which the force lags, as found [s].
+    certainty : Certainty or None    Errors, intervals and ranges; None if the method knows none.
+    verdict : Verdict or None        Errors on what was held out, likewise.
+    """
+
+    parameters: SpringParameters
+    findings: tuple[Finding, ...] = ()
+    choices: dict[str, Any] = field(default_factory=dict)
+    effects: dict[str, Any] = field(default_factory=dict)
+    nuisance: tuple[FloatArray, ...] = ()
+    delay: float = 0.0
+    certainty: Certainty | None = None
+    verdict: Verdict | None = None
+
+
+@dataclass(frozen=True)
+class Method(ABC):
+    """A method of identification with its options, which check themselves.
+
+    `identify` calls `prepare` with each record, checks the results, and calls `fit` once with their samples. A method
+    keeps nothing between calls.
+
+    Parameters
+    ----------
+    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen from the data if None.
+    """
+
+    name: ClassVar[str]
+
+    degrees: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        if self.degrees is None:
+            return
+        try:
+            elastic, amplifier = self.degrees
+            is_possible = 1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_AMPLIFIER_DEGREE
+        except (TypeError, ValueError):  # not two numbers
+            is_possible = False
+        if not is_possible:
+            raise ValueError(
+                f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_AMPLIFIER_DEGREE}, "
+                f"got {self.degrees}."
+            )
+
+    def prepare(self, record: Record) -> Record:
+        """The record that is identified in place of a measured one.
+
+        Raises
+        ------
+        RecordError   If the record does not suit the method.
+        """
+        return record
+
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
+        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved."""
+        yield self.fit(samples, where)
+
+    @abstractmethod
+    def fit(self, samples: Samples, where: str) -> Fitted:
+        """Identify one spring.
+
+        Parameters
+        ----------
+        samples : Samples   Of the records, those that may be fitted.
+        where : str         Names of the records, for messages.
+
+        Raises
+        ------
+        IdentificationError   If no model is physically possible.
+        RecordError           If the records do not suit the method.
+        """
+
+
+def checked_method(options: Method) -> Method:
+    """The options, unless they are of no method, which is a TypeError."""
+    if not isinstance(options, Method):
+        raise TypeError(f"`options` must be of a method, such as RefinedOptions(), got {options!r}.")
+    return options
+
+
+class Stage(Enum):
+    """Stages of an identification in their order; the value is what is being done. Some methods have fewer."""
+
+    PREPARING = "finding strokes and noise"
+    SEARCHING = "searching the class that predicts best"
+    REFINING = "refining"
+    UNCERTAINTY = "estimating the uncertainty"
+    CHECKING = "checking the saved spring"
+
+    @property
+    def words(self) -> str:
+        """The stage with its place among all.
+
+        Examples
+        --------
+        >>> from strandspring.identification.method import Stage
+        >>> Stage.REFINING.words
+        'refining (3 of 5)'
+        """
+        return f"{self.value} ({[*Stage].index(self) + 1} of {len(Stage)})"
+
+
+_listener: ContextVar[Callable[[Stage], None]] = ContextVar("listener", default=lambda _: None)
+
+
+def begin(stage: Stage) -> None:
+    """Say that a stage begins."""
+    _listener.get()(stage)
+
+
+@contextmanager
+def heard_by(listener: Callable[[Stage], None]) -> Iterator[None]:
+    """Within it, identifications of this thread call a function with each stage that begins."""
+    token = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(token)

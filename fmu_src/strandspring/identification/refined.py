@@ -1,0 +1,225 @@
+"""The refined method: the class that predicts held-out strokes best, with what is known of its spring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import PurePath
+from typing import Any, ClassVar, get_args
+
+import numpy as np
+
+from ..core.branches import BRANCHES, MECHANISMS
+from ..core.parameters import SpringParameters
+from ..errors import RecordError
+from ..ground.arguments import flag, whole
+from ..kernel.arrays import FloatArray
+from ..model.outcomes import Finding, IdentificationError, Outcome
+from ..records.record import Record
+from .certainty import Certainty, certainty
+from .choice import Allowed, Choice, Judged, Search, choose
+from .findings import State
+from .fit import Fit, Problem
+from .method import Fitted, Method, Stage, begin
+from .plain_models import held_out
+from .rig import KnownRig, lagging, likely_delay
+from .samples import Samples
+from .spring import spring_of
+from .verdict import Verdict, digits, groups
+
+_SEARCHED = 900  # rows on which classes are compared
+_MOST_BRANCHES = 2  # that are chosen without being asked for
+_TRIED = 12  # springs at most until one meets its certificate
+_DELAYED = 0.5  # squared misfit in that without a delay, up to which one is taken out
+_ONE_RATE = 1.5  # ratio of frequencies up to which there is one
+_DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
+_MISSED = 0.03  # share of the force beyond noise that is named
+_MIDDLE = (0.25, 0.75)  # quantiles of frequencies: half strokes at the ends of records seem quicker
+_EDGE = 1e-3  # distance of a logarithm from its bound, and share of the force, that is none
+_MOMENTS = {"first": -0.5, "mean": 0.0, "last": 0.5}  # of a test, whose zero of the force is described
+
+
+@dataclass(frozen=True)
+class RefinedOptions(Method):
+    """Options of the refined method.
+
+    Zeros between records, a drift and a delay are taken out unasked where nothing but noise is left without them, see
+    `effects`; what no record shows is given here.
+
+    Parameters
+    ----------
+    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen by what is held out if None,
+                                   when FE may also become a table.
+    robust : bool                  Huber's loss instead of squares, for records with outliers.
+    moving_mass : float            Between load cell and spring [kg]; its inertia is removed, which needs times.
+    fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
+    delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
+                                   One that is given needs times.
+    state : str                    The spring that is described where the test changes it: that of its "first" cycles,
+                                   of all ("mean") or of its "last" cycles.
+    mechanisms : int or None       Friction mechanisms, 1 or 2; chosen by what is held out if None, with given degrees
+                                   1.
+    branches : int or None         Maxwell branches, 0 to 3, which need times; chosen likewise if None, 0 to 2.
+    """
+
+    name: ClassVar[str] = "refined"
+
+    robust: bool = False
+    moving_mass: float = 0.0
+    fixture_stiffness: float = math.inf
+    delay: float | None = None
+    state: State = "mean"
+    mechanisms: int | None = None
+    branches: int | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        flag("robust", self.robust)
+        if self.state not in get_args(State):
+            raise ValueError(f"`state` must be one of {', '.join(get_args(State))}, got {self.state!r}.")
+        _ = self.known  # which checks itself
+        for name, low, high in (("mechanisms", 1, MECHANISMS), ("branches", 0, BRANCHES)):
+            count = getattr(self, name)
+            if count is not None and not low <= whole(name, count) <= high:
+                raise ValueError(f"`{name}` must be within [{low}, {high}], got {count}.")
+
+    @property
+    def known(self) -> KnownRig:
+        """What is known of the rig."""
+        return KnownRig(self.moving_mass, self.fixture_stiffness, self.delay)
+
+    @property
+    def allowed(self) -> Allowed:
+        """The classes to choose from: with given degrees only what is given."""
+        most = (1, 0) if self.degrees else (MECHANISMS, _MOST_BRANCHES)
+        mechanisms = (1, most[0]) if self.mechanisms is None else (self.mechanisms,) * 2
+        branches = (0, most[1]) if self.branches is None else (self.branches,) * 2
+        return Allowed(self.degrees, mechanisms, branches)
+
+    def prepare(self, record: Record) -> Record:
+        """The record without the effects of the rig that are known.
+
+        Raises
+        ------
+        RecordError   If the record does not have the times that they, or branches, need.
+        """
+        if self.branches and record.rising_time is None:
+            raise RecordError(
+                f"{record.path}: Maxwell branches need times that rise from sample to sample; name the time column "
+                "with `time=...`, or give `branches=0`."
+            )
+        return self.known.removed(record)
+
+    def fit(self, samples: Samples, where: str) -> Fitted:
+        """The spring of the class that predicts best."""
+        return next(self.candidates(samples, where))
+
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
+        """The springs of the classes by their held-out errors, the best first."""
+        begin(Stage.SEARCHING)
+        choice, delay = self._chosen(samples.thinned(_SEARCHED))
+        if delay:
+            samples = samples.on([lagging(record, delay) for record in samples.records])
+        others = sorted(choice.seen, key=lambda judged: judged.logarithm)
+        for judged in (choice.best, *others[:_TRIED]):
+            yield self._of(replace(choice, best=judged), samples, delay)
+
+    def _chosen(self, few: Samples) -> tuple[Choice, float]:
+        """The choice, and the delay without which it was made [s]."""
+        choice = self._choose(few)
+        problem, best = choice.problem, choice.best.fit
+        if self.delay is not None or not few.is_timed or problem.is_noise(best):
+            return choice, 0.0
+        delay = likely_delay(choice)
+        if not delay:
+            return choice, 0.0
+        other = self._choose(few.on([lagging(record, delay) for record in few.records]))
+        c, o = best.spring_class, other.best.fit.spring_class
+        is_plain = c.branches == 0 and c.mechanisms == 1
+        falls = other.best.fit.squares < (_DELAYED if is_plain else 0.9) * best.squares
+        if falls and other.problem.is_noise(other.best.fit) and o.branches == 0 and o.mechanisms == 1:
+            return other, delay
+        return choice, 0.0
+
+    def _choose(self, few: Samples) -> Choice:
+        problem = Problem(few)
+        if self.robust:
+            first = Search(problem, self.allowed).begin()
+            problem = problem.weighted(first.fit, True) or problem
+        return choose(problem, self.allowed)
+
+    def _of(self, choice: Choice, samples: Samples, delay: float) -> Fitted:
+        """The spring of a choice fitted to all rows, and what is known of it."""
+        begin(Stage.REFINING)
+        problem, fit = choice.problem.refined(choice.best.fit, samples, self.robust)
+        offsets, drift = problem.nuisances(fit)
+        try:
+            spring = spring_of(problem, fit, drift * _MOMENTS[self.state])
+        except ValueError as beyond:
+            where = ", ".join(record.path for record in samples.measured)
+            raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({beyond})") from None
+        begin(Stage.UNCERTAINTY)
+        final = replace(choice, best=Judged(fit, choice.best.held_out))
+        known = certainty(final, problem, spring)
+        few = choice.problem
+        # Where nothing but noise is left, no other model is asked.
+        plain = {} if few.is_noise(choice.best.fit) else held_out(few.samples)
+        verdict = Verdict.of(few.samples, choice.best.held_out / few.roots, plain)
+        effects: dict[str, Any] = dict(self.known.effects)
+        findings = list(_of_fit(problem, fit, spring, known))
+        if delay:
+            effects["delay"] = delay
+            findings.append(Finding(Outcome.DELAY, {"delay": delay}, "", f"{1e3 * delay:.3g} ms"))
+        if offsets.any():
+            names = [PurePath(record.path).name for record in samples.measured]
+            effects["force_zero"] = dict(zip(names, offsets.tolist(), strict=True))
+            text = ", ".join(f"{name} {size:+.3g} N" for name, size in effects["force_zero"].items())
+            findings.append(Finding(Outcome.FORCE_ZERO, {"range": float(np.ptp(offsets))}, "", text))
+        if drift:
+            effects["drift"] = drift
+            findings.append(Finding(Outcome.DRIFT_REMOVED, {"drift": drift}, "", f"{drift:+.3g} N over the test"))
+        return Fitted(
+            spring, tuple(findings), effects=effects, nuisance=_nuisance(samples, offsets, drift), delay=delay,
+            certainty=known, verdict=verdict,
+        )  # fmt: skip
+
+
+def _nuisance(samples: Samples, offsets: FloatArray, drift: float) -> tuple[FloatArray, ...]:
+    """What zeros and drift add to each record as measured [N]."""
+    place = np.arange(samples.displacement.size) / (samples.displacement.size - 1) - 0.5
+    return tuple(
+        offset + drift * place[end - len(record) : end]
+        for offset, record, end in zip(offsets, samples.measured, samples.begins[1:], strict=True)
+    )
+
+
+def _one_rate(samples: Samples) -> tuple[float, float] | None:
+    """Least and greatest frequency of a test in which each amplitude has one rate [Hz]; None if one has several."""
+    amplitude, frequency = samples.cycles
+    for group in np.unique(of := groups(amplitude)):
+        low, high = np.quantile(frequency[of == group], _MIDDLE)
+        if high > _ONE_RATE * low:
+            return None
+    low, high = np.quantile(frequency, _MIDDLE).tolist()
+    return low, high
+
+
+def _of_fit(problem: Problem, fit: Fit, spring: SpringParameters, known: Certainty) -> Iterator[Finding]:
+    """What a fit and its uncertainty call for."""
+    lack, unrecorded, content = known.lack, known.unrecorded, known.uncertainty
+    if lack.missed > _MISSED and lack.is_structured:
+        numbers = {"missed": lack.missed, **lack.places}
+        yield Finding(Outcome.LACK_OF_FIT, numbers, "", lack.sentence)
+    if unrecorded.one_amplitude:
+        yield Finding(Outcome.ONE_AMPLITUDE, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
+    elif unrecorded.high - unrecorded.low > 2.0 * _DECIDED * unrecorded.energy:
+        yield Finding(Outcome.SMALL_LOOPS, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
+    if spring.branches and (rates := _one_rate(problem.samples)):
+        yield Finding(Outcome.RATE_OPEN, {"frequency": rates[1]}, "", f"recorded at {digits(*rates)} Hz only")
+    low, high = problem.bounds(fit.spring_class)
+    if fit.q[2] < low[2] + _EDGE or fit.q[2] > high[2] - _EDGE:
+        yield Finding(Outcome.N_AT_BOUND, {"n": spring.n})
+    interval = content["prediction_interval"]
+    if (held := interval["held_out_coverage"]) is not None and held < 0.9 and lack.missed > _EDGE:
+        yield Finding(Outcome.INTERVAL_TOO_NARROW, {"held": held}, "", f"{100.0 * held:.0f} %")

@@ -1,0 +1,244 @@
+"""The samples of one or more records as a fit sees them: paths that omega follows, rows that are fitted, folds.
+
+The path is the recorded one, sample by sample, since that is what drives the saved spring. Rows are the samples that
+the linear algebra looks at: all of them, or so many spread evenly. Strokes are motion from one reversal of more than a
+twentieth of the range of a record to the next; the folds are made of whole strokes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernel.arrays import FloatArray
+from ..kernel.branches import maxwell_columns
+from ..kernel.points import RecordPoints
+from ..loops.turning import turning_points
+from ..records.record import Record
+
+IndexArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+
+_REVERSAL = 0.05  # of a record's range, from which motion back is a stroke
+_FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
+_LOADED = 0.05  # first force in the span, from which a record begins under load
+_MOST_BLOCKS = 6  # of consecutive strokes among the folds
+_OTHER_AMPLITUDE = 1.5  # longest stroke in the shortest from which folds of like amplitude are made
+_PARTS = 10  # of each stroke, where there are few
+_LARGEST_FOLD = 0.8  # share of the strokes
+_FEWEST_ROWS = (10, 20)  # in a fold, and beside it; of few rows an eighth and a quarter
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples of records.
+
+    Attributes
+    ----------
+    records : tuple of Record
+    rows : ndarray of int, shape (P,)   Samples that are fitted, numbered through all records.
+    reach : (float, float)              Least and greatest displacement of all that may be [m].
+    measured : tuple of Record          Where some of `records` are a period that follows itself, those as measured.
+    """
+
+    records: tuple[Record, ...]
+    rows: IndexArray
+    reach: tuple[float, float]
+    measured: tuple[Record, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        records: Sequence[Record],
+        most: int,
+        usable: BoolArray | None = None,
+        measured: Sequence[Record] | None = None,
+    ) -> Samples:
+        """At most so many rows of some records, of those that are usable, shape (K,), all if None.
+
+        Left out are first strokes of records that begin under load, as their memory is unknown.
+        """
+        measured = tuple(records if measured is None else measured)
+        samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), measured)
+        used = np.ones(samples.displacement.size, bool) if usable is None else usable.copy()
+        for begin, turning, is_loaded in zip(samples.begins[:-1], samples.turning, samples.are_loaded, strict=True):
+            if is_loaded and turning.size - 1 > _FEW_STROKES:
+                used[begin : turning[1]] = False
+        all_rows = np.flatnonzero(used)
+        chosen = np.linspace(0, all_rows.size - 1, min(all_rows.size, most)).astype(np.intp)
+        x = samples.displacement[all_rows]
+        return replace(samples, rows=all_rows[chosen], reach=(float(x.min()), float(x.max())))
+
+    def thinned(self, most: int) -> Samples:
+        """The same with so many of the rows at most, spread evenly."""
+        chosen = np.linspace(0, self.rows.size - 1, min(self.rows.size, most)).astype(np.intp)
+        return replace(self, rows=self.rows[chosen])
+
+    def on(self, records: Sequence[Record]) -> Samples:
+        """The same rows of other records, of as many samples."""
+        return replace(self, records=tuple(records))
+
+    @cached_property
+    def displacement(self) -> FloatArray:
+        """Of all records one after the other, shape (K,) [m]."""
+        return np.concatenate([record.displacement for record in self.records])
+
+    @cached_property
+    def force(self) -> FloatArray:
+        """Likewise [N]."""
+        return np.concatenate([record.force for record in self.records])
+
+    @cached_property
+    def begins(self) -> IndexArray:
+        """First sample of each record, and the number of all."""
+        return np.concatenate([[0], np.cumsum([len(record) for record in self.records])])
+
+    @cached_property
+    def x(self) -> FloatArray:
+        """Displacement at the rows, shape (P,) [m]."""
+        return self.displacement[self.rows]
+
+    @cached_property
+    def r(self) -> FloatArray:
+        """Force at the rows, shape (P,) [N]."""
+        return self.force[self.rows]
+
+    @cached_property
+    def record_of_row(self) -> IndexArray:
+        """The record that each row is of."""
+        return np.searchsorted(self.begins, self.rows, side="right") - 1
+
+    @cached_property
+    def turning(self) -> list[IndexArray]:
+        """First sample, reversals and last sample of each record, numbered through all records."""
+        return [
+            begin + turning_points(record.displacement, _REVERSAL * float(np.ptp(record.displacement)))
+            for begin, record in zip(self.begins, self.records, strict=False)
+        ]
+
+    @cached_property
+    def are_loaded(self) -> list[bool]:
+        """Whether each record begins under load, so that its memory at first is unknown."""
+        return [bool(abs(r.force[0]) > _LOADED * np.ptp(r.force)) for r in self.records]
+
+    @cached_property
+    def strokes(self) -> IndexArray:
+        """First and last sample of each stroke, shape (S, 2)."""
+        return np.concatenate([np.stack([turning[:-1], turning[1:]], 1) for turning in self.turning])
+
+    @cached_property
+    def stroke_of_row(self) -> IndexArray:
+        """The stroke that each row is on."""
+        return np.searchsorted(self.strokes[:, 0], self.rows, side="right") - 1
+
+    @cached_property
+    def cycles(self) -> FloatArray:
+        """Amplitude [mm] and, where there are times, frequency [Hz] at each stroke, shape (1 or 2, S)."""
+        amplitude = 500.0 * np.abs(np.diff(self.displacement[self.strokes.T], axis=0))
+        if not self.is_timed:
+            return np.asarray(amplitude)
+        time = np.concatenate([record.time for record in self.records if record.time is not None])
+        # With half of both neighbours, as strokes of one direction may be quicker.
+        lasting = np.pad(np.diff(time[self.strokes.T], axis=0)[0], 1, "edge")
+        return np.vstack([amplitude, 1.0 / np.maximum(0.5 * (lasting[:-2] + lasting[2:]) + lasting[1:-1], 1e-12)])
+
+    @property
+    def is_timed(self) -> bool:
+        """Whether all records have times."""
+        return all(record.rising_time is not None for record in self.records)
+
+    @cached_property
+    def cycle_time(self) -> float:
+        """Mean duration of two strokes [s]."""
+        return 2.0 * self.duration / len(self.strokes)
+
+    @cached_property
+    def duration(self) -> float:
+        """Of all records [s]."""
+        return float(sum(record.time[-1] - record.time[0] for record in self.records if record.time is not None))
+
+    @cached_property
+    def points(self) -> RecordPoints:
+        """The rows on the strokes of the path as recorded, where each change of direction begins one."""
+        firsts, first_points, lengths, directions, strokes, travels = [0], [0], [], [], [], []
+        for k, record in enumerate(self.records):
+            turning, of_sample = _raw_strokes(record.displacement)
+            here = self.rows[self.record_of_row == k] - self.begins[k]
+            stroke = of_sample[here]
+            path = record.displacement
+            lengths.append(np.abs(np.diff(path[turning])))
+            directions.append(np.sign(np.diff(path[turning])).astype(np.int64))
+            strokes.append(stroke + firsts[-1])
+            travels.append(np.abs(path[here] - path[turning[stroke]]))
+            firsts.append(firsts[-1] + turning.size - 1)
+            first_points.append(first_points[-1] + here.size)
+        direction = np.concatenate(directions)
+        return RecordPoints(
+            np.array(firsts), np.array(first_points), np.where(direction == 0, 1, direction), np.concatenate(lengths),
+            np.concatenate(strokes), np.concatenate(travels),
+        )  # fmt: skip
+
+    def maxwell(self, time_constant: float) -> FloatArray:
+        """Force of a branch of 1 N/m at the rows, and its derivative by ln(tau), shape (2, P) [m]."""
+        both = [
+            np.concatenate(maxwell_columns([time_constant], record.displacement, record.time))
+            for record in self.records
+            if record.time is not None
+        ]
+        return np.concatenate(both, axis=1)[:, self.rows]
+
+    @cached_property
+    def folds(self) -> BoolArray:
+        """Rows held out together, shape (F, P): blocks of consecutive strokes, strokes of like length, and records."""
+        of_row = self.stroke_of_row
+        used = np.unique(of_row)
+        blocks = used.size if used.size <= _MOST_BLOCKS else min(max(used.size // 2, 4), _MOST_BLOCKS)
+        folds = [np.isin(of_row, part) for part in np.array_split(used, blocks)]
+        if used.size < _MOST_BLOCKS:
+            # Without a stroke the only other in its direction may be gone: of few strokes a tenth, another of each.
+            rows = [np.flatnonzero(of_row == stroke) for stroke in used]
+            place = np.concatenate([_PARTS * np.arange(of.size) // of.size + 2 * i for i, of in enumerate(rows)])
+            folds = [place % _PARTS == k for k in range(_PARTS)]
+        ends = self.displacement[self.strokes[used]]
+        groups = _groups_of_length(np.abs(ends[:, 1] - ends[:, 0]))
+        folds += [np.isin(of_row, used[group]) for group in groups]
+        if len(self.records) > 1:
+            folds += [self.record_of_row == k for k in range(len(self.records))]
+        eighth = self.rows.size // 8
+        fewest, beside = min(_FEWEST_ROWS[0], eighth - 1), min(_FEWEST_ROWS[1], 2 * eighth)
+        large = [fold for fold in folds if fewest < fold.sum() < self.rows.size - beside]
+        # Of very few samples every fifth.
+        large = large or [np.arange(self.rows.size) % 5 == k for k in range(5)]
+        return np.array(list({fold.tobytes(): fold for fold in large}.values()), bool).reshape(-1, self.rows.size)
+
+
+def _groups_of_length(length: FloatArray) -> list[BoolArray]:
+    """Up to three groups of strokes by their length, divided at the widest gaps; none where all are about as long."""
+    if length.max() <= _OTHER_AMPLITUDE * length.min():
+        return []
+    order = np.sort(np.log(np.maximum(length, 1e-12)))
+    gaps = np.diff(order)
+    widest = np.sort(np.argsort(gaps)[-2:])
+    cuts = order[widest] + 0.5 * gaps[widest]
+    if gaps[widest].min() <= 0.1:
+        cuts = np.quantile(order, [0.4, 0.75])
+    group = np.searchsorted(cuts, np.log(np.maximum(length, 1e-12)))
+    return [group == k for k in np.unique(group) if (group == k).mean() < _LARGEST_FOLD]
+
+
+def _raw_strokes(path: FloatArray) -> tuple[IndexArray, IndexArray]:
+    """First sample, each change of direction and the last sample; and the stroke that leads to each sample."""
+    direction = np.sign(np.diff(path))
+    moving = np.flatnonzero(direction)
+    if not moving.size:
+        return np.array([0, path.size - 1]), np.zeros(path.size, np.intp)
+    last = np.maximum.accumulate(np.where(direction != 0.0, np.arange(direction.size), moving[0]))
+    direction = direction[last]
+    changes = np.flatnonzero(direction[1:] != direction[:-1]) + 1
+    turning = np.concatenate([[0], changes, [path.size - 1]])
+    of_sample = np.searchsorted(changes, np.arange(path.size) - 1, side="right")
+    return turning, np.maximum(of_sample, 0)

@@ -1,1 +1,0 @@
-"""The right minimum without initial values: starts, degrees, and what is physically possible."""

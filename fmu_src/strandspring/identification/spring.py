@@ -1,0 +1,61 @@
+"""From a fit to the spring that is saved."""
+
+from __future__ import annotations
+
+import math
+
+from ..core.branches import MaxwellBranch, Mechanism
+from ..core.parameters import SpringParameters
+from .bases import Shape, inner_knots
+from .fit import Fit, Problem
+
+_LEAST = 1e-9  # share of the force's span below which a mechanism or a branch is none
+FLOOR = 1e-6  # of the largest FA, below which no FA may fall: the saved one is positive everywhere
+
+
+def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0) -> SpringParameters:
+    """The spring of a fit; mechanisms and branches without force are left out.
+
+    Parameters
+    ----------
+    problem : Problem
+    fit : Fit
+    drifted : float   Of the force from the middle of the test to the moment that is described [N].
+    """
+    c, q, frame = fit.spring_class, fit.q, problem.frame
+    solved = problem.linear(c, q)
+    coefficients = solved.coefficients * problem.deviation
+    elastic = coefficients[: solved.terms].copy()
+    elastic[1:] -= solved.fall
+    elastic[0] += solved.base + drifted
+    shape = Shape(frame.low, frame.high, c.elastic[0], inner_knots(c.elastic[1], frame.places), elastic)
+    at, mechanisms = solved.terms, []
+    for k, degree in enumerate(c.amplifiers):
+        amplifier = coefficients[at : at + degree + 1]
+        at += degree + 1
+        rho, excess, n = (math.exp(value) for value in q[3 * k : 3 * k + 3])
+        if amplifier.max() > _LEAST * problem.span:
+            amplifier = amplifier.clip(FLOOR * amplifier.max())
+            parameters = shape.amplifier_parameters(amplifier)
+            mechanisms.append(Mechanism(**parameters, rho=rho / problem.half, sigma=0.5 + excess, n=n))
+    if not mechanisms:
+        mechanisms = [Mechanism((1.0,), _LEAST * problem.span, 1.0 / problem.half, 1.0, 1.0)]
+    branches = [
+        MaxwellBranch(float(stiffness) / problem.half, math.exp(log_tau))
+        for stiffness, log_tau in zip(coefficients[at:], q[3 * c.mechanisms :], strict=False)
+        if stiffness > _LEAST * problem.span
+    ]
+    first = mechanisms[0]
+    return SpringParameters(
+        **{"kE": (), **shape.elastic_parameters()},
+        kA=first.kA,
+        kappa_omega=first.kappa_omega,
+        rho=first.rho,
+        sigma=first.sigma,
+        n=first.n,
+        displacement_offset=0.5 * (frame.low + frame.high),
+        displacement_min=frame.low,
+        displacement_max=frame.high,
+        second=mechanisms[1] if len(mechanisms) > 1 else None,
+        branches=tuple(branches),
+    )

@@ -1,1 +1,0 @@
-"""Other classes of hysteresis models, fitted to the same records with equal care."""
