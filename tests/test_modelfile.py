@@ -637,11 +637,6 @@ WRONG_UNCERTAINTY: dict[str, tuple[Content, str]] = {
     "correlation as a list": ({"correlation": [1.0]}, "correlation"),
     "correlation above 1": ({"correlation": {"rho,n": 1.5}}, "correlation.rho,n"),
     "true as correlation": ({"correlation": {"rho,n": True}}, "correlation.rho,n"),
-    "half a bootstrap": ({"bootstrap": {"rho": 1.0}}, "bootstrap.kappa_omega"),
-    "a posterior without quantiles": (
-        {"posterior": {"kappa_omega": [], "steps": 1, "seed": 0}},
-        "posterior.kappa_omega",
-    ),
     "sentences as numbers": ({"indistinct": [1.0]}, "indistinct"),
     "interval of another level": ({"prediction_interval": {"level": 0.9}}, "prediction_interval.level"),
     "interval as a number": ({"prediction_interval": 7}, "prediction_interval"),

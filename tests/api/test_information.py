@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from strandspring import Record, Spring, info, synthesize
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.campaign import RateVerdict
-from strandspring.loops.modelled import steady_loop_figures
+from strandspring.loops.loop import steady_loop_figures
 from synthetic import MEAN, record_of, sine, spring_of
 
 SPRING = Spring(spring_of(1.0, 1.0), "mount", "a mount")

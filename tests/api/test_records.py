@@ -12,7 +12,6 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     ReportDetails,
-    ScanOptions,
     Spring,
     StrandspringError,
     TwoStageOptions,
@@ -42,8 +41,8 @@ def test_millimetres_without_a_unit_are_noticed() -> None:
         ({"units": {"disp": "mm"}}, RecordError, "got 'disp'"),
         ({"reverse": "time"}, RecordError, "`reverse` must be 'displacement' or 'force', got 'time'"),
         ({"options": "refined"}, TypeError, "such as RefinedOptions\\(\\), got 'refined'"),
-        ({"method": "two_stage"}, ValueError, "`method` must be refined, two-stage, scan, paper, ni, got 'two_stage'"),
-        ({"method": "scan", "options": ScanOptions()}, TypeError, "`method` and `options` exclude each other"),
+        ({"method": "two_stage"}, ValueError, "`method` must be refined, two-stage, paper, ni, got 'two_stage'"),
+        ({"method": "paper", "options": RefinedOptions()}, TypeError, "`method` and `options` exclude each other"),
         ({"save_anyway": "no"}, TypeError, "`save_anyway` must be True or False, got 'no'"),
     ],
 )

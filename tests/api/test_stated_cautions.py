@@ -12,7 +12,11 @@ from strandspring.model.stated_cautions import cautions_in_use
 from synthetic import spring_of
 
 FIT = {
-    "outcomes": [{"name": "small_loops", "sentence": "The energy of small loops is undecided."}],
+    "outcomes": [
+        {"name": "small_loops", "sentence": "The energy of small loops is undecided."},
+        *({"name": "spikes", "sentence": f"Outliers ({name}.csv)."} for name in "ab"),
+    ],
+    "verdict": {"sentence": "usable: 4.7 % on held-out strokes", "error": 0.047, "plain": {}},
     "effects": {"viscosity": 12.0, "drift": 0.3},
 }
 MODEL = ModelFile("mount", spring_of(1.0, 1.0), fit=FIT)
@@ -29,18 +33,22 @@ def test_a_record_beside_a_model_without_the_effects_of_its_rig_is_cautioned() -
 
 def test_info_shows_what_the_identification_asked_to_be_careful_with() -> None:
     summary = info(SPRING).summary()
-    assert "Caution: Of the identification: The energy of small loops is undecided." in summary
+    assert "usable: 4.7 % on held-out strokes" in summary
+    for sentence in ("The energy of small loops is undecided.", "Outliers (a.csv).", "Outliers (b.csv)."):
+        assert f"Caution: Of the identification: {sentence}" in summary
     assert "removed from the records, as effects of the rig: drift, viscosity" in summary
 
 
 def test_isolation_and_studies_say_which_cautions_a_model_has() -> None:
     mass = 5.0 / 9.81
-    expected = "Caution: mount was identified with cautions (small_loops); see `strandspring info`."
+    expected = "Caution: mount was identified with cautions (small_loops, spikes); see `strandspring info`."
     assert expected in isolate(SPRING, mass, points=4).summary()
     assert expected in study(SPRING, mass, draws=0, points=4).summary()
 
 
-@pytest.mark.parametrize("fit", [{}, {"outcomes": "none", "effects": [1]}, {"outcomes": [3, {"name": "x"}]}])
+@pytest.mark.parametrize(
+    "fit", [{}, {"outcomes": "none", "effects": [1]}, {"outcomes": [3, {"name": "x"}], "verdict": 1}]
+)
 def test_what_is_not_stated_is_no_caution(fit: dict[str, object]) -> None:
     assert list(cautions_in_use("mount", ModelFile("mount", spring_of(1.0, 1.0), fit=fit))) == []
 

@@ -49,10 +49,3 @@ def test_figures_in_words_tell_both_where_they_differ() -> None:
     assert not differ(alone, {**alone, "rnl": 0.9005, "predicted_energy": 1.01, "rmse": 2.9})
     assert not differ(alone, {})
     assert in_words({"rmse": "low", "rnl": None}) == ""
-
-
-def test_quantiles_of_the_posterior_have_the_digits_of_the_parameters() -> None:
-    names = ("kappa_omega", "rho", "sigma", "n")
-    posterior = {**{name: [99.984, 99.99, 100.021, 100.03, 100.057] for name in names}, "steps": 900, "seed": 0}
-    lines = "\n".join(parameter_lines(spring_of(1.0, 1.0), {"posterior": {**posterior, "long_enough": True}}))
-    assert "rho 100.021 (99.984 to 100.057)" in lines

@@ -35,7 +35,7 @@ from strandspring.campaigns.batches.batch import BatchSummary, Tally, identify_b
 from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import find_springs
 from strandspring.campaigns.jobs.runners import JobError, Local
-from strandspring.loops.wanted import Wanted
+from strandspring.loops.selection import Wanted
 from terminal import Terminal
 
 ROWS = 360  # of a record, for speed
@@ -124,6 +124,8 @@ def test_a_row_tells_what_the_model_file_does(serial: ManyResult, springs: Path)
     assert [row["rmse [N]"], row["RNL [1]"]] == [fit["rmse"], fit["rnl"]]
     assert row["energy over measured [1]"] == fit["predicted_energy"] / fit["energy"]
     assert row["RNL as fitted [1]"] == fit["fitted"]["rnl"]
+    assert row["verdict"] == fit["verdict"]["sentence"]
+    assert row["held-out error [%]"] == 100.0 * fit["verdict"]["error"]
     amplitude = row["amplitude [m]"]
     assert amplitude == serial.batch.amplitude == 0.02
     x0 = p.displacement_offset
@@ -406,11 +408,11 @@ def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert frame["model"].str.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}\.json").all()
     assert frame["model"].nunique() == len(given)
     with many.batch.table.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.reader(file))[1:]
+        rows = list(csv.DictReader(file))
     assert len(rows) == len(given)
-    assert not [row for row in rows if row[0][0] in "=+-@" or not row[0].isprintable()]
-    assert rows[0][0] == "'=HYPERLINK(1).csv"
-    assert [float(row[9]) for row in rows] == frame["rmse [N]"].tolist()  # numbers stay numbers
+    assert not [row for row in rows if row["file"][0] in "=+-@" or not row["file"].isprintable()]
+    assert rows[0]["file"] == "'=HYPERLINK(1).csv"
+    assert [float(row["rmse [N]"]) for row in rows] == frame["rmse [N]"].tolist()  # numbers stay numbers
     assert "\x1b" not in many.summary()
 
 

@@ -32,8 +32,8 @@ from many_springs import measured
 from rig_causes import drawn_case
 from rig_faults import FAULTS
 from strandspring import Record, Spring, StrandspringError, read_record
-from strandspring.identification.identify_records import identify_records
-from strandspring.identification.least_squares.projection import Problem
+from strandspring.identification.fit import Problem
+from strandspring.identification.identify import identify_records
 from synthetic import AMPLITUDE, MEAN, spring_of
 from zoo_mounts import DRAWS
 from zoo_rig import draw_case
@@ -124,14 +124,14 @@ def reference() -> float:
 def identified(records: list[Record]) -> dict[str, Any]:
     """Parameters with their standard errors, cautions, number of fits, and time as a share of the reference."""
     fits = 0
-    solve = Problem.solve
+    local = Problem.local
 
     def counted(problem: Problem, *arguments: Any) -> Any:
         nonlocal fits
         fits += 1
-        return solve(problem, *arguments)
+        return local(problem, *arguments)
 
-    Problem.solve = counted  # type: ignore[method-assign]
+    Problem.local = counted  # type: ignore[method-assign]
     scale = reference()
     begin = time.process_time()
     try:
@@ -140,14 +140,14 @@ def identified(records: list[Record]) -> dict[str, Any]:
         return {"refused": str(error)}
     finally:
         taken = time.process_time() - begin
-        Problem.solve = solve  # type: ignore[method-assign]
+        Problem.local = local  # type: ignore[method-assign]
     names = ("kE", "FE_forces", "kA", "kappa_omega", "rho", "sigma", "n")
     values = {name: np.ravel(getattr(found.parameters, name)).tolist() for name in names}
     errors = {name: np.ravel(found.uncertainty.get(name, [])).tolist() for name in names}
     return {
         "values": values,
         "errors": errors,
-        "outcomes": sorted(outcome.name for outcome in found.findings),
+        "outcomes": sorted(outcome.name for outcome in found.outcomes),
         "effects": sorted(found.effects),
         "fits": fits,
         "time": taken / scale,

@@ -1,6 +1,6 @@
 """Whether an identification can be believed, on a simulated rig: python tests/benchmarks/honesty.py clean
 
-Other commands: faults, pairs, spans, ends, alarms, intervals, noise, sizes.
+Other commands: faults, pairs, spans, alarms, intervals, noise, sizes.
 
 Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
 deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it. Refused: no
@@ -10,7 +10,6 @@ spring, but a sentence that says why. Failed: any other exception.
 from __future__ import annotations
 
 import argparse
-import math
 import re
 import sys
 import time
@@ -22,11 +21,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.polynomial import Polynomial
 from numpy.polynomial.polynomial import polyval
 from rich.console import Console
 from rich.table import Table
-from scipy.interpolate import CubicSpline
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
@@ -40,19 +37,14 @@ from strandspring import (
     Outcome,
     Record,
     RefinedOptions,
-    Spring,
     identify,
     read_record,
 )
-from strandspring.core.parameters import FORCE_RANGE
 from strandspring.errors import StrandspringError
-from strandspring.identification.certainty.intervals import NORMAL_95
-from strandspring.identification.points.polynomials import Basis
-from strandspring.identification.points.table import TableBasis
+from strandspring.identification.predictions import NORMAL_95
 
 ROOT = Path(__file__).resolve().parents[2]
 # Of the paper's spring alone, whose force needs no times.
-PLAIN = {"mechanisms": 1, "branches": 0}
 ALARMS = ("delay", "lag", "drift", "viscous", "viscosity", "wear")
 NAMES = ("kappa_omega", "rho", "sigma", "n")
 # Faults whose size the program finds: by what name, and its true size in the unit of the model file.
@@ -288,7 +280,7 @@ def spans(arguments: argparse.Namespace) -> None:
         if result.judgement is None or result.identification is None:
             console.print(f"{index:4} {name:9} {result.line}")
             continue
-        given = result.identification.small_loops
+        given = result.identification.certainty.unrecorded
         low, high = given.low / given.energy, given.high / given.energy
         ratio = 1.0 / (1.0 + result.judgement.energy)
         held += low <= ratio <= high
@@ -297,62 +289,6 @@ def spans(arguments: argparse.Namespace) -> None:
             figures = f"truth {ratio:.3g} of the energy, range given {low:.3g} to {high:.3g}"
             console.print(f"{index:4} {name:9} {figures}  {result.line}")
     console.print(f"spans: {held} of {arguments.count} hold the truth, wrong {wrong}")
-
-
-def ends(arguments: argparse.Namespace) -> None:
-    """Error of FE at the ends of the range, fitted without them, going on along the tangent or with the last cubic."""
-    table = Table(title=f"{100 * arguments.share:g} % of the range left out at either end, error there")
-    for column in ("record", "FE", "tangent median", "tangent worst", "cubic median", "cubic worst", "cubic falls"):
-        table.add_column(column, justify="left" if column in ("record", "FE") else "right")
-    identified: dict[str, list[Identification]] = {}
-    for name in ("closing coils", "bump stop", "kink", "tanh"):
-        for index in range(arguments.count):
-            generator = np.random.default_rng([arguments.seed, zlib.crc32(name.encode()), index])
-            case = simulate(draw_spring(generator), draw_experiment(generator), generator, FAULTS[name], "drawn")
-            result = run(replace(case, options={**case.options, **PLAIN}))
-            if result.identification is not None:
-                identified.setdefault(name, []).append(result.identification)
-    identified |= {name: [identify(record, RefinedOptions(**PLAIN))] for name, record in measured().items()}
-    for name, found in identified.items():
-        *errors, falls = np.array([errors_at_ends(each, arguments.share) for each in found]).T
-        kinds = Counter("table" if each.parameters.FE_knots else "polynomial" for each in found)
-        figures = [f"{100.0 * figure:.2f} %" for own in errors for figure in (np.median(own), own.max())]
-        names = ", ".join(f"{kind} {count}" for kind, count in kinds.items())
-        table.add_row(name, names, *figures, f"{falls.sum():.0f}")
-    console.print(table)
-    console.print("share of the force's standard deviation; hysteresis from the fit to the whole range")
-
-
-def errors_at_ends(found: Identification, share: float) -> tuple[float, float, bool]:
-    """Error beyond a fit of FE to the middle, by its tangent and by its cubic, and whether the cubic falls there."""
-    p = found.parameters
-    places, forces = [], []
-    for part, fit in zip(found.steady_parts, found.fits, strict=True):
-        path = part.strokes.displacement
-        elastic = Spring(replace(p, kappa_omega=FORCE_RANGE[0])).response(path)
-        hysteresis = found.spring().response(path, fit.omega_start) - elastic
-        used = part.used & (np.arange(path.size) >= part.first_sample)
-        places.append(path[used])
-        forces.append((part.record.force - hysteresis)[used])
-    x, force = np.concatenate(places), np.concatenate(forces)
-    low, high = np.array([p.displacement_min, p.displacement_max]) + share * np.ptp(x) * np.array([1.0, -1.0])
-    inside = (x >= low) & (x <= high)
-    kind = TableBasis if p.FE_knots else Basis
-    basis = kind(low, high, len(p.FE_knots or p.kE) - 1, 0)
-    coefficients = np.linalg.lstsq(basis.columns(x[inside]).elastic, force[inside], rcond=1e-10)[0]
-    end = np.where(x < low, low, high)[~inside]
-    beyond = x[~inside] - end
-    if p.FE_knots:
-        FE = CubicSpline(basis.knots, coefficients)
-        slopes = [FE(end, k) for k in range(4)]
-    else:
-        power_series = Polynomial(basis.elastic_parameters(coefficients)["kE"])
-        slopes = [power_series.deriv(k)(end - basis.offset) for k in range(4)]
-    terms = [slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes)]
-    scale = float(np.std(np.concatenate([part.record.force for part in found.steady_parts])))
-    tangent, cubic = (float(np.sqrt(np.mean((force[~inside] - sum(terms[:n])) ** 2))) for n in (2, 4))
-    stiffness = sum(slope * beyond**k / math.factorial(k) for k, slope in enumerate(slopes[1:]))
-    return tangent / scale, cubic / scale, bool(np.min(stiffness) < 0.0)
 
 
 def measured() -> dict[str, Record]:
@@ -539,7 +475,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     commands = parser.add_subparsers(dest="command", required=True)
     counts = {
-        clean: 100, faults: None, pairs: 200, spans: 60, ends: 8, alarms: 100, intervals: 200, noise: 20, sizes: 20
+        clean: 100, faults: None, pairs: 200, spans: 60, alarms: 100, intervals: 200, noise: 20, sizes: 20
     }  # fmt: skip
     for function, count in counts.items():
         command = commands.add_parser(function.__name__, help=(function.__doc__ or "").replace("%", "%%"))
@@ -557,8 +493,6 @@ def main() -> None:
             command.add_argument("--drawn", action="store_true", help="magnitudes drawn in place of small and large")
         if function in (clean, faults, pairs):
             command.add_argument("--coarse", action="store_true", help="9 to 60 samples in a cycle")
-        if function is ends:
-            command.add_argument("--share", type=float, default=0.05, help="of the range, left out at either end")
         if function is noise:
             command.add_argument("--share", type=float, default=0.002)
     arguments = parser.parse_args()

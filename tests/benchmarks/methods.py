@@ -32,18 +32,18 @@ from strandspring import (
     Record,
     RecordError,
     RefinedOptions,
-    ScanOptions,
     Spring,
     StrandspringError,
     TwoStageOptions,
     identify,
     read_record,
 )
-from strandspring.identification.methods.method import Method
-from strandspring.identification.points.noise import force_noise
-from strandspring.loops.strokes import find_strokes
+from strandspring.examples.paper import random_start
+from strandspring.identification.method import Method
+from strandspring.loops.cycles import find_strokes
+from strandspring.loops.noise_levels import noise_level
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method, plausible_start, random_start
+from strandspring.peers.ni_method import ni_method, plausible_start
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES, NOISE = (1000, 128), 0.03  # of a period; the paper does not say how many it has
@@ -157,7 +157,7 @@ def unscented(start: Start) -> Run:
         filter_.x = np.append(0.0, to_vector(start(x, mean, seed)))
         filter_.P = np.diag([0.5, *spread]) ** 2
         filter_.Q = np.diag([1e-3, *(1e-4 * spread)]) ** 2
-        noise = np.maximum(force_noise(mean).variance(mean), (1e-3 * scale) ** 2)
+        noise = np.full(mean.size, max(noise_level(mean), 1e-3 * scale) ** 2)
         steps = np.append(x[0] - x[-1], np.diff(x))
         for k in range(FILTER_PASSES * x.size):
             at = k % x.size
@@ -272,7 +272,6 @@ def methods(truth: NiParameters | None) -> list[tuple[str, str, Run]]:
     return [
         ("paper", "none", ours(PaperOptions())),
         ("two-stage", "none", ours(TwoStageOptions())),
-        ("scan", "none", ours(ScanOptions())),
         ("refined", "none", ours(RefinedOptions())),
         *(("Ni's", name, ni(start)) for name, start in starts),
         *(("time domain", name, time_domain(start)) for name, start in starts[-2:]),
@@ -348,7 +347,7 @@ def measured(name: str, record: Record, every: int, seeds: range) -> None:
     bottoms = strokes.turning[1:][np.append(strokes.direction[1:] > 0, True) & (strokes.direction < 0)]
     # Ni's model knows no constant force and no other middle than zero.
     middle = 0.5e3 * float(record.displacement.max() + record.displacement.min())
-    x, force = 1e3 * strokes.displacement - middle, record.force - float(record.force[bottoms[0] :].mean())
+    x, force = 1e3 * record.displacement - middle, record.force - float(record.force[bottoms[0] :].mean())
     known, last = slice(bottoms[0], bottoms[-2], every), slice(bottoms[-2], bottoms[-1], every)
     spread = float(np.std(force[last]))
     cycles = f"{len(bottoms) - 2} cycle(s), {x[known].size} samples"

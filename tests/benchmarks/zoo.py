@@ -39,9 +39,9 @@ from rig import FloatArray, draw_experiment, draw_spring
 from spring_oracle import OracleSpring
 from strandspring import Record, RefinedOptions, identify, read_record
 from strandspring.errors import StrandspringError
-from strandspring.loops.strokes import find_strokes
+from strandspring.loops.cycles import find_strokes
 from zoo_mounts import DRAWS
-from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, keep_options, lab_like, own_case, without_times
+from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, lab_like, own_case, without_times
 
 ROOT = Path(__file__).resolve().parents[2]
 WRONG = 0.05  # of a loop's energy, and of the force's standard deviation on minor loops
@@ -214,7 +214,7 @@ def judged(case: ZooCase) -> Result:
         tuple(recorded),
         deviation(errors, free) / case.scale,
         deviation(minor, free) / case.scale,
-        (case.small_energy(), found.small_loops.low, found.small_loops.high),
+        (case.small_energy(), found.certainty.unrecorded.low, found.certainty.unrecorded.high),
         seconds,
     )
 
@@ -326,11 +326,9 @@ def held_out_error(records: Sequence[Record], **options: Any) -> float:
 
 
 def variants(records: Sequence[Record]) -> dict[str, float]:
-    """The error held out with times, without them, and with all effects kept in the records."""
+    """The error held out with times and without them."""
     errors = {"with time": held_out_error(records)} if records[0].time is not None else {}
     errors["without time"] = held_out_error(without_times(records))
-    if keeping := keep_options(keep=("all",)):
-        errors["keep all"] = held_out_error(records, **keeping)
     return errors
 
 
@@ -339,16 +337,14 @@ def ratio(errors: dict[str, float], own: str, other: str) -> float:
 
 
 def heldout(arguments: argparse.Namespace) -> None:
-    """Errors on strokes that were held out, with and without times and with all effects kept."""
+    """Errors on strokes that were held out, with and without times."""
     table = Table(title="Error on the last quarter of the strokes, held out; medians, and how often one is worse")
     for column in (
         "mount",
         "records",
         "with time",
         "without",
-        "keep all",
         "time worse by a tenth",
-        "removal worse by 1/20",
     ):
         table.add_column(column, justify="left" if column == "mount" else "right")
     every: list[dict[str, float]] = []
@@ -375,10 +371,7 @@ def held_out_cells(rows: Sequence[dict[str, float]]) -> list[str]:
         return f"{100 * np.nanmedian(errors):.1f} %" if errors else "-"
 
     worse = sum(ratio(row, "with time", "without time") > 1.1 for row in rows)
-    removed = sum(ratio(row, "with time", "keep all") > 1.05 for row in rows)
-    kept = any("keep all" in row for row in rows)
-    columns = [median(key) for key in ("with time", "without time", "keep all")]
-    return [str(len(rows)), *columns, str(worse), str(removed) if kept else "-"]
+    return [str(len(rows)), median("with time"), median("without time"), str(worse)]
 
 
 # Measured records
@@ -398,7 +391,7 @@ def at_hand() -> dict[str, Record]:
 def measured(arguments: argparse.Namespace) -> None:
     """The saved spring along every measured record as recorded, integrated independently, and held-out errors."""
     table = Table(title="Measured records: the saved spring alone along the record as recorded, by an ODE solver")
-    columns = ("record", "RNL given", "RNL", "energy", "with time", "without", "keep all", "removed", "cautions")
+    columns = ("record", "RNL given", "RNL", "energy", "with time", "without", "removed", "cautions")
     for column in columns:
         table.add_column(column, justify="left" if column in ("record", "removed", "cautions") else "right")
     for name, record in at_hand().items():
@@ -415,9 +408,7 @@ def measured(arguments: argparse.Namespace) -> None:
         FE = oracle.elastic(x)
         energy = float(np.trapezoid(p - FE, x) / np.trapezoid(r - FE, x))
         errors = variants([record])
-        cells = [
-            f"{100 * errors[key]:.1f} %" if key in errors else "-" for key in ("with time", "without time", "keep all")
-        ]
+        cells = [f"{100 * errors[key]:.1f} %" if key in errors else "-" for key in ("with time", "without time")]
         removed = ", ".join(found.effects) or "-"
         table.add_row(
             name, f"{fit.rnl:.4f}", f"{rnl:.4f}", f"{energy:.3f}", *cells, removed, ", ".join(cautions_of(found))

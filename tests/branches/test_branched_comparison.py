@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from mounts_with_branches import two_rates
-from strandspring import Spring, compare, identify
+from strandspring import RefinedOptions, Spring, compare, identify
 from strandspring.api.comparing.comparison_words import ComparisonVerdict
 from strandspring.api.comparing.differences import parameter_differences
-from strandspring.identification.methods.refined import RefinedOptions
 from strandspring.model.joint import JointCovariance
 
 DRAWS = 40

@@ -15,7 +15,7 @@ from springs import EXAMPLES
 from strandspring import ModelError, Record, Spring, SpringParameters, StrandspringError, info
 from strandspring.core.law import SpringLaw
 from strandspring.kernel.path import packed
-from strandspring.loops.modelled import relaxed_branches
+from strandspring.loops.loop import relaxed_branches
 from strandspring.model.modelfile import model_of_text, model_schema
 
 

@@ -14,7 +14,7 @@ from spring_oracle import OracleSpring
 from strandspring import Spring, SpringParameters
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.modelled import steady_loop_figures
+from strandspring.loops.loop import steady_loop_figures
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium

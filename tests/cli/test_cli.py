@@ -8,7 +8,6 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ import pytest
 from strandspring import Spring
 from strandspring.cli.main import COMMANDS, main
 from strandspring.model.modelfile import load_model
-from strandspring.peers.rivals.ranking import Ranking, rank
 from synthetic import record_of, sine, spring_of
 from terminal import unfolded
 
@@ -111,52 +109,23 @@ def test_report_stands_alone_and_escapes(run: Any, loop: str) -> None:
     assert "default-src 'none'" in page
 
 
-def test_rivals_are_ranked_in_json_in_words_and_in_the_report(
+def test_the_verdict_comes_first_and_the_most_harmful_findings_after_it(
     run: Any, loop: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rankings: list[Ranking] = []
-
-    def rank_once(*given: Any, **options: Any) -> Ranking:
-        """Of the same records, for it takes seconds."""
-        rankings[:] = rankings or [rank(*given, **options)]
-        return rankings[0]
-
-    monkeypatch.setattr("strandspring.peers.rivals.ranking.rank", rank_once)
-    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals", "--json", "--report", "r.html")
-    assert done.status == 0
-    ranking = json.loads(done.out)["rivals"]
-    names = [entry["name"] for entry in ranking["classes"]]
-    # With n = sigma = 1 both branches are exponentials: the record is of both classes, and one has a parameter less.
-    assert names[:2] == ["vaiana-rosati", "normalized-bouc-wen"]
-    assert len(set(names)) == 7
-    assert not any(entry["clearly_better"] for entry in ranking["classes"])
-    assert all(len(entry["errors"]) == ranking["folds"] for entry in ranking["classes"])
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--report", "r.html")
+    verdict = load_model("m.json").fit["verdict"]
+    assert done.out.startswith("usable: ")
+    assert unfolded(done.out).startswith(verdict["sentence"])
     page = html.unescape(Path("r.html").read_text(encoding="utf-8")).replace("\N{NO-BREAK SPACE}", " ")
-    assert ranking["sentence"] in page
-    assert "equal intervals" in done.err
-    words = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals")
-    assert ranking["sentence"] in unfolded(words.out)
-    titles = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--rivals", "--verbose").out
-    assert all(entry["title"] in titles for entry in ranking["classes"])
-    assert json.loads(run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--json").out)["rivals"] is None
-
-
-def test_a_clearly_better_class_is_a_caution(run: Any, tmp_path: Path) -> None:
-    # Friction with limits that depend on the direction's side of the displacement, exponentially approached.
-    ends = np.array([0.0, 1.0, -1.0, 1.0, -1.0, 0.6, -0.5, 0.5, -0.6, 0.3, -0.3, 0.8, -1.0, 1.0])
-    x = np.concatenate([np.linspace(a, b, 60, endpoint=False) for a, b in pairwise(ends)])
-    force = [0.0]
-    for before, now in pairwise(x):
-        limit, rate = (2.5 + 0.8 * now, 5.0) if now > before else (-2.0 - 0.5 * now, 40.0)
-        force.append(limit - (limit - force[-1]) * np.exp(-rate * abs(now - before)))
-    record = write_csv(tmp_path / "asymmetric.csv", 10.0 * x, np.array(force) + 4.0 * x)
-    done = run("identify", record, "-o", "m.json", "--rivals", "--json")
-    assert done.status == 0
-    told = json.loads(done.out)
-    assert "other_class" in [outcome["name"] for outcome in told["outcomes"]]
-    assert told["rivals"]["classes"][0]["name"] == "vaiana-rosati"
-    assert told["rivals"]["classes"][0]["clearly_better"]
-    assert "other_class" in Path("m.json").read_text(encoding="utf-8")
+    assert all(name in page for name in ("this spring", *verdict["plain"]))
+    told = json.loads(run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--json").out)
+    assert told["verdict"] == verdict
+    assert verdict["sentence"] in run("info", "m.json").out
+    monkeypatch.setattr("strandspring.api.identification.Identification.cautions", tuple("abcde"))
+    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2")
+    assert [line for line in done.err.splitlines() if "assumed" not in line] == [
+        "Caution: a", "Caution: b", "Caution: c", "and 2 more: see the report, --verbose or --json"
+    ]  # fmt: skip
 
 
 def test_predict_tells_figures_and_writes_the_prediction(run: Any, loop: str, model: str) -> None:
@@ -176,7 +145,7 @@ def test_predict_writes_the_interval_that_identify_prints(run: Any, tmp_path: Pa
     force = Spring(spring_of(1.0, 1.0)).response(x) + np.random.default_rng(0).standard_normal(x.size)
     record = write_csv(tmp_path / "noisy.csv", x * 1e3, force)
     printed = run("identify", record, "--degrees", "3,2", "-o", "n.json", "--verbose").out
-    assert re.search(r"95 % prediction interval \+- (1\.9|2|2\.\d) N, holds 9[3-7] % of held-out cycles", printed)
+    assert re.search(r"95 % prediction interval \+- (1\.9|2|2\.\d) N, holds 9[3-7] % of held-out strokes", printed)
     done = run("predict", "n.json", record, "-o", "p.csv")
     assert "no columns" not in done.err
     header, *_ = Path("p.csv").read_text(encoding="utf-8").splitlines()
@@ -201,8 +170,6 @@ def test_predict_writes_the_path_that_it_used(run: Any, tmp_path: Path) -> None:
     done = run("predict", "stiff.json", record, "-o", "p.csv", "--json")
     (told,) = json.loads(done.out)["records"]
     assert {"rmse", "rnl", "energy", "predicted_energy"} < set(told)
-    assert told["smoothed"]["rmse"] < 0.5 * told["rmse"]
-    assert "along the smoothed one" in done.err
     rows = np.loadtxt("p.csv", delimiter=",", skiprows=1)
     np.testing.assert_allclose(rows[:, 1], jitter * 1e3, rtol=1e-15)
     np.testing.assert_allclose(rows[:, 3], stiff.response(rows[:, 1] * 1e-3, told["omega_start"]), rtol=1e-9)
@@ -212,7 +179,7 @@ def test_predict_writes_the_path_that_it_used(run: Any, tmp_path: Path) -> None:
 def test_a_spring_worse_than_a_line_is_refused_unless_saved_anyway(
     run: Any, loop: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.identification.identify_records.is_worse_than_a_line", lambda *_: True)
+    monkeypatch.setattr("strandspring.identification.identify._is_worse_than_a_line", lambda *_: True)
     assert "--save-anyway" in run("identify", loop, "-o", "m.json").refusal
     assert not Path("m.json").exists()
     assert "--save-anyway" in run("build", loop, "--models", "kept").refusal
@@ -259,7 +226,7 @@ def test_a_synthesized_campaign_has_drift_and_coarse_sensors(run: Any, model: st
     assert told["rnl"] > 0.95
 
 
-@pytest.mark.parametrize("method", ["refined", "two-stage", "scan", "paper", "ni"])
+@pytest.mark.parametrize("method", ["refined", "two-stage", "paper", "ni"])
 def test_every_method_can_be_asked_for(run: Any, loop: str, method: str) -> None:
     told = json.loads(run("identify", loop, "-o", "m.json", "--method", method, "--json").out)
     assert told["method"] == method
@@ -283,10 +250,7 @@ def test_build_a_model_and_a_record(run: Any, model: str, loop: str) -> None:
 def test_friction_record_by_column_numbers(run: Any) -> None:
     done = run("identify", FRICTION, "--displacement", "5", "--force", "7", "-o", "friction.json", "--json")
     told = json.loads(done.out)
-    # The last digits of the sensor turn back and forth, which moves the spring.
-    assert told["fitted"]["rnl"] > 0.997
-    assert 0.98 < told["rnl"] < 0.995
-    assert "jitter" in {outcome["name"] for outcome in told["outcomes"]}
+    assert told["rnl"] > 0.99
 
 
 def test_snap_through_is_refused_with_the_reason(run: Any) -> None:
@@ -361,11 +325,9 @@ def test_bad_names_are_refused(run: Any, loop: str, name: str) -> None:
     assert not Path("sub").exists()
 
 
-def test_what_is_kept_travels_into_the_model_file(run: Any, loop: str) -> None:
-    done = run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--keep", "delay, wear", "--state", "last")
-    assert done.status == 0
-    options = load_model("m.json").provenance["options"]
-    assert (options["keep"], options["state"]) == (["delay", "wear"], "last")
+def test_the_state_travels_into_the_model_file(run: Any, loop: str) -> None:
+    assert run("identify", loop, "-o", "m.json", "--degrees", "3,2", "--state", "last").status == 0
+    assert load_model("m.json").provenance["options"]["state"] == "last"
 
 
 def test_names_are_derived_from_files(run: Any, loop: str) -> None:
@@ -385,15 +347,13 @@ def test_wrong_usage_is_status_2(run: Any, loop: str, model: str) -> None:
         ["synthesize", "spring", model, "-o", "s.csv", "--cycles", "100000", "--samples", "1000000"],
         ["synthesize", "spring", model, "-o", "s.csv", "--amplitude", "nan"],
         ["synthesize", "spring", model, "-o", "s.csv", "--mean", "inf"],
-        ["identify", loop, "-o", "m.json", "--method", "scan", "--robust"],
+        ["identify", loop, "-o", "m.json", "--method", "two-stage", "--robust"],
         ["identify", loop, "-o", "m.json", "--method", "refined", "--smoothing", "3"],
         ["identify", loop, "-o", "m.json", "--moving-mass", "-1"],
-        ["identify", loop, "-o", "m.json", "--keep", "delay,everything"],
         ["identify", loop, "-o", "m.json", "--state", "middle"],
-        ["identify", loop, "-o", "m.json", "--method", "scan", "--keep", "delay"],
         ["identify", loop, "-o", "m.json", "--fixture-stiffness", "0"],
         ["identify", loop, "-o", "m.json", "--delay", "nan"],
-        ["identify", loop, "-o", "m.json", "--method", "scan", "--moving-mass", "1"],
+        ["identify", loop, "-o", "m.json", "--method", "paper", "--moving-mass", "1"],
         ["build", model, "--backend", "cobol"],
         ["nonsense"],
     ):
@@ -466,7 +426,7 @@ def test_no_output_takes_the_place_of_an_input_or_another_output(
         ("--name other", "--name can only be given with records"),
         ("--description text --branch loading", "--description, --branch can only be given with records"),
         ("--reverse force --force-unit kN", "--force-unit, --reverse can only be given with records"),
-        ("--degrees 3,2 --method scan", "--degrees, --method can only be given with records"),
+        ("--degrees 3,2 --method ni", "--degrees, --method can only be given with records"),
     ],
 )
 def test_what_concerns_records_is_refused_for_a_model_file(run: Any, model: str, arguments: str, told: str) -> None:
@@ -617,7 +577,7 @@ def test_what_is_known_of_the_rig_is_taken_out_and_shown(run: Any) -> None:
     assert "Note: 1 kg between load cell and spring would change the stiffness by" in unfolded(plain.out)
     given = ("--moving-mass", "0.5", "--fixture-stiffness", "1e6", "--delay", "0")
     done = run("identify", "rig.csv", "-o", "b.json", *columns, *given, "--verbose")
-    assert "a moving mass of 0.5 kg, a fixture of 1e+06 N/mm, a delay of the force by 0 ms" in done.out
+    assert "removed as the rig's: moving mass 0.5 kg; fixture stiffness 1e+06 N/mm; delay 0 ms" in done.out
     assert "kg between" not in done.out
     effects = {"moving_mass": 0.5, "fixture_stiffness": 1e9, "delay": 0.0}
     model = load_model("b.json")

@@ -10,7 +10,7 @@ import pytest
 from springs import TABLE
 from strandspring import Spring
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.modelled import steady_loop_figures
+from strandspring.loops.loop import steady_loop_figures
 from synthetic import AMPLITUDE, MEAN, spring_of
 from terminal import Terminal
 

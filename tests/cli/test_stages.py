@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from strandspring import bundled_record, identify
-from strandspring.identification.methods.progress import Stage, begin, heard_by
+from strandspring.identification.method import Stage, begin, heard_by
 
 
 def test_stages_come_in_their_order() -> None:

@@ -29,7 +29,8 @@ def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_run_prints_a_line_a_record_the_parameters_and_what_was_written(terminal: Terminal) -> None:
-    first, *parameters, last = terminal("identify", "whole.csv", "-o", "k").splitlines()
+    verdict, first, *parameters, last = terminal("identify", "whole.csv", "-o", "k").splitlines()
+    assert verdict.startswith("usable: ")
     assert first.startswith("whole.csv: rmse 0.0")
     assert [line.split()[0] for line in parameters] == ["kappa_omega", "rho", "sigma", "n", "FE"]
     assert last == "Model file: k.json"
@@ -43,7 +44,7 @@ def test_a_run_prints_a_line_a_record_the_parameters_and_what_was_written(termin
     "command",
     [
         "identify whole.csv clipped.csv -o k.json",
-        "identify clipped.csv -o k.json --rivals",
+        "identify clipped.csv -o k.json",
         "predict mount.json whole.csv clipped.csv",
         "info mount.json whole.csv",
         "isolate mount.json --mass 5 --points 8",

@@ -23,7 +23,7 @@ from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, Reference, write_site
 from strandspring.ground import strict_json, unpacking
-from strandspring.loops import description_file
+from strandspring.loops import selection
 from strandspring.model import modelfile
 from strandspring.records import content as record_content
 from strandspring.records.formats import reader_process
@@ -255,7 +255,7 @@ def test_the_bounds_of_files_are_those_of_the_program() -> None:
         f"at most {strict_json._MAX_NESTING} levels",
         f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
         f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
-        f"| {description_file._MAX_BYTES // 10**6} MB, {description_file._MAX_FILES:_} files |",
+        f"| {selection._MAX_BYTES // 10**6} MB, {selection._MAX_FILES:_} files |",
         f"| {system_file._MAX_BYTES // 10**6} MB, {system_file._MOST_MODELS} model files, {MOST_BODIES} bodies, "
         f"{MOST_AXES} axes of mounts, {MOST_STEPS // 10**6} million steps of a case |",
     )

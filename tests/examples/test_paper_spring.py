@@ -109,7 +109,7 @@ def test_the_tutorial_says_what_is_printed(records: dict[str, Record]) -> None:
     said = " ".join(fit.summary().split())
     table = page.split("| --- | --- |")[1].split("| the force does not depend")[0]
     figures = [figure for row in table.split("| |") for figure in row.strip("| ").split(" | ")[0].split(", ")]
-    assert len(figures) == 7
+    assert len(figures) == 8
     for figure in figures:
         assert figure in said, figure
     held_out = predict(fit.spring("spring"), records["held_out"])

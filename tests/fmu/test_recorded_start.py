@@ -75,7 +75,7 @@ def test_what_was_left_out_of_the_fit_tells_where_it_began() -> None:
     """The memory of the start is gone where the fit begins, so that only the first force shows it."""
     path = rig(0.0)
     model = identify(Record(path, Spring(RUBBER).response(path, omega_start=-0.6), TIME)).model_file()
-    assert model.fit["records"][0]["first_sample"] == 100
+    assert model.fit["records"][0]["first_sample"] == 101
     assert model.start.omega == pytest.approx(-0.6, abs=0.01)  # of parameters, identified to within 1 %
 
 

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import block_diag
 
 from rig import Case, FloatArray
-from strandspring.loops.strokes import Strokes, find_strokes
+from strandspring.loops.cycles import find_strokes
 from stroke_points import omega_with_derivatives
 
 _DRAWS = 20_000
@@ -34,7 +34,7 @@ def bound(case: Case, displacement_noise: float) -> FloatArray:
     force_noise = _force_noise(case)
     common, starts, reversals = [], [], []
     for path in case.paths:
-        at = _Sensitivities.of(case, path, find_strokes(path))
+        at = _Sensitivities.of(case, path, _Course.of(path))
         root = 1.0 / np.sqrt(force_noise**2 + (at.slope * displacement_noise) ** 2)
         common.append(root[:, None] * at.coefficients)
         starts.append(root[:, None] * at.start)
@@ -58,14 +58,14 @@ def delay_bound(case: Case, delay: float) -> float:
     force_noise = _force_noise(case)
     common, starts = [], []
     for path, record in zip(case.paths, case.records, strict=True):
-        time, strokes = record.time, find_strokes(path)
+        time, strokes = record.time, _Course.of(path)
         # The path of a sine between the samples; that of a triangle is straight.
         course = make_interp_spline(time, path, k=3 if case.experiment.shape == "sine" else 1)
         moment = np.clip(time - delay, time[0], time[-1])
         stroke = strokes.of_sample[np.searchsorted(time, moment)]
-        ends = np.sort([path[strokes.turning[:-1]], path[strokes.turning[1:]]], axis=0)[:, stroke]
+        ends = np.sort([strokes.ends[:-1], strokes.ends[1:]], axis=0)[:, stroke]
         x = np.clip(course(moment), *ends)
-        travel = np.abs(x - strokes.turning_displacement[stroke])
+        travel = np.abs(x - strokes.ends[stroke])
         at = _Sensitivities.of(case, x, replace(strokes, of_sample=stroke, travel=travel))
         # Just before a moment that is a sample, as it may be a reversal.
         speed = course.derivative()(np.nextafter(moment, -np.inf))
@@ -89,7 +89,7 @@ def wear_bound(case: Case, wear: float) -> float:
     total, begun = sum(case.experiment.cycles), 0
     elastic = len(case.spring.kE)
     for path, segments in zip(case.paths, case.experiment.segments, strict=True):
-        at = _Sensitivities.of(case, path, find_strokes(path))
+        at = _Sensitivities.of(case, path, _Course.of(path))
         cycles = sum(count for _, count in segments)
         over = (begun + cycles * np.linspace(0.0, 1.0, path.size)[at.used]) / total
         begun += cycles
@@ -102,10 +102,27 @@ def wear_bound(case: Case, wear: float) -> float:
 
 
 @dataclass(frozen=True)
+class _Course:
+    """Strokes of a path without noise, and the way from the reversal before each sample."""
+
+    ends: FloatArray
+    direction: NDArray[np.int64]
+    length: FloatArray
+    of_sample: NDArray[np.intp]
+    travel: FloatArray
+
+    @classmethod
+    def of(cls, path: FloatArray) -> _Course:
+        strokes = find_strokes(path)
+        travel = np.abs(path - strokes.ends[strokes.of_sample])
+        return cls(strokes.ends, strokes.direction, strokes.length, strokes.of_sample, travel)
+
+
+@dataclass(frozen=True)
 class _Sensitivities:
     """Derivatives of the force of the spring at the samples of a path that are used."""
 
-    strokes: Strokes
+    strokes: _Course
     used: NDArray[np.bool_]
     omega: FloatArray
     G: FloatArray
@@ -114,7 +131,7 @@ class _Sensitivities:
     start: FloatArray  # by omega at the start, one column
 
     @classmethod
-    def of(cls, case: Case, path: FloatArray, strokes: Strokes) -> _Sensitivities:
+    def of(cls, case: Case, path: FloatArray, strokes: _Course) -> _Sensitivities:
         p = case.spring
         used = strokes.of_sample > 0
         x, side = path[used] - p.displacement_offset, strokes.direction[strokes.of_sample[used]]
@@ -148,11 +165,11 @@ def share_within(covariance: FloatArray, limit: float) -> float:
     return float(np.mean(np.abs(errors).max(axis=1) <= limit))
 
 
-def _by_reversals(case: Case, strokes: Strokes, used: NDArray[np.bool_]) -> FloatArray:
+def _by_reversals(case: Case, strokes: _Course, used: NDArray[np.bool_]) -> FloatArray:
     """Derivatives of omega at the samples by the displacement of each reversal, shape (P, S - 1) [1/m]."""
     step = _STEP / case.spring.rho
     columns = []
-    for reversal in range(1, strokes.count):
+    for reversal in range(1, strokes.length.size):
         omegas = []
         for sign in (1.0, -1.0):
             # A reversal further along lengthens the strokes on both of its sides.
@@ -166,7 +183,7 @@ def _by_reversals(case: Case, strokes: Strokes, used: NDArray[np.bool_]) -> Floa
 
 
 def _omega(
-    case: Case, strokes: Strokes, used: NDArray[np.bool_], length: FloatArray | None = None
+    case: Case, strokes: _Course, used: NDArray[np.bool_], length: FloatArray | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """omega at the samples that are used, and its derivatives."""
     p = case.spring

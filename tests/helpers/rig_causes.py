@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from scipy.signal import butter, lfilter, sosfiltfilt
+from scipy.signal import lfilter
 
 from rig import Case, Experiment, Fault, Generator, Run, draw_experiment, draw_spring, simulate
 from strandspring import Record, SpringParameters
@@ -22,18 +22,6 @@ def drawn_case(fault: Fault, seed: int, index: int, per_cycle: int = PER_CYCLE, 
     experiment = fault.programme(experiment, fault.large)
     experiment = replace(experiment, samples=per_cycle * sum(experiment.cycles))
     return simulate(spring, experiment, generator, replace(fault, programme=lambda given, _: given), "large")
-
-
-def band_limited(harmonic: float, order: int = 4) -> Fault:
-    """Both columns through a Butterworth filter forth and back, its cutoff so many times the test's frequency."""
-
-    def act(run: Run, size: float, _: Generator) -> None:
-        interval = run.step * run.stride
-        sections = butter(order, size * run.experiment.frequency, fs=1.0 / interval, output="sos")
-        for row in (1, 2):
-            run.samples[row] = sosfiltfilt(sections, run.samples[row])
-
-    return Fault(harmonic, harmonic, "times the frequency", ("band", "filter"), sampled=act)
 
 
 def at_frequencies(

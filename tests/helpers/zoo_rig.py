@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,7 @@ from rig import (
     simulate,
 )
 from rig_faults import FAULTS
-from strandspring import Record, RefinedOptions, Spring, SpringParameters
+from strandspring import Record, Spring, SpringParameters
 from zoo_mounts import Mount, draw_mount
 
 FINE = 1200  # steps of the fine grid in a cycle, at least
@@ -316,12 +315,6 @@ def lab_like(spring: SpringParameters, experiment: Experiment, generator: Genera
         digit = generator.uniform(1.0, 4.0) * float(np.ptp(signal)) / 2.0**16
         signal[:] = digit * np.round(signal / digit)
     return (Record(x, r, moments, "lab.csv"),)
-
-
-def keep_options(**options: Any) -> dict[str, Any]:
-    """Options of the refined method, those left out that this version does not have."""
-    known = {field.name for field in fields(RefinedOptions)}
-    return {name: value for name, value in options.items() if name in known}
 
 
 def without_times(records: Sequence[Record]) -> tuple[Record, ...]:

@@ -26,7 +26,7 @@ from strandspring import (
     verify,
 )
 from strandspring.errors import ModelError
-from strandspring.identification.methods.method import Method
+from strandspring.identification.method import Method
 from strandspring.model.certificate import Driven, ForceRange, shortcoming
 from strandspring.model.modelfile import load_model
 from strandspring.records.record import Record
@@ -67,7 +67,7 @@ def outside(found: Identification, record: Record) -> list[str]:
             if np.trapezoid(loops[f"loop of {share} at {at}"][-65:], path[-65:]) < -1e-3 * margin * np.ptp(path):
                 loops[f"energy of {share} at {at}"] = np.array([np.inf])
     beyond = [name for name, f in loops.items() if f.min() < force.min() - margin or f.max() > force.max() + margin]
-    return beyond + ["FA"] * bool(polyval(x, p.kA).min() < 0.0)
+    return beyond + ["FA"] * any(polyval(x, mechanism.kA).min() < 0.0 for mechanism in p.mechanisms)
 
 
 def test_between_samples_is_as_recorded() -> None:
@@ -120,18 +120,22 @@ def test_what_the_record_does_not_support_is_named(changed: dict[str, object], w
 
 
 class Absurd(Method):
-    """Gives a spring that leaves the record, unless simpler degrees are asked for."""
+    """Gives springs that leave the record, and at last one that does not, unless degrees are given."""
 
     name = "absurd"
 
-    def fit(self, parts, where):  # type: ignore[no-untyped-def]
+    def fit(self, samples, where):  # type: ignore[no-untyped-def]
         """The refined fit, with 100 times the force at a degree of its own."""
-        fitted = RefinedOptions(degrees=self.degrees or (3, 1)).fit(parts, where)
-        if self.degrees != (1, 0):
-            p = fitted.parameters
-            swing = 100.0 * p.kappa_omega / p.x_max**2
-            return replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
-        return fitted
+        fitted = RefinedOptions(degrees=(1, 0)).fit(samples, where)
+        p = fitted.parameters
+        swing = 100.0 * p.kappa_omega / p.x_max**2
+        return replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
+
+    def candidates(self, samples, where):  # type: ignore[no-untyped-def]
+        """Two absurd ones first."""
+        yield from (self.fit(samples, where) for _ in range(2))
+        if self.degrees is None:
+            yield RefinedOptions(degrees=(1, 0)).fit(samples, where)
 
 
 def test_the_next_class_is_saved_and_said_or_the_records_are_refused() -> None:
@@ -140,7 +144,8 @@ def test_the_next_class_is_saved_and_said_or_the_records_are_refused() -> None:
     record = Record(path, Spring(true).response(path), None, "loop.csv")
     found = identify(record, options=Absurd())
     assert len(found.parameters.kE) == 2
-    assert "FE reaches" in found.findings[Outcome.SIMPLER_CLASS]
+    (said,) = (finding for finding in found.findings if finding.kind is Outcome.SIMPLER_CLASS)
+    assert "FE reaches" in said.detail
     # No switch saves it.
     with pytest.raises(IdentificationError, match=r"loop.csv: No spring .* \(FE reaches") as refused:
         identify(record, options=Absurd(degrees=(2, 0)), save_anyway=True)
@@ -185,17 +190,10 @@ def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> 
 
 
 def test_a_file_without_a_certificate_is_said_to_have_none(tmp_path: Path) -> None:
-    fmu = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount").build_fmu(
-        tmp_path
-    )
-    assert [f.text for f in verify(fmu).findings if f.about == "spring"] == [
-        "Finite and dissipative; not held to a record."
-    ]
-
-
-def test_the_bundled_model_has_the_range_of_its_record() -> None:
+    fmu = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)).build_fmu(tmp_path)
+    (said,) = (finding.text for finding in verify(fmu).findings if finding.about == "spring")
+    assert said == "Finite and dissipative; not held to a record."
     root = Path(__file__).resolve().parents[2] / "models"
     stated = load_model(root / "rubber_hinge.json").certificate
-    assert stated is not None
     force = read_record(root / "records/rubber_stretch.csv", reverse="displacement").force
     assert (stated.force_min, stated.force_max) == (force.min(), force.max())

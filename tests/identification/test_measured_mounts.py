@@ -1,139 +1,103 @@
-"""Measured mounts are of a wider class than the model: nothing that they do may be removed as a fault of the rig."""
+"""Mounts that are of no class of ours: measured ones, judged on strokes that no fit has seen, and those of the zoo."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import sys
+import warnings
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
-from strandspring import (
-    Identification,
-    IdentificationError,
-    Outcome,
-    Record,
-    RefinedOptions,
-    bundled_record,
-    identify,
-    read_record,
-)
-from strandspring.loops.strokes import find_strokes
-from synthetic import record_of, sine, spring_of
+from other_models import bouc_wen
+from strandspring import Identification, IdentificationError, Outcome, identify
+from tools import slow_but
+from zoo_mounts import DRAWS
+from zoo_rig import draw_case
 
-DATA = Path(__file__).parents[1] / "data"
+sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
+from held_out import RECORDS, case_of
 
-def measured(name: str) -> Record:
-    if name == "hinge":
-        return read_record(bundled_record(), reverse="displacement")
-    if name == "column":
-        return read_record(DATA / "degrading/SPC1.csv")
-    if name == "damper":
-        return read_record(DATA / "mr_damper/ensaio1.mat")  # Tout, dist, forc
-    record = read_record(DATA / "actuator/circle_3bar.csv", time=1, displacement=5, force=7)
-    return replace(record, time=1e-3 * record.time)  # milliseconds
+# Error on held-out strokes [%] that may not be passed, by record and split: a tenth above what was reached.
+CEILINGS = {
+    ("hinge", "paper"): 4.4, ("hinge", "A"): 6.5, ("hinge", "B"): 4.4, ("actuator", "paper"): 6.9,
+    ("actuator", "A"): 6.9, ("actuator", "B"): 5.3, ("mr_damper", "paper"): 5.2,
+    ("mr_damper", "A"): 4.3, ("mr_damper", "B"): 4.7,
+    ("mts_25mm", "paper"): 10.6, ("mts_25mm", "A"): 10.2, ("mts_25mm", "B"): 10.5, ("mts_25mm_to_5mm", "paper"): 41.0,
+    ("coupon_1", "paper"): 10.2, ("coupon_1", "A"): 5.8, ("coupon_1", "B"): 5.6, ("rc_column", "paper"): 21.6,
+    ("rc_column", "B"): 21.6,
+}  # fmt: skip
+QUICK = [("hinge", "paper"), ("coupon_1", "paper")]
+CHANGING = ("degrading", "hardening", "pinching")  # from cycle to cycle, which no range of one loop can hold
 
 
 @cache
 def identified(name: str) -> Identification:
-    """By default."""
-    return identify(measured(name))
+    return identify(RECORDS[name]())
 
 
-NAMES = ("hinge", "actuator", "damper", "column")
+@pytest.mark.parametrize("case", slow_but(CEILINGS, QUICK))
+def test_held_out_strokes_are_predicted(case: tuple[str, Any]) -> None:
+    name, split = case
+    held = case_of(name, split, RECORDS[name]())
+    assert held is not None
+    spring = identify(held.training).spring()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # paths that leave the range that was fitted
+        error = held.error(lambda record: spring.response(record.displacement, time=record.time))
+        if name != "mts_25mm_to_5mm":
+            assert error < 1.1 * held.error(bouc_wen(held.training))
+    assert error < CEILINGS[case]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_nothing_is_removed(name: str) -> None:
+@pytest.mark.parametrize("name", slow_but(["hinge", "actuator", "mr_damper"], ["hinge", "mr_damper"]))
+def test_measured_loops_keep_their_energy_and_nothing_is_removed(name: str) -> None:
     found = identified(name)
     assert not found.effects
-    (loop,) = {round(fit.predicted_energy / fit.energy, 2) for fit in found.fitted}
-    assert loop == pytest.approx(1.0, abs=0.03)
+    (loop,) = found.recorded
+    assert loop.difference == pytest.approx(0.0, abs=0.03)
+    assert Outcome.ONE_AMPLITUDE in found.outcomes
+    # At one rate a branch is taken and said to be open.
+    assert (Outcome.RATE_OPEN in found.outcomes) is bool(found.parameters.branches)
+    assert found.rnl > {"hinge": 0.97, "actuator": 0.99, "mr_damper": 0.97}[name]
 
 
-def test_a_jittering_sensor_is_named_with_its_size() -> None:
-    """The paper's spring takes reversals of the last digit for motion, a slower second mechanism and a branch less."""
-    plain = identify(measured("actuator"), RefinedOptions(mechanisms=1, branches=0))
-    assert "21 % of its standard deviation" in plain.findings[Outcome.JITTER]
-    assert "energy -7 %" in plain.findings[Outcome.LOOP_ENERGY]
-    (alone,), (fitted,) = plain.fits, plain.fitted
-    assert alone.rnl < 0.991 < 0.997 < fitted.rnl
-    wider = identified("actuator")
-    assert wider.rmse < 0.5 * plain.rmse
-
-
-def test_the_actuator_has_two_mechanisms_and_a_branch() -> None:
-    """Which predict cycles that were left out a fifth better; its two directions were driven at different speeds."""
-    found = identified("actuator")
-    assert found.parameters.second is not None
-    assert len(found.parameters.branches) == 1
-    assert found.wider is not None
-    plain, chosen = found.wider.choice.tried[0], found.wider.choice.chosen
-    assert chosen.held_out < 0.85 * plain.held_out
-    assert chosen.held_out < 0.04 * found.wider.spread
-
-
-def test_the_damper_at_one_rate_is_told_what_a_branch_would_do() -> None:
-    found = identified("damper")
-    assert not found.parameters.branches
-    assert "would be 4 %, and is 5.5 %" in found.findings[Outcome.RATE_OPEN]
+def test_the_hinge_loses_its_first_cycle_and_the_snap_is_refused() -> None:
+    assert Outcome.FIRST_CYCLE_DIFFERS in identified("hinge").outcomes
+    with pytest.raises(IdentificationError) as refused:
+        identified("snap_through")
+    assert refused.value.outcome is Outcome.SNAP_THROUGH
 
 
 def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:
-    found = identified("column")
-    assert found.rnl > 0.8
-    assert {Outcome.LOOP_ENERGY, Outcome.OTHER_MOUNT, Outcome.LACK_OF_FIT} <= set(found.outcomes)
+    found = identified("SPC1")
+    assert found.rnl > 0.7
+    assert {Outcome.LOOP_ENERGY, Outcome.LACK_OF_FIT} <= set(found.outcomes)
     assert len(found.recorded) > 5
+    assert not str(found.verdict).startswith("usable:")
 
 
-@pytest.mark.parametrize("name", ["hinge", "actuator", pytest.param("damper", marks=pytest.mark.slow)])
-def test_times_and_removals_do_no_harm_to_strokes_held_out(name: str) -> None:
-    """The saved spring, run along the whole record, judged on the last quarter of its strokes."""
-    record = measured(name)
-    turning = find_strokes(record.displacement).turning
-    end = int(turning[-1 - max(1, round(0.25 * (turning.size - 1)))]) + 1
-
-    def part(of: Record) -> Record:
-        time = None if of.time is None else of.time[:end]
-        return replace(of, displacement=of.displacement[:end], force=of.force[:end], time=time)
-
-    def error(found: Identification) -> float:
-        force = found.spring().response(record.displacement, found.fits[0].omega_start, record.rising_time)
-        return float(np.std((force - record.force)[end:]))
-
-    with_time = error(identify(part(record)))
-    assert with_time <= 1.1 * error(identify(part(replace(record, time=None))))
-    assert with_time <= 1.05 * error(identify(part(record), RefinedOptions(keep=("all",))))
+@pytest.mark.parametrize("name", ["maxwell rubber", "two mechanisms"])
+def test_the_range_of_small_loops_of_one_amplitude_holds_another_class(name: str) -> None:
+    assert holds(name, 0)
 
 
-def test_a_spring_that_is_worse_than_a_line_is_refused_unless_asked_for() -> None:
-    """A sensor that drifts by three times its range, and the spring of the first moment."""
-    record = record_of(spring_of(1.0, 1.0), sine(6), noise=0.01)
-    drift = np.linspace(0.0, 3.0 * np.ptp(record.force), len(record))
-    drifting = replace(record, force=record.force + drift)
-    first = RefinedOptions(state="first")
-    with pytest.raises(IdentificationError, match="worse than a straight line") as refused:
-        identify(drifting, first)
-    assert refused.value.outcome is Outcome.WORSE_THAN_LINE
-    found = identify(drifting, first, save_anyway=True)
-    assert {Outcome.WORSE_THAN_LINE, Outcome.SPRING_ALONE} <= set(found.outcomes)
-    assert found.rnl < found.fitted[0].rnl
-    # That of the mean moment is as good as one can be without the drift.
-    assert identify(drifting).rnl > found.rnl
+@pytest.mark.slow
+@pytest.mark.parametrize("name", DRAWS)
+def test_the_range_of_small_loops_holds_what_mounts_of_other_classes_do(name: str) -> None:
+    """Of one to three amplitudes, without and with a fault of the rig."""
+    held = [holds(name, index) for index in range(6)]
+    assert held.count(None) <= 1
+    assert held.count(False) <= 1 or name in CHANGING
 
 
-@pytest.mark.parametrize(("keep", "left"), [((), {"drift"}), (("drift",), set()), (("all",), set())])
-def test_what_is_kept_is_not_removed(keep: tuple[str, ...], left: set[str]) -> None:
-    record = record_of(spring_of(1.0, 1.0), sine(6), noise=0.01)
-    drift = np.linspace(0.0, 0.3 * np.ptp(record.force), len(record))
-    found = identify(replace(record, force=record.force + drift), RefinedOptions(keep=keep))
-    assert set(found.effects) == left
-
-
-@pytest.mark.parametrize("options", [{"keep": ("lag",)}, {"keep": "delay"}, {"state": "worn"}])
-def test_wrong_names_are_refused(options: dict[str, Any]) -> None:
-    with pytest.raises(ValueError, match=next(iter(options))):
-        RefinedOptions(**options)
+def holds(name: str, index: int) -> bool | None:
+    """Of a case of `python tests/benchmarks/zoo.py run`; None if it is refused."""
+    case = draw_case(name, 0, index)
+    try:
+        unrecorded = identify(case.records, save_anyway=True).certainty.unrecorded
+    except IdentificationError as refused:
+        return None if refused.outcome in (Outcome.STICK_SLIP, Outcome.UNCERTIFIED, Outcome.NO_LOOP) else False
+    return bool(unrecorded.low <= case.small_energy() <= unrecorded.high)

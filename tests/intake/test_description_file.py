@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from strandspring import RecordError, read_campaign, read_record
-from strandspring.loops import description_file
-from strandspring.loops.description_file import entries
-from strandspring.loops.wanted import Wanted, cycle_range, is_window, window
+from strandspring.loops import selection
+from strandspring.loops.selection import Wanted, cycle_range, entries, is_window, window
 
 TIME = np.linspace(0.0, 5.0, 1001)
 PATH = 20.0 * np.sin(2.0 * np.pi * TIME)  # [mm]
@@ -83,7 +82,7 @@ def test_options_go_before_a_description(folder: Path) -> None:
     (record,) = read_campaign(path, Wanted(cycles="3:", force_unit="N"))
     assert record.notes[-1].startswith("cycles 3 to ")
     assert any("the unit of force is N (as given)" in note for note in record.notes)
-    both = [one.read() for one in entries([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))]
+    both = [wanted.read(path) for path, wanted in entries([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))]
     assert [Path(each.path).name for each in both] == ["a.csv", "other.csv"]
     assert all("force negated, as given" in each.notes for each in both)
 
@@ -103,21 +102,21 @@ def test_absolute_paths_and_those_out_of_the_folder_are_read(folder: Path) -> No
         ('[record]\nfile = "a"', "must name its records"),
         ('[[record]]\nfiles = "a"', "record 1: must have the key file"),
         ('columns = 3\n[[record]]\nfile = "a"', "'columns' is not a key; the keys are displacement, force, time, "),
-        ('[[record]]\nfile = "a"\nforce_unit = 3', "record 1, force_unit: input should be a valid string, got 3."),
+        ('[[record]]\nfile = "a"\nforce_unit = 3', "record 1, force_unit: must be text, got 3."),
         (
             '[[record]]\nfile = "a"\nforce_offset = "1"',
-            "record 1, force_offset: input should be a valid number",
+            "record 1, force_offset: must be a finite number, got '1'.",
         ),
-        ('[[record]]\nfile = "a"\nforce_scale = inf', "record 1, force_scale: input should be a finite number"),
-        ('reverse = "both"\n[[record]]\nfile = "a"', "reverse: input should be 'displacement' or 'force', got 'both'."),
+        ('[[record]]\nfile = "a"\nforce_scale = inf', "record 1, force_scale: must be a finite number, got inf."),
+        ('reverse = "both"\n[[record]]\nfile = "a"', "`reverse` must be 'displacement' or 'force', got "),
         ('cycles = "a:b"\n[[record]]\nfile = "a"', "`cycles` must be a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5"),
         (
             'cycles = "5:2"\n[[record]]\nfile = "a"',
             "the first is not above the second",
         ),
         ('time_window = "5"\n[[record]]\nfile = "a"', "`time_window` must be FROM:TO"),
-        ('[[record]]\nfile = "none/*.csv"', "record 1, file: no file fits 'none/*.csv' in the folder "),
-        ('[[record]]\nfile = "../*.csv"', "a pattern must stay in the folder of the description"),
+        ('[[record]]\nfile = "none/*.csv"', "record 1, file: 'none/*.csv' fits no file in the folder "),
+        ('[[record]]\nfile = "../*.csv"', "is a pattern and must stay in the folder of the description"),
         ('[[record]]\nfile = "absent.csv"', "absent.csv: no such file; check the path."),
         ('[[record]]\nfile = "other.csv"\ncycles = 99', "cycle 99 cannot be selected"),
     ],
@@ -132,7 +131,7 @@ def test_mistakes_are_named_by_file_and_field(folder: Path, text: str, expected:
 
 
 def test_a_description_is_bounded(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(description_file, "_MAX_FILES", 2)
+    monkeypatch.setattr(selection, "_MAX_FILES", 2)
     with pytest.raises(RecordError, match="must name at most 2 files, found 3"):
         read_campaign(described(folder, '[[record]]\nfile = "**/*.csv"\n'))
     with pytest.raises(RecordError, match="not valid TOML"):

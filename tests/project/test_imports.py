@@ -34,7 +34,7 @@ def test_commands_about_one_spring_load_neither_scipy_nor_what_records_and_syste
     assert "numpy" in loaded
     assert not loaded & {"scipy", "pandas", "matplotlib", "rich", "strandspring.vibration.description.system_file"}
     assert not loaded & {"strandspring.identification.identify_records", "strandspring.campaigns.jobs.cluster"}
-    assert not loaded & {"strandspring.records.reading", "strandspring.loops.wanted", "numpy.ma"}
+    assert not loaded & {"strandspring.records.reading", "strandspring.loops.selection", "numpy.ma"}
 
 
 def test_public_names_are_found_where_the_table_says() -> None:

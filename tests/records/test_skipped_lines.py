@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from strandspring import identify, read_campaign, read_record
 from strandspring.errors import RecordError
-from strandspring.loops.wanted import Wanted
+from strandspring.loops.selection import Wanted
 from strandspring.records.record import Record
 from terminal import Terminal
 

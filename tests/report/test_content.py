@@ -11,7 +11,7 @@ import pytest
 
 import reports
 from springs import TABLE
-from strandspring import Identification, Outcome, StrandspringError, identify
+from strandspring import Finding, Identification, Outcome, StrandspringError, identify
 from strandspring.model.modelfile import ModelFile
 from strandspring.report import details, figure
 from strandspring.report.charts import engineering, fit_charts
@@ -68,22 +68,27 @@ def test_a_table_of_fe_is_shown_by_its_knots() -> None:
     assert "Polynomials about" not in labels
 
 
-def test_the_verdict_is_as_good_as_the_findings() -> None:
-    assert notices(content_of(reports.campaign()))[0].level is Level.GOOD
-    extrapolated = notices(content_of(reports.hinge()))
-    assert extrapolated[0] == Notice(
-        Level.CARE, "Good to use at the recorded amplitudes; smaller loops are extrapolated."
-    )
-    assert extrapolated[1].advice == "Record loops of about 4.7 mm too."
-    poor = replace(reports.campaign(), findings={Outcome.LACK_OF_FIT: "9 % of the force; mostly noise: measure again"})
-    first, caution = notices(content_of(poor))
-    assert first.level is Level.POOR
-    assert caution.advice == "Do not trust the loops' energies beyond that; measure again."
+def test_the_report_begins_with_the_verdict() -> None:
+    found = reports.campaign()
+    assert found.verdict is not None
+    assert found.verdict.whole is not None
+    content = content_of(found)
+    first = content.sections[0].blocks[0]
+    assert isinstance(first, Notice)
+    assert first.level is Level.GOOD
+    assert first.text.lower().split() == f"{found.verdict}.".lower().split()
+    rows = table_of(content, "Held-out error").rows
+    assert [row[0] for row in rows] == ["this spring", *found.verdict.whole.plain]
+    doubtful = replace(found, findings=(Finding(Outcome.SPIKES, {}, "a.csv"),))
+    assert notices(content_of(doubtful))[0].level is Level.CARE
+    poor = replace(found.verdict, whole=replace(found.verdict.whole, of_spring=0.7, error=0.7), parts=())
+    assert notices(content_of(replace(found, verdict=poor)))[0].level is Level.POOR
+    assert notices(content_of(reports.plain()))[0].text.startswith("Not tested on held-out strokes")
 
 
 @pytest.mark.parametrize("outcome", list(Outcome))
 def test_every_caution_keeps_its_words(outcome: Outcome) -> None:
-    content = content_of(replace(reports.plain(), findings={outcome: ""}))
+    content = content_of(replace(reports.plain(), findings=(Finding(outcome),)))
     last = notices(content)[-1]
     words = f"{last.text} {last.advice}".lower().replace(":", "").replace(";", "").replace(".", "").split()
     assert words == outcome.value.lower().replace(":", "").replace(";", "").replace(".", "").split()
@@ -103,7 +108,6 @@ def test_both_figures_stand_beside_each_other_where_they_differ() -> None:
     texts = " ".join(block.text for section in content.sections for block in section.blocks if isinstance(block, Text))
     assert f"RNL {own['rnl']:.4f}" in texts
     assert f"as fitted, with what was removed, it is RNL {fitted['rnl']:.4f}" in texts
-    assert notices(content)[0].text.startswith("The saved spring alone differs from what was recorded")
     assert "RNL as fitted" not in table_of(content_of(reports.plain()), "Records and fit").header
 
 

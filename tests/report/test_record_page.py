@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from browser import chromium, opened
-from strandspring import Record, bundled_record, show
-from strandspring.loops.wanted import Wanted
+from springs import MOUNT
+from strandspring import Record, Spring, bundled_record, select, show
+from strandspring.loops.selection import Wanted
+from strandspring.report.record_page import overview
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -81,3 +83,32 @@ def test_a_record_that_no_spring_has_made_is_shown_with_the_reason(tmp_path: Pat
     path = np.sin(np.linspace(0.0, 20.0, 2000))
     page = show(Record(1e-3 * path, -1e3 * path, path="backwards.csv"), tmp_path / "page.html")
     assert "No spring would be identified: backwards.csv" in page.read_text(encoding="utf-8")
+
+
+def test_an_overview_tells_cycles_and_spikes() -> None:
+    time = np.linspace(0.0, 10.0, 4001)
+    path = 0.05 + 0.025 * np.sin(2.0 * np.pi * time)
+    force = Spring(MOUNT).response(path) + np.random.default_rng(3).normal(0.0, 0.2, path.size)
+    force[1000] += 5000.0
+    record = Record(path, np.minimum(force, 1e4), time)
+    seen = overview(record)
+    assert (seen.strokes, len(seen.cycles)) == (21, 9)
+    for number, cycle in enumerate(seen.cycles, 1):
+        assert cycle.figures.amplitude == pytest.approx(0.025, rel=1e-3)
+        assert cycle.frequency == pytest.approx(1.0, rel=1e-2)
+        part = select(record, cycles=(number, number))
+        np.testing.assert_array_equal(part.force, record.force[cycle.first_sample : cycle.last_sample + 1])
+    assert {reason: samples.tolist() for reason, samples in seen.left_out.items()} == {"spikes": [1000]}
+
+
+def test_an_overview_tells_dwells_clipping_and_selection() -> None:
+    time = np.arange(0.0, 12.0, 0.0025)
+    phase = np.interp(time, [0.0, 4.25, 6.25, 12.0], [0.0, 4.25, 4.25, 10.0])
+    path = 0.05 + 0.025 * np.sin(2.0 * np.pi * phase)
+    force = np.minimum(Spring(MOUNT).response(path), 700.0)
+    record = select(Record(path, force, time), displacement=(None, 0.07))
+    reasons = overview(record).left_out
+    assert set(reasons) == {"clipped", "dwells", "not selected"}
+    np.testing.assert_array_equal(reasons["clipped"], np.flatnonzero(force == 700.0))
+    np.testing.assert_array_equal(reasons["not selected"], np.flatnonzero(path > 0.07))
+    assert time[reasons["dwells"][0]] == pytest.approx(4.25, abs=0.1)

@@ -17,7 +17,7 @@ from strandspring import SpringParameters, isolate_system, simulate
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.modelled import steady_loop_figures
+from strandspring.loops.loop import steady_loop_figures
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.parts import Tolerance, scaled
 from strandspring.vibration.catalogue.catalogue_spring import CatalogueValues, spring_from_catalogue

@@ -14,7 +14,7 @@ from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.modelled import steady_loop_figures
+from strandspring.loops.loop import steady_loop_figures
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops

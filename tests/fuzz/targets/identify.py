@@ -32,7 +32,6 @@ from strandspring import (
     PaperOptions,
     Record,
     RefinedOptions,
-    ScanOptions,
     Spring,
     SpringParameters,
     StrandspringError,
@@ -98,7 +97,7 @@ def _by_command(dice: Dice, folder: Path, records: list[Record]) -> str:
     for k, record in enumerate(records):
         files.append(str(folder / f"record_{k}.csv"))
         record.save(files[-1])
-    extra = _one(dice, ([], ["--degrees", "3,2"], ["--robust"], ["--method", "two-stage"], ["--method", "scan"]))
+    extra = _one(dice, ([], ["--degrees", "3,2"], ["--robust"], ["--method", "two-stage"]))
     printed, said = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
         try:
@@ -126,23 +125,20 @@ def _one(dice: Dice, items: Any) -> Any:
 
 def _method(dice: Dice) -> Any:
     degrees = _one(dice, (None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 8)))
-    kind = int(dice.integers(11))
+    kind = int(dice.integers(10))
     if kind < 5:
         return RefinedOptions()
     if kind < 7:
         return RefinedOptions(
             degrees=degrees,
             robust=bool(dice.random() < 0.5),
-            bootstrap=int(_one(dice, (0, 0, 5))),
             moving_mass=float(_one(dice, (0.0, 0.0, 1.0, 1e12))),
             fixture_stiffness=float(_one(dice, (math.inf, math.inf, 1e3, 1e-9))),
             delay=_one(dice, (None, None, 0.0, 1e-3, -1e9)),
         )
     if kind == 7:
-        return ScanOptions(degrees=degrees)
-    if kind == 8:
         return TwoStageOptions(degrees=degrees)
-    if kind == 9:
+    if kind == 8:
         return PaperOptions(
             degrees, smoothing=_one(dice, (None, 0, 3, 10_000)), branch=_one(dice, ("loading", "unloading"))
         )

@@ -37,7 +37,7 @@ from strandspring.campaigns.studies.definition import RunRow, Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.errors import StrandspringError
-from strandspring.loops.wanted import Wanted
+from strandspring.loops.selection import Wanted
 from strandspring.model.modelfile import ModelFile
 from studies import CHEAP
 

@@ -36,7 +36,7 @@ _ABSURD = (
 _NUMBERS = ("0.03", "0.5", "1", "2", "3", "0.001", "20", "1e-6", "1e6", "1e9")
 # Options that may take long with what they allow, with values for which they do not.
 _FEW = {
-    "bootstrap": "2", "posterior": "2", "draws": "2", "points": "5", "samples": "40", "cycles": "2", "workers": "1",
+    "draws": "2", "points": "5", "samples": "40", "cycles": "2", "workers": "1",
     "smoothing": "5",
 }  # fmt: skip
 _SENSIBLE = {

@@ -19,8 +19,7 @@ import pandas as pd
 from harness import main
 from pieces.records_judge import judged
 from pieces.records_pieces import ABSURD_COLUMNS, ABSURD_NAMES, ABSURD_NUMBERS, ABSURD_UNITS, chance, mutated, one_of
-from strandspring.loops.description_file import entries, read_campaign
-from strandspring.loops.wanted import Wanted
+from strandspring.loops.selection import Wanted, entries, read_campaign
 from strandspring.records.given import given_records
 from strandspring.records.record import Record
 

@@ -120,11 +120,8 @@ def _full_uncertainty(dice: random.Random, parameters: dict[str, Any]) -> dict[s
         "prediction_interval": {"level": 0.95, "factor": 2.0, "additive": 0.1, "relative": 0.01, "error": 0.02,
                                 "half_width": 0.2, "held_out_coverage": 0.95, "held_out_cycles": 2},
         "indistinct": ["rho and n are strongly correlated in these records (0.990)"],
-        "bootstrap": {**errors, "repetitions": 20, "seed": 0},
-        "posterior": {**{name: [parameters[name]] * 5 for name in HYSTERETIC}, "steps": 100, "seed": 0,
-                      "long_enough": False},
     }  # fmt: skip
-    for name in ("interval_95", "joint", "prediction_interval", "bootstrap", "posterior", "correlation", "indistinct"):
+    for name in ("interval_95", "joint", "prediction_interval", "correlation", "indistinct"):
         if dice.random() < 0.3:
             del known[name]
     return known
@@ -282,7 +279,7 @@ def _doubled(dice: random.Random, content: dict[str, Any]) -> None:
     if isinstance(container, list):
         container.insert(key, container[key])
     else:
-        container[dice.choice(("extra", "", "Rho", "FE_knots", "kE", "joint", "posterior"))] = container[key]
+        container[dice.choice(("extra", "", "Rho", "FE_knots", "kE", "joint"))] = container[key]
 
 
 def _swapped(dice: random.Random, content: dict[str, Any]) -> None:

@@ -18,7 +18,7 @@ from strandspring.loops.campaign import (
     rate_independence,
 )
 from strandspring.loops.cycles import find_cycles
-from strandspring.loops.modelled import steady_loop
+from strandspring.loops.loop import steady_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 
 FREQUENCIES = (0.13, 0.5, 2.12)  # the paper's range [Hz]
