@@ -331,11 +331,10 @@ IDENTIFIED: dict[str, tuple[str, ...]] = {
         f"{name}, {method}": (*record, "--method", method)
         for (name, record), method in product(
             {"hinge": HINGE_RECORD, "actuator": ACTUATOR, "plastic": PLASTIC}.items(),
-            ("refined", "two-stage", "scan"),
+            ("refined", "two-stage"),
         )
     },
     "hinge, robust": (*HINGE_RECORD, "--robust"),
-    "hinge, bootstrap": (*HINGE_RECORD, "--bootstrap", "10", "--seed", "5"),
     "hinge, cubic": (*HINGE_RECORD, "--degrees", "3,2"),
     "hinge, paper": (*HINGE_RECORD, "--method", "paper"),
     "actuator, robust": (*ACTUATOR, "--robust"),
@@ -347,8 +346,6 @@ IDENTIFIED: dict[str, tuple[str, ...]] = {
     "noisy, smoothed": ("noisy", "--method", "paper", "--smoothing", "4", "--degrees", "3,2"),
     "noisy, cubic": ("noisy", "--degrees", "3,2"),
     "noisy, robust": ("noisy", "--robust"),
-    "noisy, scan": ("noisy", "--method", "scan"),
-    "quantised, scan": ("quantised", "--method", "scan", "--degrees", "3,2"),
     "several": ("small", "fast", "--degrees", "3,2"),
     "several, two-stage": ("small", "fast", "--method", "two-stage"),
     "paper, ni": ("paper", "--method", "ni"),

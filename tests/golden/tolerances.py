@@ -110,7 +110,7 @@ def _predict(_case: Case, name: str, kept: Outputs) -> Tolerance:
 _HARDLY_KNOWN = {"drowned, ni": 5e-2}
 # Ni's method differentiates by differences of 1e-6 and stops there: parameters repeat to 3e-6 when rounding changes.
 _NI = 3e-5
-_STATED = 1e-6  # two-stage and scan do not iterate
+_STATED = 1e-6  # two-stage does not iterate
 _NO_NOISE = 1e-9  # standard errors below this share of the parameter are rounding
 
 
@@ -156,7 +156,7 @@ def _of_error(name: str, kept: Outputs) -> Tolerance:
     value = np.abs(numbers(kept[f"uncertainty.{name}"]))
     if name.startswith("correlation"):
         return 1e-2
-    of = f"parameters.{name.removeprefix('bootstrap.')}"
+    of = f"parameters.{name}"
     scale = np.abs(numbers(kept[of if of in kept else "parameters.kappa_omega"]))
     return 1e-2 * value + _NO_NOISE * scale
 
