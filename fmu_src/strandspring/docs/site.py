@@ -24,9 +24,9 @@ from ..ground.scratch import TemporaryFolder
 # Pages by their reader, in the order in which they are read.
 CHAPTERS = {
     "Start": ("overview", "tutorial", "gallery", "limits"),
-    "Test engineer": ("test-engineer", "rig-files", "cautions", "planning"),
+    "Test engineer": ("test-engineer", "rig-files", "findings", "planning"),
     "Simulation engineer": (
-        "simulation-engineer", "fmu-kinds", "branches", "tools", "tool-tests", "coupling", "export", "real-time",
+        "simulation-engineer", "fmu-kinds", "tools", "tool-tests", "coupling", "export", "real-time",
     ),
     "Designer": ("designer", "clusters"),
     "Isolator engineer": ("systems", "catalogue", "system-studies", "system-file", "load-cases"),
