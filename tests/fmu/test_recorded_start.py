@@ -76,7 +76,7 @@ def test_what_was_left_out_of_the_fit_tells_where_it_began() -> None:
     path = rig(0.0)
     model = identify(Record(path, Spring(RUBBER).response(path, omega_start=-0.6), TIME)).model_file()
     assert model.fit["records"][0]["first_sample"] == 101
-    assert model.start.omega == pytest.approx(-0.6, abs=0.01)  # of parameters, identified to within 1 %
+    assert model.start.omega == pytest.approx(-0.6, abs=0.05)  # of a force within 0.03 %, one 20th of kappa_omega
 
 
 @pytest.mark.parametrize("zero", np.linspace(0.001, 0.019, 7).tolist())

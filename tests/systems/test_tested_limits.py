@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import SystemFile, read_description, system_of_content
+from strandspring.vibration.verdicts import answers
 
 CRADLE = read_description(SYSTEMS / "gun_cradle.toml") | {"case": []}
 ROUND = {"name": "round", "direction": "-x", "force": {"pulse": "half-sine", "peak": "15 kN", "duration": "4 ms"}}
@@ -94,10 +96,10 @@ def test_a_file_without_a_load_case_has_no_verdict(tmp_path: Path) -> None:
         simulate(described([ROUND]), cases=[])
 
 
-def test_a_case_of_which_most_draws_are_refused_is_refused() -> None:
-    """20 t on mounts for 20 kg: of 16 draws 4 reach the end."""
-    content = read_description(SYSTEMS / "electronics_box.toml")
-    content["body"][0]["mass"] = "20 t"
-    file = system_of_content(content, FilesOfFolder(SYSTEMS))
+def test_a_case_of_which_most_draws_are_refused_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Found with 20 t on mounts for 20 kg, where it hangs on the last digits of the springs."""
+    refused = SimpleNamespace(refused=12, count=16, reason="drop: the energy balance is off")
+    monkeypatch.setattr(answers, "drawn_case", lambda *_: refused)
+    file = system_of_content(read_description(SYSTEMS / "electronics_box.toml"), FilesOfFolder(SYSTEMS))
     with pytest.raises(MountedSystemError, match=r"^12 of 16 draws are refused, most often: drop: "):
-        simulate(file, cases="drop", candidates="standard", draws=16, step=5e-4)
+        simulate(file, cases="drop", candidates="standard", draws=16)
