@@ -289,6 +289,8 @@ def test_few_samples_in_a_cycle_are_no_effect_of_the_rig(wave: str, samples: flo
     found = identify(Record(path[::finer], force + noise, 0.1 * np.arange(force.size)))
     assert not found.effects
     assert Outcome.TURNS_BETWEEN_SAMPLES in found.outcomes or laws(found.parameters) == pytest.approx(laws(known), 0.05)
+    # Three standard errors; with reversals at samples sigma and n of the triangles are several times too large.
+    assert samples < 12.0 or laws(found.parameters) == pytest.approx(laws(known), 0.03)
     small = MEAN + found.certainty.unrecorded.amplitude * np.sin(np.linspace(0.0, 20.0 * np.pi, 4001))
     energy = np.trapezoid(Spring(known).response(small)[-401:], small[-401:])
     unrecorded = found.certainty.unrecorded

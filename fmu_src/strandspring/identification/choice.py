@@ -261,19 +261,19 @@ def _begun(problem: Problem) -> Problem:
     way, in records whose first strokes are fitted: a mount that is unloaded need not be at rest.
     """
     samples = problem.samples
-    points = [np.log([rate, 0.3, 1.0]) for rate in _RATES[1:]]
     fitted = np.isin(samples.strokes[:, 0], samples.strokes[np.unique(samples.stroke_of_row), 0])
     for k, turning in enumerate(samples.turning):
         if fitted[np.flatnonzero(samples.strokes[:, 0] == turning[0])[0]]:
             starts = problem.starts.copy()
             starts[k] = -np.sign(samples.displacement[turning[1]] - samples.displacement[turning[0]])
             other = Problem(samples, starts, problem.roots)
-            squares = [_best_of_few(each, points) for each in (problem, other)]
+            squares = [flexible_misfit(each) for each in (problem, other)]
             problem = other if squares[1] < _LOADED_BETTER * squares[0] else problem
     return problem
 
 
-def _best_of_few(problem: Problem, points: Sequence[FloatArray]) -> float:
-    """The squared misfit of a flexible class near the best of some points."""
+def flexible_misfit(problem: Problem) -> float:
+    """The squared misfit of a flexible class, near the best of some points."""
+    points = [np.log([rate, 0.3, 1.0]) for rate in _RATES[1:]]
     start = min(points, key=lambda q: problem.squares(_FLEXIBLE, q))
     return problem.local(_FLEXIBLE, start, 8, 1e-2).squares

@@ -18,7 +18,7 @@ from ..kernel.arrays import FloatArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from .certainty import Certainty, certainty
-from .choice import Allowed, Choice, Judged, Search, choose
+from .choice import Allowed, Choice, Judged, Search, choose, flexible_misfit
 from .findings import State
 from .fit import Fit, Problem
 from .method import Fitted, Method, Stage, begin
@@ -31,6 +31,8 @@ from .verdict import Verdict, digits, groups
 _SEARCHED = 900  # rows on which classes are compared
 _MOST_BRANCHES = 2  # that are chosen without being asked for
 _TRIED = 12  # springs at most until one meets its certificate
+_COARSE = 50  # samples a stroke, up to which reversals between them are sought
+_RESTORED = 0.9  # squared misfit in that with reversals at samples, up to which they are taken
 _DELAYED = 0.5  # squared misfit in that without a delay, up to which one is taken out
 _ONE_RATE = 1.5  # ratio of frequencies up to which there is one
 _DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
@@ -118,6 +120,7 @@ class RefinedOptions(Method):
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
         """The springs of the classes by their held-out errors, the best first."""
         begin(Stage.SEARCHING)
+        samples = _turning(samples)
         choice, delay = self._chosen(samples.thinned(_SEARCHED))
         if delay:
             samples = samples.on([lagging(record, delay) for record in samples.records])
@@ -183,6 +186,16 @@ class RefinedOptions(Method):
             spring, tuple(findings), effects=effects, nuisance=_nuisance(samples, offsets, drift), delay=delay,
             certainty=known, verdict=verdict,
         )  # fmt: skip
+
+
+def _turning(samples: Samples) -> Samples:
+    """Samples of coarse records with reversals between their samples, if a flexible spring follows these better."""
+    if samples.displacement.size > _COARSE * len(samples.strokes):
+        return samples
+    variants = [samples, samples.restored(corners=False), samples.restored(corners=True)]
+    misfits = [flexible_misfit(Problem(each.thinned(_SEARCHED))) for each in variants]
+    best = int(np.argmin(misfits))
+    return variants[best] if misfits[best] < _RESTORED * misfits[0] else samples
 
 
 def _nuisance(samples: Samples, offsets: FloatArray, drift: float) -> tuple[FloatArray, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +82,26 @@ class Samples:
     def on(self, records: Sequence[Record]) -> Samples:
         """The same rows of other records, of as many samples."""
         return replace(self, records=tuple(records))
+
+    def restored(self, corners: bool) -> Samples:
+        """The same rows on paths that turn between samples: where the lines through two samples on either side of a
+        reversal meet, or at the vertex of the parabola through it and its neighbours.
+        """
+        records, shifts, added = [], [], [0]
+        for record, turning, begin in zip(self.records, self.turning, self.begins, strict=False):
+            places, beyond = _turns_between(record.displacement, turning[1:-1] - begin, corners)
+            columns: dict[str, Any] = {
+                name: np.insert(column, places, 0.5 * (column[places - 1] + column[places]))
+                for name in ("force", "time")
+                if (column := getattr(record, name)) is not None
+            }
+            if record.compared is not None:
+                columns["compared"] = np.insert(record.compared, places, values=False)
+            records.append(replace(record, displacement=np.insert(record.displacement, places, beyond), **columns))
+            shifts.append(added[-1] + np.searchsorted(places, np.arange(len(record)), side="right"))
+            added.append(added[-1] + places.size)
+        rows = self.rows + np.concatenate(shifts)[self.rows]
+        return replace(self, records=tuple(records), rows=rows)
 
     @cached_property
     def displacement(self) -> FloatArray:
@@ -228,6 +249,23 @@ def _groups_of_length(length: FloatArray) -> list[BoolArray]:
         cuts = np.quantile(order, [0.4, 0.75])
     group = np.searchsorted(cuts, np.log(np.maximum(length, 1e-12)))
     return [group == k for k in np.unique(group) if (group == k).mean() < _LARGEST_FOLD]
+
+
+def _turns_between(x: FloatArray, top: IndexArray, corners: bool) -> tuple[IndexArray, FloatArray]:
+    """Samples before which a path turns, where that is beyond both neighbours, and the displacements there [m]."""
+    side = np.sign(2.0 * x[top] - x[top - 1] - x[top + 1])
+    # Crests upwards: two samples on either side.
+    y = side * x[np.clip(top + np.arange(-2, 3)[:, None], 0, x.size - 1)]
+    later = y[3] >= y[1]
+    far, near, following = np.where(later, y[[1, 3, 4]], y[[3, 1, 0]])
+    rise, fall, bend = y[2] - far, near - following, 2.0 * y[2] - near - far
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if corners:
+            beyond = rise * np.clip((near + fall - y[2]) / (rise + fall), 0.0, 1.0)
+        else:
+            beyond = (near - far) ** 2 / (8.0 * bend)
+    turns = beyond > 0.0
+    return (top + later)[turns], side[turns] * (y[2] + beyond)[turns]
 
 
 def _raw_strokes(path: FloatArray) -> tuple[IndexArray, IndexArray]:
