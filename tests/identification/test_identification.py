@@ -25,6 +25,7 @@ from strandspring import (
     identify,
     read_record,
     select,
+    synthesize_ni,
 )
 from strandspring.identification.figures import predict_record, rmse, rnl
 from strandspring.kernel.path import PathSolver
@@ -273,6 +274,13 @@ def test_outliers_hardly_move_the_robust_fit() -> None:
     single = replace(noisy, force=np.where(np.arange(1500) == 700, 250.0, noisy.force))
     assert Outcome.SPIKES in identify(single, CUBIC).outcomes
     assert identify(single, RefinedOptions((3, 2), robust=True)).outcomes == (Outcome.ONE_AMPLITUDE,)
+
+
+def test_noise_that_drowns_a_loop_is_no_stick_slip() -> None:
+    clean, noisy = (synthesize_ni(0.00545, 1.0, noise=noise) for noise in (0.0, 0.03))
+    predicted = predict_record(PathSolver(identify(noisy).parameters), clean).predicted
+    # Twelve parameters, 1 000 samples, 7.5 N: 0.8 N.
+    assert rmse(clean.force, predicted) < 1.2
 
 
 @pytest.mark.parametrize(

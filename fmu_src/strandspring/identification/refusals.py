@@ -286,7 +286,9 @@ def impossible(part: Strokes) -> IdentificationError | None:
     # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
     least = _SNAP * max(span, 3.0 * abs(loop.height))
     pieces = [slice(part.turning[k], part.turning[k + 1] + 1) for side in (1, -1) for k in part.full(side)]
-    if np.median([turning_points(part.smooth[piece], least).size - 2 for piece in pieces]) >= _CHATTER:
+    # Noise reaches four standard deviations to either side.
+    turns = max(least, 2.0 * SURE * part.noise)
+    if np.median([turning_points(part.smooth[piece], turns).size - 2 for piece in pieces]) >= _CHATTER:
         return IdentificationError(Outcome.STICK_SLIP, record.path)
     for branch in (loop.loading, loop.unloading):
         fall = np.max(np.maximum.accumulate(branch) - branch)
