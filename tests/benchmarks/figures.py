@@ -33,7 +33,7 @@ COMMANDS = {
     "honesty-noise": "honesty.py noise",
     "honesty-intervals": "honesty.py intervals",
     "honesty-spans": "honesty.py spans",
-    "honesty-ends": "honesty.py ends",
+    "held-out": "held_out.py",
     "zoo": "zoo.py run --seed 7 --count 8",
     "zoo-heldout": "zoo.py heldout --seed 7 --count 2",
     "zoo-measured": "zoo.py measured",
