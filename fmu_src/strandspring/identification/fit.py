@@ -14,7 +14,7 @@ which the kernel gives exactly. No record is differentiated: a dashpot is a bran
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -407,8 +407,3 @@ class Linear:
     base: float
     fall: float
     normal: FloatArray
-
-
-def with_further(fit: Fit, **changes: object) -> SpringClass:
-    """The class of a fit, changed."""
-    return replace(fit.spring_class, **changes)  # type: ignore[arg-type]
