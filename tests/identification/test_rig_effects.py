@@ -21,6 +21,7 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     Spring,
+    SpringParameters,
     identify,
 )
 from synthetic import record_of, sine, spring_of
@@ -272,3 +273,15 @@ def test_times_are_needed(options: dict[str, float], word: str) -> None:
     steps = replace(record, time=np.floor(np.arange(len(record)) / 4.0))
     with pytest.raises(RecordError, match="time"):
         identify(steps, RefinedOptions(**options))
+
+
+def test_zeros_of_records_without_names_are_all_kept() -> None:
+    """Arrays are all called the same: of two zeros one was lost."""
+    noise = np.random.default_rng(0)
+    spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    records = []
+    for amplitude, zero in ((0.02, 0.0), (0.012, 3.0)):
+        path = amplitude * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500))
+        records.append(Record(path, spring.response(path) + zero + 0.05 * noise.standard_normal(1500)))
+    zeros = list(identify(records).effects["force_zero"].values())
+    assert zeros == pytest.approx([-1.5, 1.5], abs=0.01)  # 0.05 N over the root of 1 500, ten times

@@ -175,7 +175,9 @@ class RefinedOptions(Method):
             effects["delay"] = delay
             findings.append(Finding(Outcome.DELAY, {"delay": delay}, "", f"{1e3 * delay:.3g} ms"))
         if offsets.any():
-            names = [PurePath(record.path).name for record in samples.measured]
+            files = [PurePath(record.path).name for record in samples.measured]
+            # Arrays, and files of several folders, may have one name.
+            names = [name if files.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(files, 1)]
             effects["force_zero"] = dict(zip(names, offsets.tolist(), strict=True))
             text = ", ".join(f"{name} {size:+.3g} N" for name, size in effects["force_zero"].items())
             findings.append(Finding(Outcome.FORCE_ZERO, {"range": float(np.ptp(offsets))}, "", text))
