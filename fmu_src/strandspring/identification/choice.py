@@ -2,8 +2,9 @@
 
 A class is compared with another by the logarithms of their held-out errors, fold by fold. It is taken if their mean
 difference is below -3 %, and below its own standard error over the folds: one fold that extrapolates decides nothing,
-and chance takes little. From the simplest spring each step takes the best of all classes that are one or two
-steps richer; at the end whatever costs nothing is dropped again.
+and chance takes little. From the simplest spring each step takes the best of all classes that are a few degrees, a
+branch, a mechanism or a nuisance richer; at the end whatever costs nothing is dropped again. Where nothing but noise is
+left, held-out errors are those of the noise, and a criterion decides on degrees.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from ..kernel.arrays import FloatArray
 from .bases import AMPLIFIER, ELASTIC, step_on
 from .fit import Fit, Problem, SpringClass
 
-_BETTER, _ERRORS = 0.03, 1.0
-_NO_WORSE = 0.01  # by which it may rise for a simpler class
+_BETTER = 0.03  # by which a logarithm of errors must fall
+NO_WORSE = 0.01  # by which it may rise for a simpler class, or for one that predicts as well
 _FLOOR = 1e-6  # mean squared error over the force's variance that is none
 _STEPS = 7  # of the climb
 # rho*h, sigma - 1/2 and n where the search begins, and tau in cycles.
@@ -167,7 +168,7 @@ class Search:
         return rows * math.log(fit.squares + _FLOOR) + 2.0 * parameters * math.log(math.log(rows))
 
     def richer(self, c: SpringClass, only_degrees: bool) -> Iterator[SpringClass]:
-        """The classes one or two steps richer."""
+        """The classes up to three steps richer in FE, two in FA, and one in all else."""
         if self.allowed.degrees is None:
             elastic = dict.fromkeys(step_on(ELASTIC, c.elastic, step) for step in (1, 2, 3))
             yield from (replace(c, elastic=other) for other in elastic if other != c.elastic)
@@ -224,7 +225,7 @@ class Search:
                     judged = self.judged(fit)
                     mean, error = difference(judged, current)
                     pays = not is_noise or self.criterion(fit) < self.criterion(current.fit)
-                    if pays and mean <= min(error, _NO_WORSE):
+                    if pays and mean <= min(error, NO_WORSE):
                         current = judged
                         break
             else:

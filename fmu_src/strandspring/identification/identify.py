@@ -186,10 +186,10 @@ def _certified(
     spoke against the first one, in words.
     """
     failure = ""
+    firsts = [int(np.argmax(mask)) for mask in _fitted_rows(samples, usable)]
     try:
         for fitted in method.candidates(samples, where):
             solver = PathSolver(fitted.parameters)
-            firsts = [int(np.argmax(mask)) for mask in _fitted_rows(samples, usable)]
             fits = tuple(predict_record(solver, *inputs) for inputs in zip(group, firsts, strict=True))
             driven = _driven(fits, group)
             problem = shortcoming(fitted.parameters, ForceRange.of(driven), driven)

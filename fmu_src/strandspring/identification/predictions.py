@@ -24,7 +24,7 @@ from ..loops.noise_levels import noise_level
 from ..model.joint import LEVEL
 from ..records.record import Record
 from .bases import AMPLIFIER, ELASTIC, fraction, step_on
-from .choice import Allowed, Choice, Judged, Search, difference
+from .choice import NO_WORSE, Allowed, Choice, Judged, Search, difference
 from .fit import NOISE_ONLY, Fit, Problem
 from .noise import autocorrelation_time, growing_variance, white_variance
 from .samples import BoolArray, IndexArray, Samples
@@ -39,7 +39,6 @@ _CYCLES, _STEPS = 10, 60  # of small loops, until they are steady, and steps of 
 # Reversals of nested loops after a full cycle, in halves of the range.
 _NESTED = (1.0, -1.0, 0.6, -0.2, 0.6, -0.3, 0.3, -0.3, 0.3, 0.2, 0.8, 0.2, 0.8, -1.0)
 _ALIKE = (1.5, 0.7)  # longest stroke in their median, and shortest fifth in the longest, of one amplitude
-_NO_WORSE = 0.01  # logarithm of held-out errors by which a rival may be worse in any case
 # rho*h, sigma - 1/2 and n where further minima are sought.
 _ELSEWHERE = ((1.0, 4.0, 20.0, 100.0), (0.05, 0.6, 5.0), (0.2, 1.0, 5.0))
 _STARTS, _WORSE = 4, 1.3  # minima that are sought, and squared misfit in the best up to which one is judged
@@ -273,7 +272,7 @@ def _ties(choice: Choice) -> Iterator[Judged]:
     """All fits that predict held-out strokes as well as the best one."""
     for judged in (*choice.seen, *_elsewhere(choice)):
         mean, error = difference(judged, choice.best)
-        if mean <= max(error, _NO_WORSE):
+        if mean <= max(error, NO_WORSE):
             yield judged
 
 

@@ -22,9 +22,8 @@ from ..loops.noise_levels import is_white_noise, noise_level, path_noise_level
 from ..loops.turning import turning_points
 from ..model.outcomes import IdentificationError, Outcome
 from ..records.record import Record
-from .samples import BoolArray, IndexArray
+from .samples import REVERSAL, BoolArray, IndexArray
 
-REVERSAL = 0.05  # of the range, from which motion back is a stroke: ten times the noise of a poor sensor
 FULL = 0.9  # of the longest stroke, from which a stroke is a full one: tests repeat amplitudes more exactly
 SURE = 4.0  # standard errors that chance does not reach in thousands of tests
 RESOLVED = 5e-4  # of the range: noise above blurs reversals, and motion within four times that is a rest

@@ -24,7 +24,7 @@ from ..records.record import Record
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-_REVERSAL = 0.05  # of a record's range, from which motion back is a stroke
+REVERSAL = 0.05  # of a record's range, from which motion back is a stroke: ten times the noise of a poor sensor
 _FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
 _LOADED = 0.05  # first force in the span, from which a record begins under load
 _MOST_BLOCKS = 6  # of consecutive strokes among the folds
@@ -137,7 +137,7 @@ class Samples:
     def turning(self) -> list[IndexArray]:
         """First sample, reversals and last sample of each record, numbered through all records."""
         return [
-            begin + turning_points(record.displacement, _REVERSAL * float(np.ptp(record.displacement)))
+            begin + turning_points(record.displacement, REVERSAL * float(np.ptp(record.displacement)))
             for begin, record in zip(self.begins, self.records, strict=False)
         ]
 

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
-from ..identification.samples import IndexArray, Samples
+from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import least_reversal, noise_level, path_noise_level
-from ..loops.turning import turning_points
+from ..loops.cycles import find_strokes
+from ..loops.noise_levels import noise_level
 from ..records.record import Record
 
 _NOISE = 12.0  # standard deviations of the displacement's noise, which a million samples do not span
@@ -78,14 +78,9 @@ def whole_periods(
     return _monotone(moved.mean(axis=0)), forces
 
 
-def _turns(x: FloatArray) -> IndexArray:
-    """First sample, reversals that are not noise, last sample."""
-    return turning_points(x, max(_NOISE * path_noise_level(x), least_reversal(x)))
-
-
 def _period(x: FloatArray, clock: FloatArray, step: float) -> float:
     """Period in units of the clock: from the crossings of the middle, or the whole record if it closes."""
-    turns = _turns(x)
+    turns = find_strokes(x).turning
     if turns.size < 3:
         raise RecordError(
             f"the displacement must hold at least one whole period, got {turns.size - 1} stroke(s); record longer."
@@ -117,7 +112,7 @@ def _monotone(period: FloatArray) -> FloatArray:
     """The period without reversals that are noise."""
     top = int(np.argmax(period))
     x = np.append(np.roll(period, -top), period[top])
-    turns = _turns(x)
+    turns = find_strokes(x).turning
     for begin, end in zip(turns[:-1], turns[1:] + 1, strict=True):
         side = np.sign(x[end - 1] - x[begin])
         stroke = side * x[begin:end]
