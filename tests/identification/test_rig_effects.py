@@ -91,7 +91,7 @@ def test_the_size_of_an_effect_is_found_and_it_is_no_part_of_the_spring(fault: s
 
 @pytest.mark.parametrize(
     ("share", "noise"),
-    [(0.03, 0.01), (0.3, 0.01), wrong(1.0, 0.01, why="not found"), wrong(0.1, 0.0, why="not found without noise")],
+    [(0.03, 0.01), (0.3, 0.01), wrong(1.0, 0.01, why="not found"), (0.1, 0.0)],
 )
 def test_a_drift_is_found_whatever_its_size(share: float, noise: float) -> None:
     record = record_of(spring_of(1.0, 1.0), sine(6), noise=noise)
@@ -108,7 +108,7 @@ def test_a_drift_is_found_whatever_its_size(share: float, noise: float) -> None:
         ("force leads", 0, 8),  # straight lines between the samples of this sine are further off than the noise
         # A triangle's velocity jumps where the delay is measured.
         wrong("force leads", 1, 0, why="energy 30 % too large, beyond its range"),
-        wrong("force leads", 1, 16, why="sigma takes it over: energy 32 % too large, beyond its range"),
+        ("force leads", 1, 16),  # sigma may take it over
         pytest.param("force leads", 5, 14, marks=pytest.mark.slow),  # the same with an FE of degree 7
         # sigma is large, so that a triangle's reversals look like those of a play.
         wrong("force lags", 0, 12, why="energy 13 % too small, beyond its range"),
@@ -116,12 +116,8 @@ def test_a_drift_is_found_whatever_its_size(share: float, noise: float) -> None:
         pytest.param("force lags", 5, 4, marks=pytest.mark.slow),  # as measured the branches cross
         ("force leads", 6, 17),  # as measured the force collapses
         # Of one amplitude and hardly any noise, at some 250 samples in a cycle.
-        *(
-            wrong(fault, shape, 1, why="FE, FA of degree 8 or a second mechanism take it over: energy 5 to 29 % off")
-            for fault in ("force lags", "force leads")
-            for shape in ("sine", "triangle")
-        ),
-        wrong("force leads", None, 2, why="a branch takes it over at three amplitudes: energy as much too large"),
+        *((fault, shape, 1) for fault in ("force lags", "force leads") for shape in ("sine", "triangle")),
+        ("force leads", None, 2),  # a branch may take it over at three amplitudes
     ],
 )
 def test_a_delay_is_found_or_leaves_the_spring_right_or_is_said(fault: str, seed: Any, index: int) -> None:
@@ -138,10 +134,12 @@ def test_a_delay_is_found_or_leaves_the_spring_right_or_is_said(fault: str, seed
     assert is_found or not truth.wrong or Outcome.LACK_OF_FIT in found.outcomes or holds
 
 
-def test_loops_of_one_amplitude_that_run_backwards_are_refused_with_the_lag() -> None:
-    with pytest.raises(IdentificationError, match=r"If the force lags, then by more than 9\.72 ms") as refused:
-        identify(drawn("force lags", 0, 14).records)
-    assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
+def test_a_lag_that_turns_loops_of_one_amplitude_round_is_found() -> None:
+    case = drawn("force lags", 0, 14)
+    found = identify(case.records)
+    # The lag of one amplitude is hardly distinct from sigma.
+    assert found.effects["delay"] == pytest.approx(lag(case, "force lags"), rel=0.05)
+    assert not is_wrong(case, found)
 
 
 @pytest.mark.parametrize("index", range(2))

@@ -19,11 +19,10 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from .bases import AMPLIFIER, ELASTIC, step_on
-from .fit import Fit, Problem, SpringClass
+from .fit import NOTHING, Fit, Problem, SpringClass
 
 _BETTER = 0.03  # by which a logarithm of errors must fall
 NO_WORSE = 0.01  # by which it may rise for a simpler class, or for one that predicts as well
-_FLOOR = 1e-6  # mean squared error over the force's variance that is none
 _STEPS = 7  # of the climb
 # rho*h, sigma - 1/2 and n where the search begins, and tau in cycles.
 _RATES, _EXCESSES, _EXPONENTS = (1.0, 3.0, 10.0, 40.0), (0.15, 1.2), (0.4, 1.0, 2.5)
@@ -67,7 +66,7 @@ class Judged:
     @property
     def logarithm(self) -> float:
         """Mean over the folds; differences of halves of it are relative errors."""
-        return float(np.mean(np.log(self.errors + _FLOOR)))
+        return float(np.mean(np.log(self.errors + NOTHING)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +77,25 @@ class Choice:
     seen: tuple[Judged, ...]
     problem: Problem
 
+    @cached_property
+    def is_noise(self) -> bool:
+        """Whether the best class leaves nothing but noise."""
+        return self.problem.is_noise(self.best.fit)
+
+    @property
+    def criterion(self) -> float:
+        """That of the best class, see `Problem.criterion`."""
+        return self.problem.criterion(self.best.fit)
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether one mechanism without branches leaves nothing but noise."""
+        return self.is_noise and self.best.fit.spring_class.nonlinear == 3
+
 
 def difference(one: Judged, other: Judged) -> tuple[float, float]:
     """Mean and standard error over the folds of ln(error of one/error of other)."""
-    d = 0.5 * np.log((one.errors + _FLOOR) / (other.errors + _FLOOR))
+    d = 0.5 * np.log((one.errors + NOTHING) / (other.errors + NOTHING))
     return float(d.mean()), float(d.std(ddof=1) / math.sqrt(d.size)) if d.size > 2 else 0.0
 
 
@@ -148,7 +162,7 @@ class Search:
             for richer in self.richer(c, is_noise):
                 fit = self.best_of(richer, self.starts(current.fit, richer))
                 # Where the misfit hardly falls, held-out errors do not either.
-                pays = is_noise and self.criterion(fit) < self.criterion(current.fit)
+                pays = is_noise and self.problem.criterion(fit) < self.problem.criterion(current.fit)
                 if pays or fit.squares <= (1.0 - _BETTER) ** 2 * current.fit.squares:
                     judged = self.judged(fit)
                     if pays or is_better(judged, current):
@@ -157,15 +171,6 @@ class Search:
                 break
             current = min(candidates, key=lambda j: j.logarithm + 0.02 * j.fit.spring_class.nonlinear)
         return current
-
-    def criterion(self, fit: Fit) -> float:
-        """K*ln(S) + 2*p*ln(ln(K)) of K rows, squares S, p parameters (Hannan and Quinn, J. R. Stat. Soc. B 41, 1979).
-
-        It decides on degrees where nothing but white noise is left: the held-out errors are those of the noise then.
-        """
-        c, rows = fit.spring_class, self.problem.samples.rows.size
-        parameters = sum(c.elastic) + sum(c.amplifiers) + c.may_fall
-        return rows * math.log(fit.squares + _FLOOR) + 2.0 * parameters * math.log(math.log(rows))
 
     def richer(self, c: SpringClass, only_degrees: bool) -> Iterator[SpringClass]:
         """The classes up to three steps richer in FE, two in FA, and one in all else."""
@@ -224,7 +229,7 @@ class Search:
                 if fit.squares <= 1.1 * current.fit.squares:
                     judged = self.judged(fit)
                     mean, error = difference(judged, current)
-                    pays = not is_noise or self.criterion(fit) < self.criterion(current.fit)
+                    pays = not is_noise or self.problem.criterion(fit) < self.problem.criterion(current.fit)
                     if pays and mean <= min(error, NO_WORSE):
                         current = judged
                         break
@@ -268,13 +273,13 @@ def _begun(problem: Problem) -> Problem:
             starts = problem.starts.copy()
             starts[k] = -np.sign(samples.displacement[turning[1]] - samples.displacement[turning[0]])
             other = Problem(samples, starts, problem.roots)
-            squares = [flexible_misfit(each) for each in (problem, other)]
+            squares = [flexible(each).squares for each in (problem, other)]
             problem = other if squares[1] < _LOADED_BETTER * squares[0] else problem
     return problem
 
 
-def flexible_misfit(problem: Problem) -> float:
-    """The squared misfit of a flexible class, near the best of some points."""
+def flexible(problem: Problem, c: SpringClass = _FLEXIBLE) -> Fit:
+    """The fit of a flexible class of one mechanism, near the best of some points."""
     points = [np.log([rate, 0.3, 1.0]) for rate in _RATES[1:]]
-    start = min(points, key=lambda q: problem.squares(_FLEXIBLE, q))
-    return problem.local(_FLEXIBLE, start, 8, 1e-2).squares
+    start = min(points, key=lambda q: problem.squares(c, q))
+    return problem.local(c, start, 8, 1e-2)

@@ -37,7 +37,7 @@ _RIDGE, _LEAST = 1e-6, 1e-10  # of coefficients and second differences of increm
 _STEP = 1.0  # of a logarithm in an iteration
 _DAMPING = (1e-2, 6.0, 0.2, 1e-7)  # at first, after a failure and a success, and the least
 _TRIALS = 5  # of damping in an iteration
-_NOTHING = 1e-6  # squared misfit over the variance of the force that is none: it is 0.1 % of the force
+NOTHING = 1e-6  # squared misfit over the variance of the force that is none: it is 0.1 % of the force
 NOISE_ONLY = 0.1  # share of the squared misfit that is not white, up to which nothing but noise is left
 _WEIGHTINGS = 3  # of the rows, each by the residuals before
 _HUBER = 1.345  # standard deviations from which a residual counts less: 95 % efficient for normal noise (Huber 1981)
@@ -315,7 +315,16 @@ class Problem:
 
     def is_noise(self, fit: Fit) -> bool:
         """Whether nothing but noise is left, or hardly anything."""
-        return fit.squares < _NOTHING or self.not_white(fit) < NOISE_ONLY
+        return fit.squares < NOTHING or self.not_white(fit) < NOISE_ONLY
+
+    def criterion(self, fit: Fit) -> float:
+        """K*ln(S) + 2*p*ln(ln(K)) of K rows, squares S, p parameters (Hannan and Quinn, J. R. Stat. Soc. B 41, 1979).
+
+        It decides where nothing but white noise is left: the held-out errors are those of the noise then.
+        """
+        c, rows = fit.spring_class, self.samples.rows.size
+        parameters = sum(c.elastic) + sum(c.amplifiers) + c.may_fall + c.nonlinear
+        return rows * math.log(fit.squares + NOTHING) + 2.0 * parameters * math.log(math.log(rows))
 
     def weighted(self, fit: Fit, robust: bool) -> Problem | None:
         """The problem with rows weighted by their residuals (Huber) or by their noise; None where that changes nothing.

@@ -18,12 +18,12 @@ from ..kernel.arrays import FloatArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from .certainty import Certainty, certainty
-from .choice import Allowed, Choice, Judged, Search, choose, flexible_misfit
+from .choice import Allowed, Choice, Judged, Search, choose, flexible
 from .findings import State
 from .fit import Fit, Problem
 from .method import Fitted, Method, Stage, begin
 from .plain_models import held_out
-from .rig import KnownRig, lagging, likely_delay
+from .rig import KnownRig, best_lag, lagging, likely_delay
 from .samples import Samples
 from .spring import spring_of
 from .verdict import Verdict, digits, groups
@@ -33,7 +33,6 @@ _MOST_BRANCHES = 2  # that are chosen without being asked for
 _TRIED = 12  # springs at most until one meets its certificate
 _COARSE = 50  # samples a stroke, up to which reversals between them are sought
 _RESTORED = 0.9  # squared misfit in that with reversals at samples, up to which they are taken
-_DELAYED = 0.5  # squared misfit in that without a delay, up to which one is taken out
 _ONE_RATE = 1.5  # ratio of frequencies up to which there is one
 _DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
 _MISSED = 0.03  # share of the force beyond noise that is named
@@ -131,18 +130,12 @@ class RefinedOptions(Method):
     def _chosen(self, few: Samples) -> tuple[Choice, float]:
         """The choice, and the delay without which it was made [s]."""
         choice = self._choose(few)
-        problem, best = choice.problem, choice.best.fit
-        if self.delay is not None or not few.is_timed or problem.is_noise(best):
-            return choice, 0.0
-        delay = likely_delay(choice)
-        if not delay:
-            return choice, 0.0
-        other = self._choose(few.on([lagging(record, delay) for record in few.records]))
-        c, o = best.spring_class, other.best.fit.spring_class
-        is_plain = c.branches == 0 and c.mechanisms == 1
-        falls = other.best.fit.squares < (_DELAYED if is_plain else 0.9) * best.squares
-        if falls and other.problem.is_noise(other.best.fit) and o.branches == 0 and o.mechanisms == 1:
-            return other, delay
+        delay = likely_delay(few) if self.delay is None and few.is_timed else 0.0
+        if delay:
+            other = self._choose(few.on([lagging(record, delay) for record in few.records]))
+            if other.is_simple and (not choice.is_noise or other.criterion < choice.criterion):
+                delay = best_lag(few, other.best.fit, delay, 0.1 * delay)[0]
+                return self._choose(few.on([lagging(record, delay) for record in few.records])), delay
         return choice, 0.0
 
     def _choose(self, few: Samples) -> Choice:
@@ -195,7 +188,7 @@ def _turning(samples: Samples) -> Samples:
     if samples.displacement.size > _COARSE * len(samples.strokes):
         return samples
     variants = [samples, samples.restored(corners=False), samples.restored(corners=True)]
-    misfits = [flexible_misfit(Problem(each.thinned(_SEARCHED))) for each in variants]
+    misfits = [flexible(Problem(each.thinned(_SEARCHED))).squares for each in variants]
     best = int(np.argmin(misfits))
     return variants[best] if misfits[best] < _RESTORED * misfits[0] else samples
 

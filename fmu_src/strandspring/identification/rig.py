@@ -22,18 +22,17 @@ from ..errors import RecordError
 from ..ground.arguments import number, optional_number
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .bases import ELASTIC
-from .choice import Choice
+from .choice import flexible
 from .fit import Fit, Problem, SpringClass
 from .refusals import Strokes
+from .samples import Samples
 
 _WORTH = 0.005  # change of the stiffness that is worth a note
 _MASS, _FIXTURE = 1.0, 1e7  # whose effects the note gives [kg], [N/m]
 _SMOOTHED = 0.04  # of a stroke, half the window of an acceleration: 0.2 % of a sine is lost
-_LAGS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.04)  # of a cycle, at which a delay is sought
-_TRIALS = 7  # of halving the step to it
-# Degrees that a delay is sought with: a flexible FE imitates it.
-_ELASTIC, _AMPLIFIERS = ELASTIC[3], (1, 2)
+_DELAYED = 0.5  # squared misfit in that without a delay, up to which one is taken out
+_SMOOTH = SpringClass((3, 10), (5,))  # that should leave nothing but noise
+_LAG, _TRIALS = 0.02, 10  # of a cycle, and lags tried on both sides
 
 
 @dataclass(frozen=True)
@@ -167,25 +166,30 @@ def _refuse_delay(record: Record, lag: float) -> None:
         )
 
 
-def likely_delay(choice: Choice) -> float:
-    """The lag of the force with which a simple spring follows the records best [s]; 0 if none does better."""
-    problem, c = choice.problem, choice.best.fit.spring_class
-    simple = SpringClass(c.elastic if c.elastic in ELASTIC[:3] else _ELASTIC, (min(max(c.amplifiers[0], 1), 2),))
+def likely_delay(samples: Samples) -> float:
+    """The lag of the force without which a flexible spring leaves nothing but noise [s]; 0 if it does so with it."""
+    problem = Problem(samples)
+    fit = flexible(problem, _SMOOTH)
+    if problem.is_noise(fit):
+        return 0.0
+    lag, is_noise, squares = best_lag(samples, fit, 0.0, _LAG * samples.cycle_time)
+    return lag if is_noise and squares < _DELAYED * fit.squares else 0.0
 
-    def at(lag: float, start: Fit, iterations: int = 5) -> tuple[float, float, Fit]:
-        samples = problem.samples.on([lagging(record, lag) for record in problem.samples.records])
-        fit = Problem(samples, problem.starts).local(simple, start.q[:3], iterations, 1e-3)
-        return fit.squares, lag, fit
 
-    cycle, best = problem.samples.cycle_time, at(0.0, choice.best.fit, 8)
-    tried = [at(side * share * cycle, best[2], 3) for share in _LAGS for side in (-1.0, 1.0)]
-    best = min([best, *tried], key=lambda trial: trial[0])
-    step = 0.4 * abs(best[1])
-    for _ in range(_TRIALS if step else 0):
-        nearer = min((at(best[1] + side * step, best[2]) for side in (-1.0, 1.0)), key=lambda trial: trial[0])
-        step *= 0.8 if nearer[0] < best[0] else 0.5
+def best_lag(samples: Samples, fit: Fit, lag: float, step: float) -> tuple[float, bool, float]:
+    """The lag near another with which a class leaves least, whether that is noise, and the squared misfit."""
+
+    def at(lag: float, q: FloatArray) -> tuple[float, float, Problem, Fit]:
+        problem = Problem(samples.on([lagging(record, lag) for record in samples.records]))
+        fitted = problem.local(fit.spring_class, q, 4, 1e-3)
+        return fitted.squares, lag, problem, fitted
+
+    best = at(lag, fit.q)
+    for _ in range(_TRIALS):
+        nearer = min((at(best[1] + side * step, best[3].q) for side in (-1.0, 1.0)), key=lambda trial: trial[0])
+        step *= 1.0 if nearer[0] < best[0] else 0.4
         best = min(best, nearer, key=lambda trial: trial[0])
-    return best[1]
+    return best[1], best[2].is_noise(best[3]), best[0]
 
 
 def unknown_effects(records: Sequence[Record], known: KnownRig) -> tuple[str, ...]:
