@@ -22,7 +22,6 @@ T = TypeVar("T")
 ELASTIC = ((1, 0), (2, 0), (3, 0), (4, 0), (5, 0), (3, 3), (3, 6), (3, 10), (3, 21))
 AMPLIFIER = (0, 1, 2, 3, 5, 8)  # degree of FA
 _DISTINCT = 4  # displacements that a knot interval holds at least
-_TABLE = 7  # knots that a table has at least
 
 
 def step_on(ladder: Sequence[T], place: T, step: int = 1) -> T:
@@ -104,7 +103,7 @@ class Shape:
             return {"kE": tuple((powers / self.half ** np.arange(powers.size)).tolist())}
         # The two knots next to the ends of a table are none of its spline: both polynomials at an end are one.
         inner = self.knots
-        while inner.size < _TABLE - 4:
+        while inner.size < 3:
             widest = int(np.argmax(np.diff(np.concatenate([[-1.0], inner, [1.0]]))))
             ends = np.concatenate([[-1.0], inner, [1.0]])
             inner = np.insert(inner, widest, 0.5 * (ends[widest] + ends[widest + 1]))

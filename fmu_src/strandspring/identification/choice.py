@@ -23,15 +23,11 @@ from .fit import NOTHING, Fit, Problem, SpringClass
 
 _BETTER = 0.03  # by which a logarithm of errors must fall
 NO_WORSE = 0.01  # by which it may rise for a simpler class, or for one that predicts as well
-_STEPS = 7  # of the climb
-# rho*h, sigma - 1/2 and n where the search begins, and tau in cycles.
+# rho*h, sigma - 1/2 and n where the search of a first and of a second mechanism begins.
 _RATES, _EXCESSES, _EXPONENTS = (1.0, 3.0, 10.0, 40.0), (0.15, 1.2), (0.4, 1.0, 2.5)
 _SECOND = ((1.5, 6.0, 25.0, 100.0), (0.1, 1.0), (0.6, 2.0))
 _ANEW = (0.15, 0.4, 1.0, 2.5, 6.0)  # n, where the first mechanism is sought again
-_TAUS = 6
-_STARTS = 3
 _FLEXIBLE = SpringClass((3, 6), (2,))  # of which omega at the beginning is judged
-_LOADED_BETTER = 0.8  # squared misfit with omega = +-1 where a record begins, in that with 0
 
 
 @dataclass(frozen=True)
@@ -152,11 +148,11 @@ class Search:
         for q in order:
             if all(np.abs(q - p).max() > 1.0 or abs(q[2] - p[2]) > 0.5 for p in apart):
                 apart.append(q)
-        return apart[:_STARTS]
+        return apart[:3]
 
     def climb(self, current: Judged) -> Judged:
         """Step by step to the class that predicts best."""
-        for _ in range(_STEPS):
+        for _ in range(7):
             c, is_noise = current.fit.spring_class, self.problem.is_noise(current.fit)
             candidates = []
             for richer in self.richer(c, is_noise):
@@ -202,7 +198,7 @@ class Search:
         if richer.branches > c.branches:
             step, duration = self.problem.taus
             cycle = self.problem.samples.cycle_time
-            taus = np.geomspace(max(step, cycle / 200.0), min(3.0 * cycle, duration), _TAUS)
+            taus = np.geomspace(max(step, cycle / 200.0), min(3.0 * cycle, duration), 6)
             points = [np.append(q, math.log(tau)) for tau in taus]
         elif richer.mechanisms > c.mechanisms:
             points = [np.concatenate([q[:split], np.log(second), q[split:]]) for second in product(*_SECOND)]
@@ -274,7 +270,7 @@ def _begun(problem: Problem) -> Problem:
             starts[k] = -np.sign(samples.displacement[turning[1]] - samples.displacement[turning[0]])
             other = Problem(samples, starts, problem.roots)
             squares = [flexible(each).squares for each in (problem, other)]
-            problem = other if squares[1] < _LOADED_BETTER * squares[0] else problem
+            problem = other if squares[1] < 0.8 * squares[0] else problem
     return problem
 
 

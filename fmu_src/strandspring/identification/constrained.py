@@ -7,10 +7,6 @@ from numpy.typing import NDArray
 
 from ..kernel.arrays import FloatArray
 
-_MOST_EXCHANGES = 100  # of sets of zero coefficients
-_PATIENCE = 3  # exchanges of the whole set that may leave no fewer wrong signs, before one at a time is exchanged
-_ROUNDING = 1e-10  # of the largest gradient, within which a sign counts as right
-
 
 def nonnegative(G: FloatArray, g: FloatArray, free: NDArray[np.bool_]) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The c >= 0 with the least c*G*c/2 - g*c, by block principal pivoting.
@@ -30,19 +26,20 @@ def nonnegative(G: FloatArray, g: FloatArray, free: NDArray[np.bool_]) -> tuple[
     inside : ndarray of bool, shape (p,)  Those that are not held at 0.
     """
     inside = np.ones(g.size, bool)
-    least, patience = g.size + 1, _PATIENCE
+    # Exchanges of the whole set that may leave no fewer wrong signs, before one at a time is exchanged.
+    least, patience = g.size + 1, 3
     c = np.zeros(g.size)
-    for _ in range(_MOST_EXCHANGES):
+    for _ in range(100):
         c = np.zeros(g.size)
         c[inside] = np.linalg.solve(G[inside][:, inside], g[inside])
         gradient = G @ c - g
-        small = _ROUNDING * float(np.abs(g).max(initial=0.0))
+        small = 1e-10 * float(np.abs(g).max(initial=0.0))
         wrong = (inside & ~free & (c < 0.0)) | (~inside & (gradient < -small))
         count = int(wrong.sum())
         if not count:
             return c, inside
         if count < least:
-            least, patience = count, _PATIENCE
+            least, patience = count, 3
         elif patience:
             patience -= 1
         else:

@@ -26,21 +26,12 @@ from .constrained import nonnegative
 from .noise import growing_variance, white_variance
 from .samples import BoolArray, Samples
 
-# Of rho times half the range, sigma - 1/2 and n, as logarithms; a tau lies between these shares of a step and of all.
+# Of rho times half the range, sigma - 1/2 and n, as logarithms.
 LOW, HIGH = np.log([0.6, 1e-3, 0.05]), np.log([1000.0, 60.0, 12.0])
-TAU = (0.2, 3.0)
 _MARGIN = 0.05  # by which FE may leave the recorded forces at its ends, share of their span
 _SLACK = 0.02  # by which a rising FE may fall in all, likewise
-_QUANTILE = 5e-4  # of the forces, whose range is that without outliers
-_HEAVY = 1e3  # weight of the row that keeps the upper end
-_RIDGE, _LEAST = 1e-6, 1e-10  # of coefficients and second differences of increments, and of the trace
-_STEP = 1.0  # of a logarithm in an iteration
-_DAMPING = (1e-2, 6.0, 0.2, 1e-7)  # at first, after a failure and a success, and the least
-_TRIALS = 5  # of damping in an iteration
 NOTHING = 1e-6  # squared misfit over the variance of the force that is none: it is 0.1 % of the force
 NOISE_ONLY = 0.1  # share of the squared misfit that is not white, up to which nothing but noise is left
-_WEIGHTINGS = 3  # of the rows, each by the residuals before
-_HUBER = 1.345  # standard deviations from which a residual counts less: 95 % efficient for normal noise (Huber 1981)
 
 
 @dataclass(frozen=True)
@@ -120,7 +111,8 @@ class Problem:
         self.starts = np.zeros(len(samples.records)) if starts is None else starts
         self.frame = Frame.of(samples.x, *samples.reach)
         self.half = 0.5 * (self.frame.high - self.frame.low)
-        low, high = np.quantile(samples.force, [_QUANTILE, 1.0 - _QUANTILE]).tolist()
+        # Their range without outliers.
+        low, high = np.quantile(samples.force, [5e-4, 1.0 - 5e-4]).tolist()
         self.lowest, self.span = low, high - low
         self.deviation = float(np.std(samples.r)) or 1.0
         self._omegas: dict[tuple[float, ...], tuple[FloatArray, FloatArray]] = {}
@@ -205,10 +197,11 @@ class Problem:
         free = np.zeros(size + 1, bool)
         free[size - self._count(c) : size] = True
         diagonal = np.arange(size + 1)
-        ridge = _RIDGE * b.size
-        least = ridge + _LEAST * np.trace(G) / size
+        # So small that it only decides where data do not.
+        ridge = 1e-6 * b.size
+        least = ridge + 1e-10 * np.trace(G) / size
         # The upper end of FE is a sum of coefficients, and with one more that is not negative the highest force.
-        bounded, heavy = np.zeros(size + 1), _HEAVY * b.size
+        bounded, heavy = np.zeros(size + 1), 1e3 * b.size
         bounded[:terms] = bounded[size] = 1.0
         highest = (self.span * (1.0 + 2.0 * _MARGIN) + fall * (terms - 1)) / scale
         G += heavy * np.outer(bounded, bounded)
@@ -245,9 +238,10 @@ class Problem:
         """Of q."""
         low, high = [LOW] * c.mechanisms, [HIGH] * c.mechanisms
         if c.branches:
+            # Beyond these a branch is a dashpot or a spring.
             shortest, longest = self.taus
-            low.append(np.full(c.branches, math.log(TAU[0] * shortest)))
-            high.append(np.full(c.branches, math.log(TAU[1] * longest)))
+            low.append(np.full(c.branches, math.log(0.2 * shortest)))
+            high.append(np.full(c.branches, math.log(3.0 * longest)))
         return np.concatenate(low), np.concatenate(high)
 
     @cached_property
@@ -281,7 +275,7 @@ class Problem:
         q = np.clip(start, low, high)
         solved = self.linear(c, q)
         cost = float(solved.residuals @ solved.residuals)
-        damping = _DAMPING[0]
+        damping = 1e-2
         for _ in range(iterations):
             J = self.derivatives(c, q, solved)
             H, slope = J.T @ J, J.T @ solved.residuals
@@ -289,21 +283,21 @@ class Problem:
             if not moves.any():
                 break
             trial = None
-            for _ in range(_TRIALS):
+            for _ in range(5):
                 step = np.zeros(q.size)
                 damped = H + np.diag(damping * np.diag(H) + 1e-9 * J.shape[0])
                 step[moves] = -np.linalg.solve(damped[np.ix_(moves, moves)], slope[moves])
-                there = np.clip(q + np.clip(step, -_STEP, _STEP), low, high)
+                there = np.clip(q + np.clip(step, -1.0, 1.0), low, high)
                 trial = self.linear(c, there)
                 after = float(trial.residuals @ trial.residuals)
                 if after < cost:
                     break
-                damping *= _DAMPING[1]
+                damping *= 6.0
             else:
                 break
             gain = cost - after
             q, solved, cost = there, trial, after
-            damping = max(damping * _DAMPING[2], _DAMPING[3])
+            damping = max(0.2 * damping, 1e-7)
             if gain < tolerance * cost:
                 break
         return Fit(c, q, cost / solved.residuals.size)
@@ -335,7 +329,8 @@ class Problem:
         squares = float(np.mean(misfit**2))
         if robust:
             large = np.abs(misfit) / max(float(np.median(np.abs(misfit))) / 0.6745, 1e-300)
-            roots = np.sqrt(np.minimum(1.0, _HUBER / np.maximum(large, 1e-300)))
+            # In standard deviations; 1.345 is 95 % efficient for normal noise (Huber 1981).
+            roots = np.sqrt(np.minimum(1.0, 1.345 / np.maximum(large, 1e-300)))
         else:
             # By the predicted force: weights by the measured one would favour what noise makes small.
             force = self.samples.r / self.deviation + misfit
@@ -351,7 +346,7 @@ class Problem:
         """The fit on more rows, weighted again and again where that is called for."""
         finer = Problem(samples, self.starts)
         finer.frame = self.frame
-        for _ in range(_WEIGHTINGS):
+        for _ in range(3):
             fit = finer.local(fit.spring_class, fit.q, 15, 1e-6)
             other = finer.weighted(fit, robust)
             if other is None:

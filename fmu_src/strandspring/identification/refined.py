@@ -29,16 +29,11 @@ from .spring import spring_of
 from .verdict import Verdict, digits, groups
 
 _SEARCHED = 900  # rows on which classes are compared
-_MOST_BRANCHES = 2  # that are chosen without being asked for
-_TRIED = 12  # springs at most until one meets its certificate
 _COARSE = 50  # samples a stroke, up to which reversals between them are sought
-_RESTORED = 0.9  # squared misfit in that with reversals at samples, up to which they are taken
 _ONE_RATE = 1.5  # ratio of frequencies up to which there is one
 _DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
 _MISSED = 0.03  # share of the force beyond noise that is named
-_MIDDLE = (0.25, 0.75)  # quantiles of frequencies: half strokes at the ends of records seem quicker
 _EDGE = 1e-3  # distance of a logarithm from its bound, and share of the force, that is none
-_MOMENTS = {"first": -0.5, "mean": 0.0, "last": 0.5}  # of a test, whose zero of the force is described
 
 
 @dataclass(frozen=True)
@@ -93,7 +88,7 @@ class RefinedOptions(Method):
     @property
     def allowed(self) -> Allowed:
         """The classes to choose from: with given degrees only what is given."""
-        most = (1, 0) if self.degrees else (MECHANISMS, _MOST_BRANCHES)
+        most = (1, 0) if self.degrees else (MECHANISMS, 2)
         mechanisms = (1, most[0]) if self.mechanisms is None else (self.mechanisms,) * 2
         branches = (0, most[1]) if self.branches is None else (self.branches,) * 2
         return Allowed(self.degrees, mechanisms, branches)
@@ -124,7 +119,7 @@ class RefinedOptions(Method):
         if delay:
             samples = samples.on([lagging(record, delay) for record in samples.records])
         others = sorted(choice.seen, key=lambda judged: judged.logarithm)
-        for judged in (choice.best, *others[:_TRIED]):
+        for judged in (choice.best, *others[:12]):
             yield self._of(replace(choice, best=judged), samples, delay)
 
     def _chosen(self, few: Samples) -> tuple[Choice, float]:
@@ -151,7 +146,7 @@ class RefinedOptions(Method):
         problem, fit = choice.problem.refined(choice.best.fit, samples, self.robust)
         offsets, drift = problem.nuisances(fit)
         try:
-            spring = spring_of(problem, fit, drift * _MOMENTS[self.state])
+            spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
         except ValueError as beyond:
             where = ", ".join(record.path for record in samples.measured)
             raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({beyond})") from None
@@ -190,7 +185,7 @@ def _turning(samples: Samples) -> Samples:
     variants = [samples, samples.restored(corners=False), samples.restored(corners=True)]
     misfits = [flexible(Problem(each.thinned(_SEARCHED))).squares for each in variants]
     best = int(np.argmin(misfits))
-    return variants[best] if misfits[best] < _RESTORED * misfits[0] else samples
+    return variants[best] if misfits[best] < 0.9 * misfits[0] else samples
 
 
 def _nuisance(samples: Samples, offsets: FloatArray, drift: float) -> tuple[FloatArray, ...]:
@@ -205,11 +200,12 @@ def _nuisance(samples: Samples, offsets: FloatArray, drift: float) -> tuple[Floa
 def _one_rate(samples: Samples) -> tuple[float, float] | None:
     """Least and greatest frequency of a test in which each amplitude has one rate [Hz]; None if one has several."""
     amplitude, frequency = samples.cycles
+    middle = [0.25, 0.75]  # half strokes at the ends of records seem quicker
     for group in np.unique(of := groups(amplitude)):
-        low, high = np.quantile(frequency[of == group], _MIDDLE)
+        low, high = np.quantile(frequency[of == group], middle)
         if high > _ONE_RATE * low:
             return None
-    low, high = np.quantile(frequency, _MIDDLE).tolist()
+    low, high = np.quantile(frequency, middle).tolist()
     return low, high
 
 

@@ -30,9 +30,7 @@ from .samples import Samples
 _WORTH = 0.005  # change of the stiffness that is worth a note
 _MASS, _FIXTURE = 1.0, 1e7  # whose effects the note gives [kg], [N/m]
 _SMOOTHED = 0.04  # of a stroke, half the window of an acceleration: 0.2 % of a sine is lost
-_DELAYED = 0.5  # squared misfit in that without a delay, up to which one is taken out
 _SMOOTH = SpringClass((3, 10), (5,))  # that should leave nothing but noise
-_LAG, _TRIALS = 0.02, 10  # of a cycle, and lags tried on both sides
 
 
 @dataclass(frozen=True)
@@ -172,8 +170,8 @@ def likely_delay(samples: Samples) -> float:
     fit = flexible(problem, _SMOOTH)
     if problem.is_noise(fit):
         return 0.0
-    lag, is_noise, squares = best_lag(samples, fit, 0.0, _LAG * samples.cycle_time)
-    return lag if is_noise and squares < _DELAYED * fit.squares else 0.0
+    lag, is_noise, squares = best_lag(samples, fit, 0.0, 0.02 * samples.cycle_time)
+    return lag if is_noise and squares < 0.5 * fit.squares else 0.0
 
 
 def best_lag(samples: Samples, fit: Fit, lag: float, step: float) -> tuple[float, bool, float]:
@@ -185,7 +183,7 @@ def best_lag(samples: Samples, fit: Fit, lag: float, step: float) -> tuple[float
         return fitted.squares, lag, problem, fitted
 
     best = at(lag, fit.q)
-    for _ in range(_TRIALS):
+    for _ in range(10):
         nearer = min((at(best[1] + side * step, best[3].q) for side in (-1.0, 1.0)), key=lambda trial: trial[0])
         step *= 1.0 if nearer[0] < best[0] else 0.4
         best = min(best, nearer, key=lambda trial: trial[0])

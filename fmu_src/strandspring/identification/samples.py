@@ -26,12 +26,8 @@ BoolArray = NDArray[np.bool_]
 
 REVERSAL = 0.05  # of a record's range, from which motion back is a stroke: ten times the noise of a poor sensor
 _FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
-_LOADED = 0.05  # first force in the span, from which a record begins under load
 _MOST_BLOCKS = 6  # of consecutive strokes among the folds
-_OTHER_AMPLITUDE = 1.5  # longest stroke in the shortest from which folds of like amplitude are made
 _PARTS = 10  # of each stroke, where there are few
-_LARGEST_FOLD = 0.8  # share of the strokes
-_FEWEST_ROWS = (10, 20)  # in a fold, and beside it; of few rows an eighth and a quarter
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +140,7 @@ class Samples:
     @cached_property
     def are_loaded(self) -> list[bool]:
         """Whether each record begins under load, so that its memory at first is unknown."""
-        return [bool(abs(r.force[0]) > _LOADED * np.ptp(r.force)) for r in self.records]
+        return [bool(abs(r.force[0]) > 0.05 * np.ptp(r.force)) for r in self.records]
 
     @cached_property
     def strokes(self) -> IndexArray:
@@ -230,7 +226,7 @@ class Samples:
         if len(self.records) > 1:
             folds += [self.record_of_row == k for k in range(len(self.records))]
         eighth = self.rows.size // 8
-        fewest, beside = min(_FEWEST_ROWS[0], eighth - 1), min(_FEWEST_ROWS[1], 2 * eighth)
+        fewest, beside = min(10, eighth - 1), min(20, 2 * eighth)
         large = [fold for fold in folds if fewest < fold.sum() < self.rows.size - beside]
         # Of very few samples every fifth.
         large = large or [np.arange(self.rows.size) % 5 == k for k in range(5)]
@@ -239,7 +235,7 @@ class Samples:
 
 def _groups_of_length(length: FloatArray) -> list[BoolArray]:
     """Up to three groups of strokes by their length, divided at the widest gaps; none where all are about as long."""
-    if length.max() <= _OTHER_AMPLITUDE * length.min():
+    if length.max() <= 1.5 * length.min():
         return []
     order = np.sort(np.log(np.maximum(length, 1e-12)))
     gaps = np.diff(order)
@@ -248,7 +244,7 @@ def _groups_of_length(length: FloatArray) -> list[BoolArray]:
     if gaps[widest].min() <= 0.1:
         cuts = np.quantile(order, [0.4, 0.75])
     group = np.searchsorted(cuts, np.log(np.maximum(length, 1e-12)))
-    return [group == k for k in np.unique(group) if (group == k).mean() < _LARGEST_FOLD]
+    return [group == k for k in np.unique(group) if (group == k).mean() < 0.8]
 
 
 def _turns_between(x: FloatArray, top: IndexArray, corners: bool) -> tuple[IndexArray, FloatArray]:
