@@ -40,8 +40,7 @@ from strandspring import (
 )
 from strandspring.examples.paper import random_start
 from strandspring.identification.method import Method
-from strandspring.loops.cycles import find_strokes
-from strandspring.loops.noise_levels import noise_level
+from strandspring.loops.strokes import find_strokes, noise_level
 from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
 from strandspring.peers.ni_method import ni_method, plausible_start
 

@@ -12,9 +12,7 @@ from hypothesis import strategies as st
 
 from strandspring import Spring, SpringParameters, read_record
 from strandspring.kernel.arrays import FloatArray
-from strandspring.loops.cycles import find_strokes
-from strandspring.loops.noise_levels import is_white_noise, noise_level, path_noise_level
-from strandspring.loops.turning import turning_points
+from strandspring.loops.strokes import find_strokes, noise_level, path_noise, turning_points
 
 ROOT = Path(__file__).resolve().parents[2]
 NOISE = 0.003
@@ -106,7 +104,7 @@ def test_noise_level_of_white_noise_on_a_slow_signal() -> None:
 @pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
 def test_corners_of_a_coarse_triangle_are_no_noise(samples: float) -> None:
     path = triangle(samples, 6)
-    assert not is_white_noise(path, path_noise_level(path))
+    assert path_noise(path) == 0.0
 
 
 @pytest.mark.parametrize("samples", [13.7, 23.4])
@@ -115,8 +113,7 @@ def test_noise_of_a_coarse_triangle_is_that_within_its_strokes(samples: float) -
     path = triangle(samples, 40)
     path += NOISE * rng.standard_normal(path.size)
     # Of 80 strokes, 3 or more fourth differences each, that overlap: the median scatters by some 8 %.
-    assert path_noise_level(path) == pytest.approx(NOISE, rel=0.25)
-    assert is_white_noise(path, path_noise_level(path))
+    assert path_noise(path) == pytest.approx(NOISE, rel=0.25)
 
 
 def test_noise_of_a_force_on_a_coarse_triangle() -> None:

@@ -1,26 +1,18 @@
-"""Strokes and full cycles of a measured record, with the figures of each cycle, and of those of one amplitude.
-
-A stroke is the path between two consecutive reversals, a cycle is two strokes of equal length.
-"""
+"""Full cycles of a measured record, two strokes of equal length each, with the figures of one and of an amplitude."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray, IntArray
+from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from ..records.spikes import IndexArray
 from .loop import AMPLITUDE_TOLERANCE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
-from .noise_levels import least_reversal, noise_level, path_noise_level
-from .turning import turning_points
+from .strokes import Strokes, find_strokes, noise_level
 
-# A million samples of white noise span ten standard deviations: more is a reversal.
-_REVERSAL = 12.0
 # The force at a turning point is that of a parabola fitted to this last share of the stroke before it, which averages
 # the noise; the force is smooth before a reversal, not after it...
 _FITTED_SHARE = 0.05
@@ -29,45 +21,6 @@ _MIN_FITTED_SAMPLES = 8
 # A loop is open if the force at its end differs by more than this share of its height, and more than noise does.
 _GAP_TOLERANCE = 0.1
 _NOISE_FACTOR = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class Strokes:
-    """A path of K samples cut at its S - 1 reversals."""
-
-    path: FloatArray  # as recorded, shape (K,) [m]
-    turning: IndexArray  # first sample, reversals, last sample, shape (S + 1,)
-
-    @property
-    def count(self) -> int:
-        """Number of strokes S."""
-        return self.turning.size - 1
-
-    @cached_property
-    def ends(self) -> FloatArray:
-        """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
-        return self.path[self.turning]
-
-    @cached_property
-    def length(self) -> FloatArray:
-        """Length of each stroke, shape (S,) [m]."""
-        return np.abs(np.diff(self.ends))
-
-    @cached_property
-    def direction(self) -> IntArray:
-        """+1 loading, -1 unloading, shape (S,)."""
-        return np.where(np.diff(self.ends) >= 0.0, 1, -1)
-
-    @cached_property
-    def of_sample(self) -> IndexArray:
-        """Stroke that leads to each sample, shape (K,)."""
-        return np.searchsorted(self.turning[1:-1], np.arange(self.path.size), side="left")
-
-
-def find_strokes(displacement: FloatArray) -> Strokes:
-    """Cut a path [m] at its reversals beyond the noise."""
-    least = max(_REVERSAL * path_noise_level(displacement), least_reversal(displacement))
-    return Strokes(displacement, turning_points(displacement, least))
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,7 +29,7 @@ from ..errors import RecordError
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from .ni import NiParameters
 from .periods import one_record, whole_periods

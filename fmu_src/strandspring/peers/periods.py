@@ -8,11 +8,9 @@ from numpy.typing import ArrayLike
 from ..errors import RecordError
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.cycles import find_strokes
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import NOISE_SPAN, find_strokes, noise_level
 from ..records.record import Record
 
-_NOISE = 12.0  # standard deviations of the displacement's noise, which a million samples do not span
 _REPEATS = 0.02  # rms difference between two periods that is called none, share of the range
 _TRANSIENT = 1e-3  # the same for the force of the first period, which may hold a virgin curve, beyond its noise
 _MISSING = 0.05  # share of a period that may be missing at the end of the last one: the step that closes it
@@ -99,7 +97,7 @@ def _period(x: FloatArray, clock: FloatArray, step: float) -> float:
         whole = round(period / step) * step
         return whole if abs(period - whole) * crossings.size < 0.5 * step else period
     moved, gap = np.abs(np.diff(x)), abs(float(x[-1] - x[0]))
-    if gap > 3.0 * float(moved.max()) + _NOISE * noise_level(x):
+    if gap > 3.0 * float(moved.max()) + NOISE_SPAN * noise_level(x):
         raise RecordError(
             f"the displacement must end where it began after one whole period, got a gap of {gap:.4g} at a range of "
             f"{np.ptp(x):.4g}; cut the record to whole periods (`cycles=...`)."

@@ -32,7 +32,7 @@ from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
 from ..identification.samples import IndexArray, Samples
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
