@@ -16,8 +16,7 @@ from strandspring.cli.main import main
 from strandspring.errors import RecordError
 from strandspring.examples.paper import random_start
 from strandspring.identification.identify import identify_records
-from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method
+from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method, sine_period, with_noise
 from strandspring.peers.periods import whole_periods
 from synthetic import record_of, sine, spring_of
 
