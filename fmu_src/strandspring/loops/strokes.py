@@ -19,6 +19,7 @@ from ..records.spikes import IndexArray
 LEAST_STROKE = 0.02
 # Standard deviations of white noise, which a million samples do not span: more is motion.
 NOISE_SPAN = 12.0
+FEWEST_SAMPLES = 16  # that can show a loop
 _ENOUGH = 9  # differences from which noise is estimated
 
 

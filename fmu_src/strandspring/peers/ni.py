@@ -17,10 +17,10 @@ the paper's numbers.
 
 The method (section 4): the response to a steady period is transformed by FFT, and its complex coefficients are compared
 with those of the measured force; by Parseval's theorem that is a least-squares fit over the samples. Two choices the
-paper leaves open. The optimizer, Levenberg-Marquardt as a trust region, varies ln(eta), ln(theta + lambda), ln(sigma -
-1/2) and ln(n) in place of eta, theta, lambda and n, so that no step leaves the models with sigma >= 1/2, for which alone
-the response has its closed form; a step to a saturation that no double holds is refused like any step that worsens the
-fit. And of B and C only C*ln(B) is varied.
+paper leaves open. The optimizer, Levenberg-Marquardt as a trust region, varies ln(eta), ln(theta + lambda),
+ln(sigma - 1/2) and ln(n) in place of eta, theta, lambda and n, so that no step leaves the models with sigma >= 1/2, for
+which alone the response has its closed form; a step to a saturation that no double holds is refused like any step that
+worsens the fit. And of B and C only C*ln(B) is varied.
 
 As a method of `identify` the model becomes a spring of this package: r = F2*(F1 + Z) is the modified normalized
 Bouc-Wen model with FE = F2*F1 and kappa_omega*FA = z0*F2, which are fitted by polynomials over the record's range.

@@ -8,13 +8,8 @@ from numpy.typing import ArrayLike
 from ..errors import RecordError
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.strokes import NOISE_SPAN, find_strokes, noise_level
+from ..loops.strokes import FEWEST_SAMPLES, LEAST_STROKE, NOISE_SPAN, find_strokes, noise_level
 from ..records.record import Record
-
-_REPEATS = 0.02  # rms difference between two periods that is called none, share of the range
-_TRANSIENT = 1e-3  # the same for the force of the first period, which may hold a virgin curve, beyond its noise
-_MISSING = 0.05  # share of a period that may be missing at the end of the last one: the step that closes it
-_FEWEST = 16  # samples per period that make a usable one
 
 
 def one_record(samples: Samples, where: str, method: str) -> Record:
@@ -56,22 +51,23 @@ def whole_periods(
         raise RecordError("`time` must rise strictly from sample to sample; leave it out if the samples are uniform.")
     step = float(np.median(np.diff(clock)))
     period = _period(x, clock, step)
-    count = int((clock[-1] - clock[0] + step) / period + _MISSING)
+    count = int((clock[-1] - clock[0] + step) / period + 0.05)  # the step that closes the last one may be missing
     size = round(period / step)
-    if size < _FEWEST:
-        raise RecordError(f"a period must have at least {_FEWEST} samples, got {size}; sample faster.")
+    if size < FEWEST_SAMPLES:
+        raise RecordError(f"a period must have at least {FEWEST_SAMPLES} samples, got {size}; sample faster.")
     # The last periods, since the first may hold a transient.
     at = max(clock[0], clock[-1] + step - count * period) + period * np.arange(count * size) / size
     moved, forces = (np.interp(at, clock, values).reshape(count, size) for values in (x, r))
     difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)) / np.ptp(x))
-    if difference > _REPEATS:
+    if difference > LEAST_STROKE:
         raise RecordError(
             "the displacement must repeat itself from period to period, but its periods differ by "
             f"{100.0 * difference:.3g} % of its range (rms); cut the record to whole periods of one amplitude "
             "(`cycles=...`)."
         )
     first, others = forces[0], forces[1:].mean(axis=0) if count > 1 else forces[0]
-    if np.sqrt(np.mean((first - others) ** 2)) > _TRANSIENT * np.ptp(first) + 2.0 * noise_level(first):
+    # It holds a virgin curve where it differs beyond noise and rounding.
+    if np.sqrt(np.mean((first - others) ** 2)) > 1e-3 * np.ptp(first) + 2.0 * noise_level(first):
         moved, forces = moved[1:], forces[1:]
     return _monotone(moved.mean(axis=0)), forces
 
