@@ -256,10 +256,10 @@ def at_random(scale: NiParameters | None = None) -> Start:
 def read_off(x: np.ndarray, force: np.ndarray, _: int) -> NiParameters:
     """From the secant stiffness and the area of the loop; of the first cycle if the cycles differ."""
     try:
-        period, periods = whole_periods(x, force)
+        period, periods = whole_periods(Record(x, force))
     except RecordError:
         end = int(find_strokes(x).turning[2])
-        period, periods = whole_periods(x[:end], force[:end])
+        period, periods = whole_periods(Record(x[:end], force[:end]))
     return plausible_start(period, periods.mean(axis=0))
 
 

@@ -39,7 +39,6 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
-from ..errors import RecordError
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
@@ -174,9 +173,9 @@ def with_noise(force: FloatArray, level: float, seed: int) -> FloatArray:
 
 
 class NiResult(NamedTuple):
-    """Result of Ni's method; the rmse is of the steady force against the mean period of the record [N].
+    """Result of Ni's method; the rmse is of the steady force against the period [N].
 
-    The outcome is NOT_CONVERGED, NI_MODEL if residuals exceed the record's noise, or None.
+    The outcome is NOT_CONVERGED, NI_MODEL if residuals exceed the period's noise, or None.
     """
 
     parameters: NiParameters
@@ -184,25 +183,16 @@ class NiResult(NamedTuple):
     outcome: Outcome | None
 
 
-def ni_method(
-    displacement: ArrayLike, force: ArrayLike, start: NiParameters | None = None, time: ArrayLike | None = None
-) -> NiResult:
-    """Fit Ni's model to a periodic record.
+def ni_method(x: FloatArray, measured: FloatArray, start: NiParameters) -> NiResult:
+    """Fit Ni's model to a steady period.
 
     Parameters
     ----------
-    displacement, force : array_like, shape (K,)   Whole steady periods, from the neutral position [mm], [N].
-    start : NiParameters or None                   Start values; those of `plausible_start` if None.
-    time : array_like, shape (K,), or None         [s]; None if the samples are uniform in time.
-
-    Raises
-    ------
-    RecordError   If the record holds no whole periods.
+    x, measured : ndarray, shape (K,)   Displacement from the neutral position [mm] and force [N], uniform in phase.
+    start : NiParameters                Start values: exact, a guess or `plausible_start`.
     """
     from scipy.optimize import least_squares  # slow to import, and only identification needs it
 
-    x, periods = whole_periods(displacement, force, time)
-    measured = periods.mean(axis=0)
     # Parseval: harmonics between 0 and the Nyquist frequency stand for two coefficients each.
     weight = np.full(x.size // 2 + 1, math.sqrt(2.0) / x.size)
     weight[[0] if x.size % 2 else [0, -1]] = 1.0 / x.size
@@ -220,8 +210,7 @@ def ni_method(
 
     # Not "lm", MINPACK's: its last bits vary where the Jacobian is nearly singular, and the minimum it finds with them.
     # Of K samples, one standard error changes the sum of squares by 1/K: a millionth says nothing about parameters.
-    begin = _to_vector(start or plausible_start(x, measured))
-    fit = least_squares(misfit, begin, method="trf", x_scale="jac", max_nfev=500, ftol=1e-6)
+    fit = least_squares(misfit, _to_vector(start), method="trf", x_scale="jac", max_nfev=500, ftol=1e-6)
     parameters = _from_vector(fit.x)
     rmse = float(np.sqrt(np.mean((parameters.steady_force(x) - measured) ** 2)))
     # Multiplicative noise counts by its mean square, not by its median.
@@ -285,17 +274,16 @@ class NiOptions(Method):
         # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
         low, high = float(record.displacement.min()), float(record.displacement.max())
         half, middle = 0.5e3 * (high - low), 0.5 * (low + high)
-        try:
-            found = ni_method(1e3 * (record.displacement - middle), record.force, self.start, record.time)
-        except ValueError as problem:
-            raise RecordError(f"{where}: {problem}") from None
+        displacement, periods = whole_periods(record)
+        x, force = 1e3 * (displacement - middle), periods.mean(axis=0)
+        found = ni_method(x, force, self.start or plausible_start(x, force))
         if found.outcome is Outcome.NOT_CONVERGED:
             raise IdentificationError(Outcome.NOT_CONVERGED, where)
         p, degrees = found.parameters, self.degrees or (8, 6)
         y = np.cos(np.linspace(0.0, np.pi, 401))
         amplifier = p.amplifier(half * y)
         wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
-        FE, G = (np.asarray(polynomial.polyfit(y, force, degree), np.float64) for force, degree in wanted)
+        FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
         h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
         spring = spring_of(where, (low, high), middle, 1e-3 * half, FE, G, h)
         findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)

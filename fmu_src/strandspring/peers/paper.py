@@ -27,7 +27,6 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.polynomial import polynomial
 
-from ..errors import RecordError
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
@@ -77,9 +76,7 @@ class PaperOptions(Method):
         """
         record = one_record(samples, where, "the paper's method")
         try:
-            return self._fit(*whole_periods(record.displacement, record.force, record.time), where)
-        except RecordError as problem:
-            raise RecordError(f"{where}: {problem}") from None
+            return self._fit(*whole_periods(record), where)
         except _NoValueError as problem:
             raise IdentificationError(Outcome.PAPER_FORMULAS, where, f" ({problem})") from None
 
