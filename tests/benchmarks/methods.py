@@ -97,7 +97,8 @@ def found_by(p: NiParameters) -> Found:
 def ni(start: Start) -> Run:
     def run(x: np.ndarray, forces: np.ndarray, seed: int) -> Found:
         mean = forces.mean(axis=0)
-        return found_by(ni_method(x, mean, start(x, mean, seed)).parameters)
+        period, periods = whole_periods(Record(x, mean))
+        return found_by(ni_method(period, periods.mean(axis=0), start(x, mean, seed)).parameters)
 
     return run
 

@@ -39,6 +39,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
@@ -212,12 +213,12 @@ def ni_method(x: FloatArray, measured: FloatArray, start: NiParameters) -> NiRes
     # Of K samples, one standard error changes the sum of squares by 1/K: a millionth says nothing about parameters.
     fit = least_squares(misfit, _to_vector(start), method="trf", x_scale="jac", max_nfev=500, ftol=1e-6)
     parameters = _from_vector(fit.x)
-    rmse = float(np.sqrt(np.mean((parameters.steady_force(x) - measured) ** 2)))
+    error = rmse(measured, parameters.steady_force(x))
     # Multiplicative noise counts by its mean square, not by its median.
     noise = max(noise_level(measured), float(np.sqrt(np.mean(np.diff(measured, 4) ** 2) / 70.0)))
-    is_left = rmse > max(1.2 * noise, 0.01 * float(np.sqrt(np.mean(measured**2))))
+    is_left = error > max(1.2 * noise, 0.01 * float(np.sqrt(np.mean(measured**2))))
     outcome = Outcome.NOT_CONVERGED if fit.status == 0 else Outcome.NI_MODEL if is_left else None
-    return NiResult(parameters, rmse, outcome)
+    return NiResult(parameters, error, outcome)
 
 
 def plausible_start(x: FloatArray, r: FloatArray) -> NiParameters:

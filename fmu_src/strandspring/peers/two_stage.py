@@ -28,6 +28,7 @@ from numpy.polynomial import legendre
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..core.polynomials import least_value
+from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
 from ..identification.samples import IndexArray, Samples
@@ -162,7 +163,7 @@ class _Stages:
             omega = self.samples.points.omega_by_rate(np.array([read.rho]), read.sigma, read.n)[0]
             if min(omega.max(), -omega.min()) >= 0.6:  # less does not tell FE from FA
                 closing = self.matrix(degrees, omega)
-                error = _rms(r - closing @ _solved(closing, r))
+                error = rmse(r, closing @ _solved(closing, r))
                 solutions.append(_Solution(error, degrees, share, read, omega))
         return min(solutions, key=lambda solution: solution.error, default=None)
 
@@ -201,8 +202,7 @@ class _Stages:
         for solution in filter(None, map(self.solve, _DEGREES)):
             matrix = self.matrix(solution.degrees, solution.omega)
             fits = ((held, _solved(matrix[~held], r[~held])) for held in self.samples.folds)
-            errors = [_rms(r[held] - matrix[held] @ solved) for held, solved in fits]
-            error = max(float(np.median(errors)), floor)
+            error = max(float(np.median([rmse(r[held], matrix[held] @ solved) for held, solved in fits])), floor)
             if error < 0.95 * least:
                 best, least = solution, error
         return best
@@ -223,10 +223,6 @@ def _solved(matrix: FloatArray, target: FloatArray, rcond: float = 1e-13) -> Flo
     largest, which are noise.
     """
     return np.asarray(np.linalg.lstsq(matrix.T @ matrix, matrix.T @ target, rcond=rcond)[0])
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _line(first: IndexArray, way: FloatArray, u: FloatArray, root: FloatArray, n: FloatArray) -> Sequence[float]:
