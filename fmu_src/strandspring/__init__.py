@@ -77,7 +77,7 @@ if TYPE_CHECKING:
     from .model.outcomes import Finding as Finding
     from .model.outcomes import IdentificationError as IdentificationError
     from .model.outcomes import Outcome as Outcome
-    from .peers.ni_method import NiOptions as NiOptions
+    from .peers.ni import NiOptions as NiOptions
     from .peers.paper import PaperOptions as PaperOptions
     from .peers.two_stage import TwoStageOptions as TwoStageOptions
     from .records.given import bundled_record as bundled_record
@@ -116,7 +116,7 @@ _NAMES = {
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
     "model.outcomes": ("Finding", "IdentificationError", "Outcome"),
-    "peers.ni_method": ("NiOptions",),
+    "peers.ni": ("NiOptions",),
     "peers.paper": ("PaperOptions",),
     "peers.two_stage": ("TwoStageOptions",),
     "records.given": ("bundled_record",),

@@ -14,8 +14,7 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from strandspring import Record, RefinedOptions, Spring, SpringParameters, identify
-from strandspring.peers.ni import PAPER_NI, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method
+from strandspring.peers.ni import PAPER_NI, ni_method, sine_period, with_noise
 
 SEEDS = range(200)
 KNOWN = SpringParameters(

@@ -40,10 +40,9 @@ from strandspring import (
 )
 from strandspring.examples.paper import random_start
 from strandspring.identification.method import Method
-from strandspring.loops.cycles import find_strokes
-from strandspring.loops.noise_levels import noise_level
-from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method, plausible_start
+from strandspring.loops.strokes import find_strokes, noise_level
+from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method, plausible_start, sine_period, with_noise
+from strandspring.peers.periods import whole_periods
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLES, NOISE = (1000, 128), 0.03  # of a period; the paper does not say how many it has
@@ -98,7 +97,8 @@ def found_by(p: NiParameters) -> Found:
 def ni(start: Start) -> Run:
     def run(x: np.ndarray, forces: np.ndarray, seed: int) -> Found:
         mean = forces.mean(axis=0)
-        return found_by(ni_method(x, mean, start(x, mean, seed)).parameters)
+        period, periods = whole_periods(Record(x, mean))
+        return found_by(ni_method(period, periods.mean(axis=0), start(x, mean, seed)).parameters)
 
     return run
 
@@ -257,10 +257,11 @@ def at_random(scale: NiParameters | None = None) -> Start:
 def read_off(x: np.ndarray, force: np.ndarray, _: int) -> NiParameters:
     """From the secant stiffness and the area of the loop; of the first cycle if the cycles differ."""
     try:
-        return plausible_start(x, force)
+        period, periods = whole_periods(Record(x, force))
     except RecordError:
         end = int(find_strokes(x).turning[2])
-        return plausible_start(x[:end], force[:end])
+        period, periods = whole_periods(Record(x[:end], force[:end]))
+    return plausible_start(period, periods.mean(axis=0))
 
 
 def methods(truth: NiParameters | None) -> list[tuple[str, str, Run]]:

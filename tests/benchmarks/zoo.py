@@ -39,7 +39,7 @@ from rig import FloatArray, draw_experiment, draw_spring
 from spring_oracle import OracleSpring
 from strandspring import Record, RefinedOptions, identify, read_record
 from strandspring.errors import StrandspringError
-from strandspring.loops.cycles import find_strokes
+from strandspring.loops.strokes import find_strokes
 from zoo_mounts import DRAWS
 from zoo_rig import FORCE_SHIFTS, ZooCase, draw_case, lab_like, own_case, without_times
 

@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.linalg import block_diag
 
 from rig import Case, FloatArray
-from strandspring.loops.cycles import find_strokes
+from strandspring.loops.strokes import find_strokes
 from stroke_points import omega_with_derivatives
 
 _DRAWS = 20_000

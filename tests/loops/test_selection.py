@@ -91,7 +91,7 @@ LINE = np.linspace(0.0, 1.0, 50)
         (made(), {"time": (float("nan"), 2.0)}, "`time` must be two finite numbers"),
         (made(), {"time": (10**400, None)}, "`time` must be two finite numbers"),
         (made(), {"time": ("a", None)}, "`time` must be two finite numbers"),
-        (made(), {"time": 3.0}, "`time` must be a pair of first and last [s]"),
+        (made(), {"time": 3.0}, "`time` must be two finite numbers [s]"),
         (made(), {"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
         (Record(PATH, PATH), {"time": (0.0, 5.0)}, "the record has none"),
         (Record(PATH, PATH, -TIME), {"time": (0.0, 5.0)}, "do not fall back"),

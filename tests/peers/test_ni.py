@@ -16,8 +16,7 @@ from strandspring.cli.main import main
 from strandspring.errors import RecordError
 from strandspring.examples.paper import random_start
 from strandspring.identification.identify import identify_records
-from strandspring.peers.ni import PAPER_NI, NiParameters, sine_period, with_noise
-from strandspring.peers.ni_method import ni_method
+from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method, sine_period, with_noise
 from strandspring.peers.periods import whole_periods
 from synthetic import record_of, sine, spring_of
 
@@ -94,13 +93,13 @@ def test_impossible_parameters_and_a_period_at_rest_are_refused(change: dict[str
 def test_whole_periods_are_cut_as_they_are(phase: int, count: int) -> None:
     p, period = experiment()
     period = np.roll(period, phase)
-    displacement, force = whole_periods(np.tile(period, count), np.tile(p.steady_force(period), count))
+    displacement, force = whole_periods(Record(np.tile(period, count), np.tile(p.steady_force(period), count)))
     assert force.shape == (count, 1000)
     # Interpolation between samples that are hit within rounding.
     np.testing.assert_allclose(displacement, period, atol=1e-12)
     np.testing.assert_allclose(force.mean(axis=0), p.steady_force(period), atol=1e-9)
     closed = np.append(np.tile(period, count), period[0])  # its last sample makes no longer period
-    assert whole_periods(closed, closed)[0].size == 1000
+    assert whole_periods(Record(closed, closed))[0].size == 1000
 
 
 def test_periods_of_uneven_noisy_samples_are_resampled_without_the_virgin_curve() -> None:
@@ -110,7 +109,7 @@ def test_periods_of_uneven_noisy_samples_are_resampled_without_the_virgin_curve(
     x = 5.0 * np.sin(time + 0.3)
     force = p.steady_force(sine_period(5.0, 20_000))[((time + 0.3) / (2.0 * np.pi) * 20_000).astype(int) % 20_000]
     force[: np.argmax(time > 2.0)] -= 20.0
-    displacement, periods = whole_periods(x + generator.normal(0.0, 1e-3, x.size), force, time)
+    displacement, periods = whole_periods(Record(x + generator.normal(0.0, 1e-3, x.size), force, time))
     assert len(periods) == 6  # the last six of 6.28 s in 40 s; the virgin curve lies before them
     steps = np.diff(displacement)
     assert np.count_nonzero(np.diff(np.sign(steps[steps != 0.0]))) == 2
@@ -129,9 +128,9 @@ def test_periods_of_uneven_noisy_samples_are_resampled_without_the_virgin_curve(
 )
 def test_records_that_are_not_periodic_are_refused(displacement: np.ndarray, named: str) -> None:
     with pytest.raises(RecordError, match=named):
-        ni_method(displacement, displacement, PAPER_NI)
+        whole_periods(Record(displacement, displacement))
     with pytest.raises(RecordError, match="`time` must rise"):
-        whole_periods(displacement, displacement, np.zeros(displacement.size))
+        whole_periods(Record(displacement, displacement, np.zeros(displacement.size)))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.05])

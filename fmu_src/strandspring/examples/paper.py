@@ -27,8 +27,7 @@ from strandspring.ground.files import refuse_unwritable, write_text
 from strandspring.ground.one_thread import one_thread
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.arrays import FloatArray
-from strandspring.peers.ni import PAPER_NI, NiParameters
-from strandspring.peers.ni_method import ni_method
+from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method
 from strandspring.report.rendering.drawing import STYLE
 from strandspring.report.rendering.palette import LIGHT
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import noise_level
 from ..model.stated_figures import NAMES
 from ..records.record import Record
 from .refusals import Strokes, clipped_samples

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import noise_level
 from ..model.joint import LEVEL
 from ..records.record import Record
 from .bases import AMPLIFIER, ELASTIC, fraction, step_on

@@ -18,8 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from ..ground.gravity import STANDARD_GRAVITY
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import is_white_noise, noise_level, path_noise_level
-from ..loops.turning import turning_points
+from ..loops.strokes import noise_level, path_noise, turning_points
 from ..model.outcomes import IdentificationError, Outcome
 from ..records.record import Record
 from .samples import REVERSAL, BoolArray, IndexArray
@@ -72,8 +71,7 @@ class Strokes:
         self.noise = noise_level(record.force, self.turning[1:-1])
         # Samples that were written twice are no noise.
         written = x[np.append(True, (np.diff(x) != 0.0) | (np.diff(record.force) != 0.0))]
-        level = path_noise_level(written)
-        self.displacement_noise = level if is_white_noise(written, level) else 0.0
+        self.displacement_noise = path_noise(written)
         self.clipped = clipped_samples(record.force)
         self.resting, self.dwells = self._rests()
         self.usable = ~self.clipped & ~self.resting & (True if record.compared is None else record.compared)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import maxwell_columns
 from ..kernel.points import RecordPoints
-from ..loops.turning import turning_points
+from ..loops.strokes import turning_points
 from ..records.record import Record
 
 IndexArray = NDArray[np.intp]

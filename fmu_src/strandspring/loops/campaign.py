@@ -8,22 +8,14 @@ from enum import Enum
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import FloatArray, IntArray
 from ..records.record import Record
 from .cycles import Cycle, find_cycles
 from .loop import Loop, group_by_amplitude, mean_figures
 
 _CELLS = 40  # on each branch compared
-_SAME_FREQUENCY = 1.1  # frequencies within this factor count as one
-_RECOVERY = 0.2  # share of the stroke after a reversal left out of the rate's comparison: unequal turning points show
 _END = 0.02  # share of the stroke before a reversal left out, where the branches end
-_RESOLUTION = 1e-3  # least noise assumed, share of the loop height: no rig repeats better
 _BEYOND_NOISE = 2.0  # difference that counts as real, in units of the noise
-_LITTLE = 0.05  # difference between frequencies that counts as small, share of the loop height
-_SMALLER = 0.9  # greatest amplitude that counts as smaller than the largest one
-_TRAVELLED = 0.5  # share of the smaller loop's stroke after which its loading path is compared
-_LEAST_SHARED = 0.1  # share of the smaller loop's stroke that must be left to compare
-_OVERLAPPING = 0.1  # distance of loading paths that counts as overlap, share of the loop height
 
 
 class RateVerdict(Enum):
@@ -84,34 +76,29 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
     timed = [cycle for cycle in cycles if cycle.frequency is not None]
     if not timed:
         return RateIndependence(RateVerdict.NO_TIMES)
-    compared, frequencies = [], []
+    compared, ends = [], []
     for group in group_by_amplitude(timed):
-        classes: list[list[Cycle]] = []
-        for cycle in sorted(group, key=_frequency):
-            if not classes or _frequency(cycle) > _SAME_FREQUENCY * _frequency(classes[-1][0]):
-                classes.append([])
-            classes[-1].append(cycle)
-        if len(classes) > 1:
-            compared.append(_rate_difference(classes))
-            frequencies += [_frequency(cycle) for cycle in group]
+        frequencies = np.array([cycle.frequency for cycle in group])
+        least: list[float] = []  # of each class; those within a tenth count as one
+        for frequency in np.sort(frequencies).tolist():
+            if not least or frequency > 1.1 * least[-1]:
+                least.append(frequency)
+        if len(least) > 1:
+            compared.append(_rate_difference(group, np.searchsorted(least, frequencies, side="right") - 1))
+            ends += [least[0], float(frequencies.max())]
     if not compared:
         return RateIndependence(RateVerdict.ONE_FREQUENCY)
     to_noise, to_height = np.sqrt(np.mean(np.square(compared), axis=0)).tolist()
-    beyond = RateVerdict.LITTLE if to_height <= _LITTLE else RateVerdict.DEPENDENT
+    beyond = RateVerdict.LITTLE if to_height <= 0.05 else RateVerdict.DEPENDENT
     verdict = beyond if to_noise > _BEYOND_NOISE else RateVerdict.INDEPENDENT
-    return RateIndependence(verdict, (min(frequencies), max(frequencies)), len(compared), to_noise, to_height)
+    return RateIndependence(verdict, (min(ends), max(ends)), len(compared), to_noise, to_height)
 
 
-def _frequency(cycle: Cycle) -> float:
-    return cycle.frequency or 0.0
-
-
-def _rate_difference(classes: list[list[Cycle]]) -> tuple[float, float]:
+def _rate_difference(cycles: Sequence[Cycle], of_class: IntArray) -> tuple[float, float]:
     """rms difference between the mean loops of two classes, relative to its noise and to the loop height."""
-    cycles = [cycle for members in classes for cycle in members]
     low = max(cycle.figures.low for cycle in cycles)
     high = min(cycle.figures.high for cycle in cycles)
-    shares = np.linspace(_RECOVERY, 1.0 - _END, _CELLS)
+    shares = np.linspace(0.2, 1.0 - _END, _CELLS)  # unequal turning points show right after a reversal
     rows, sampling = [], []
     for cycle in cycles:
         loading, up = cycle.loading.profile(low + (high - low) * shares)
@@ -119,14 +106,14 @@ def _rate_difference(classes: list[list[Cycle]]) -> tuple[float, float]:
         rows.append(np.concatenate([loading, unloading]))
         sampling.append(cycle.noise**2 * np.mean(1.0 / np.concatenate([up, down])))
     profiles = np.stack(rows) - np.mean(rows, axis=1, keepdims=True)
-    sizes = np.array([len(members) for members in classes])
-    of_class = np.repeat(np.arange(sizes.size), sizes)
+    sizes = np.bincount(of_class)
     means = np.stack([profiles[of_class == k].mean(axis=0) for k in range(sizes.size)])
     between = float(np.mean(np.var(means, axis=0, ddof=1)))
     freedom = max(len(cycles) - sizes.size, 1)  # single cycles do not scatter about themselves
     scatter = np.mean(np.sum((profiles - means[of_class]) ** 2, axis=0)) / freedom
     height = float(np.mean([abs(cycle.figures.height) for cycle in cycles]))
-    variance = max(float(scatter), float(np.mean(sampling)), (_RESOLUTION * height) ** 2, 1e-300)
+    # No rig repeats better than to a thousandth.
+    variance = max(float(scatter), float(np.mean(sampling)), (1e-3 * height) ** 2, 1e-300)
     expected = variance * float(np.mean(1.0 / sizes))
     return float(np.sqrt(between / expected)), float(np.sqrt(2.0 * between)) / max(height, 1e-300)
 
@@ -184,16 +171,16 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     force makes of the distance is removed. None if no amplitude is below nine tenths of the largest.
     """
     *others, largest = group_by_amplitude(loops) or [[]]
-    smaller = [g for g in others if g[0].figures.amplitude <= _SMALLER * largest[0].figures.amplitude]
+    smaller = [group for group in others if group[0].figures.amplitude <= 0.9 * largest[0].figures.amplitude]
     if not smaller:
         return None
     compared = []
     for group in smaller:
         members = [loop.figures for loop in (*group, *largest)]
         stroke = float(np.mean([loop.figures.stroke for loop in group]))
-        begin = max(figures.low for figures in members) + _TRAVELLED * stroke
+        begin = max(figures.low for figures in members) + 0.5 * stroke
         end = min(figures.high for figures in members) - _END * stroke
-        if end - begin >= _LEAST_SHARED * stroke:
+        if end - begin >= 0.1 * stroke:
             cells = np.linspace(begin, end, _CELLS)
             (first, own), (second, other) = _loading(group, cells), _loading(largest, cells)
             compared.append([float(np.mean((first - second) ** 2)), own + other])
@@ -204,9 +191,8 @@ def loading_overlap(loops: Sequence[Loop]) -> Overlap | None:
     if height <= _BEYOND_NOISE * np.sqrt(noise):
         return Overlap(OverlapVerdict.LOST_IN_NOISE)
     distance = float(np.sqrt(max(square - noise, 0.0)))
-    share = distance / height
-    verdict = OverlapVerdict.OVERLAPPING if share <= _OVERLAPPING else OverlapVerdict.APART
-    return Overlap(verdict, len(compared), distance, share)
+    verdict = OverlapVerdict.OVERLAPPING if distance <= 0.1 * height else OverlapVerdict.APART
+    return Overlap(verdict, len(compared), distance, distance / height)
 
 
 def _loading(loops: Sequence[Loop], cells: FloatArray) -> tuple[FloatArray, float]:

@@ -1,73 +1,20 @@
-"""Strokes and full cycles of a measured record, with the figures of each cycle, and of those of one amplitude.
-
-A stroke is the path between two consecutive reversals, a cycle is two strokes of equal length.
-"""
+"""Full cycles of a measured record, two strokes of equal length each, with the figures of one and of an amplitude."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray, IntArray
+from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from ..records.spikes import IndexArray
 from .loop import AMPLITUDE_TOLERANCE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
-from .noise_levels import least_reversal, noise_level, path_noise_level
-from .turning import turning_points
+from .strokes import Strokes, find_strokes, noise_level
 
-# A million samples of white noise span ten standard deviations: more is a reversal.
-_REVERSAL = 12.0
-# The force at a turning point is that of a parabola fitted to this last share of the stroke before it, which averages
-# the noise; the force is smooth before a reversal, not after it...
-_FITTED_SHARE = 0.05
-# ...provided that it has this many samples; with fewer, the parabola is no better than the last sample.
-_MIN_FITTED_SAMPLES = 8
-# A loop is open if the force at its end differs by more than this share of its height, and more than noise does.
-_GAP_TOLERANCE = 0.1
-_NOISE_FACTOR = 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class Strokes:
-    """A path of K samples cut at its S - 1 reversals."""
-
-    path: FloatArray  # as recorded, shape (K,) [m]
-    turning: IndexArray  # first sample, reversals, last sample, shape (S + 1,)
-
-    @property
-    def count(self) -> int:
-        """Number of strokes S."""
-        return self.turning.size - 1
-
-    @cached_property
-    def ends(self) -> FloatArray:
-        """Displacement at the start of the path, its reversals and its end, shape (S + 1,) [m]."""
-        return self.path[self.turning]
-
-    @cached_property
-    def length(self) -> FloatArray:
-        """Length of each stroke, shape (S,) [m]."""
-        return np.abs(np.diff(self.ends))
-
-    @cached_property
-    def direction(self) -> IntArray:
-        """+1 loading, -1 unloading, shape (S,)."""
-        return np.where(np.diff(self.ends) >= 0.0, 1, -1)
-
-    @cached_property
-    def of_sample(self) -> IndexArray:
-        """Stroke that leads to each sample, shape (K,)."""
-        return np.searchsorted(self.turning[1:-1], np.arange(self.path.size), side="left")
-
-
-def find_strokes(displacement: FloatArray) -> Strokes:
-    """Cut a path [m] at its reversals beyond the noise."""
-    least = max(_REVERSAL * path_noise_level(displacement), least_reversal(displacement))
-    return Strokes(displacement, turning_points(displacement, least))
+# Last share of a stroke in which a parabola is fitted to the force for that at the turning point.
+_FITTED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +43,6 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
     x, r = record.displacement, record.force
     work = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(x))])
     stroke_work = np.diff(work[strokes.turning])
-    end_force = _end_forces(strokes, r)
     noise = noise_level(r, strokes.turning[1:-1])
     cycles = []
     for k, count, is_first in _cycle_strokes(strokes):
@@ -107,13 +53,12 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
             continue
         closing_work = 0.5 * (r[begin] + r[end]) * (x[begin] - x[end])
         # The turning points are the ends of the first two strokes; the first point may lie within a stroke.
-        ends = strokes.ends[k + 1 : k + 3]
-        bottom, top = int(np.argmin(ends)), int(np.argmax(ends))
+        (low, force_low), (high, force_high) = sorted((_end(strokes, r, k), _end(strokes, r, k + 1)))
         figures = LoopFigures(
-            low=float(ends[bottom]),
-            high=float(ends[top]),
-            force_low=float(end_force[k + bottom]),
-            force_high=float(end_force[k + top]),
+            low=low,
+            high=high,
+            force_low=force_low,
+            force_high=force_high,
             mean_force=float(np.sum(strokes.direction[cycle] * stroke_work[cycle]) / np.sum(strokes.length[cycle])),
             min_force=float(r[samples].min()),
             max_force=float(r[samples].max()),
@@ -122,7 +67,8 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
         loading, unloading = (_branch(strokes, r, range(k, k + count), direction) for direction in (1, -1))
         duration = 0.0 if record.time is None else float(record.time[end] - record.time[begin])
         frequency = 1.0 / duration if duration > 0.0 else None
-        tolerance = max(_GAP_TOLERANCE * abs(figures.height), _NOISE_FACTOR * noise)
+        # Open is a loop by more than a tenth of its height and more than noise makes.
+        tolerance = max(0.1 * abs(figures.height), 5.0 * noise)
         gap = _gap(x, r, (begin, int(strokes.turning[k + 1]), end), tolerance) if is_first else 0.0
         cycles.append(Cycle(figures, loading, unloading, noise, frequency, begin, end, gap))
     return tuple(cycles)
@@ -155,22 +101,23 @@ def _gap(x: FloatArray, r: FloatArray, samples: tuple[int, int, int], tolerance:
     return gap if abs(gap) > tolerance else 0.0
 
 
-def _end_forces(strokes: Strokes, force: FloatArray) -> FloatArray:
-    """Force at the end of each stroke, shape (S,) [N], by a parabola fitted to its last samples."""
-    of_sample = strokes.of_sample
-    fitted = np.maximum(_FITTED_SHARE * strokes.length, 1e-300)
-    t = np.abs(strokes.ends[1:][of_sample] - strokes.path) / fitted[of_sample]
+def _end(strokes: Strokes, force: FloatArray, k: int) -> tuple[float, float]:
+    """Displacement [m] and force [N] at the end of a stroke.
+
+    The force is that of a parabola fitted to the last samples, which averages noise; it is smooth before a reversal,
+    not after it.
+    """
+    samples = slice(int(strokes.turning[k]) + (k > 0), int(strokes.turning[k + 1]) + 1)
+    end = float(strokes.ends[k + 1])
+    t = np.abs(end - strokes.path[samples]) / max(_FITTED * float(strokes.length[k]), 1e-300)
     # While the displacement is constant at the end, the force may relax or reverse already.
-    arrival, at_the_end = strokes.turning[1:].copy(), np.flatnonzero(t == 0.0)[::-1]
-    arrival[of_sample[at_the_end]] = at_the_end  # of each stroke the first one remains
-    near = np.flatnonzero((t <= 1.0) & (np.arange(t.size) <= arrival[of_sample]))
-    begins = np.searchsorted(of_sample[near], np.arange(strokes.count + 1))
-    found = force[arrival]
-    for k in np.flatnonzero(np.diff(begins) >= _MIN_FITTED_SAMPLES):
-        own = near[begins[k] : begins[k + 1]]
-        # Fewer than three distinct displacements give a singular matrix; the least-norm solution fits their means.
-        found[k] += np.linalg.lstsq(np.vander(t[own], 3), force[own] - found[k], rcond=1e-5)[0][-1]
-    return found
+    arrival = int(np.argmax(t == 0.0))
+    near = np.flatnonzero(t[: arrival + 1] <= 1.0)
+    own, last = force[samples][near], float(force[samples][arrival])
+    if near.size < 8:  # no better than the last sample
+        return end, last
+    # Fewer than three distinct displacements give a singular matrix; the least-norm solution fits their means.
+    return end, last + float(np.linalg.lstsq(np.vander(t[near], 3), own - last, rcond=1e-5)[0][-1])
 
 
 def _branch(strokes: Strokes, force: FloatArray, cycle: range, direction: int) -> LoopBranch:

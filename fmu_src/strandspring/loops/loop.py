@@ -18,10 +18,6 @@ from ..kernel.steady import steady_start
 # Loops form a group if both their turning points agree within this share of the amplitude.
 AMPLITUDE_TOLERANCE = 0.03
 _POINTS = 513  # on each branch of the model's loop, for the peak forces and for comparing branches
-_RELAXED = (
-    "Loops of the model are slow: its Maxwell branches have relaxed. At the recorded rates stiffness and energy are "
-    "larger."
-)
 
 
 @dataclass(frozen=True)
@@ -188,4 +184,5 @@ def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigu
 
 def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:
     """What has to be said of the figures of a spring's loops: a caution if it has Maxwell branches, else nothing."""
-    return (_RELAXED,) if spring.branches else ()
+    slow = "Loops of the model are slow: its Maxwell branches have relaxed."
+    return (f"{slow} At the recorded rates stiffness and energy are larger.",) if spring.branches else ()

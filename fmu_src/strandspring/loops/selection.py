@@ -26,17 +26,15 @@ from ..records.reading import check_reverse, check_skipping, read_record
 from ..records.record import Record, is_finite_number
 from ..records.units import Quantity, unit_factor
 from .cycles import find_cycles
+from .strokes import FEWEST_SAMPLES, LEAST_STROKE
 
 Bounds = tuple[float | None, float | None]
 
-_NARROWEST = 0.02  # share of the displacement's range, as for a stroke
-_FEWEST = 16  # samples of a part that can show a loop
 _MAX_BYTES = 1_000_000  # of a description file
 _MAX_FILES = 10_000  # that it names
 _KINDS = {str: "text", int: "a whole number", float: "a finite number", bool: "true or false"}
 _NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 _WINDOW = re.compile(rf"\s*({_NUMBER})?\s*:\s*({_NUMBER})?\s*")
-_CYCLES = re.compile(r"\s*([0-9]{1,9})?\s*:\s*([0-9]{1,9})?\s*")
 
 
 def select(
@@ -83,14 +81,12 @@ def select(
     for name, ends in (("cycles", cycles), ("time", time), ("displacement", displacement)):
         if ends is not None:
             _check_ends(name, ends, ends)
-    whole = slice(0, len(record))
-    keep, notes = whole, []
-    if cycles is not None:
-        keep, which = _cycles(record, cycles)
-        notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
-    if time is not None:
-        keep, which = _window(record, time, keep)
-        notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
+    whole = keep = slice(0, len(record))
+    notes = []
+    for ends, cut_by in ((cycles, _cycles), (time, _window)):
+        if ends is not None:
+            keep, which = cut_by(record, ends, keep)
+            notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
     if keep != whole:
         columns = ("displacement", "force", "time", "compared")
         cut = {name: values[keep] for name in columns if (values := getattr(record, name)) is not None}
@@ -104,19 +100,19 @@ def select(
 
 def _check_ends(name: str, ends: Bounds, shown: object) -> None:
     """Refuse what are no two ends, of which either may be None."""
-    unit = {"time": " [s]", "displacement": " [m]"}.get(name, "")
-    if not (isinstance(ends, tuple | list) and len(ends) == 2):
-        raise RecordError(f"`{name}` must be a pair of first and last{unit}, None for an open end, got {shown!s:.60}.")
-    given = [value for value in ends if value is not None]
-    if not all(map(is_finite_number, given)) or (len(given) == 2 and given[0] > given[1]):
+    is_pair = isinstance(ends, tuple | list) and len(ends) == 2
+    given = [value for value in ends if value is not None] if is_pair else [math.nan]
+    if not all(map(is_finite_number, given)) or given != sorted(given):
+        unit = {"time": " [s]", "displacement": " [m]"}.get(name, "")
         raise RecordError(
-            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got {shown!s:.60}."
+            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, None for an open "
+            f"end, got {shown!s:.60}."
         )
     if name == "cycles" and any(value != int(value) or value < 1 for value in given):
         raise RecordError(f"`cycles` must be whole numbers from 1 on, got {shown!s:.60}.")
 
 
-def _cycles(record: Record, ends: Bounds) -> tuple[slice, str]:
+def _cycles(record: Record, ends: Bounds, _keep: slice) -> tuple[slice, str]:
     """The samples of some cycles, and these in words."""
     cycles = find_cycles(record)
     if not cycles:
@@ -126,10 +122,10 @@ def _cycles(record: Record, ends: Bounds) -> tuple[slice, str]:
         )
     count = len(cycles)
     first, last = int(ends[0] or 1), int(ends[1] or count)
-    if max(first, last) > count:
+    if (latest := max(first, last)) > count:
         raise RecordError(
-            f"{record.path}: cycle {max(first, last)} cannot be selected, since the record has {count}; "
-            f"select among 1 to {count}."
+            f"{record.path}: cycle {latest:.9g} cannot be selected, since the record has {count}; select among 1 to "
+            f"{count}."
         )
     which = f"cycle {first}" if first == last else f"cycles {first} to {last}"
     return slice(cycles[first - 1].first_sample, cycles[last - 1].last_sample + 1), f"{which} of {count}"
@@ -138,19 +134,16 @@ def _cycles(record: Record, ends: Bounds) -> tuple[slice, str]:
 def _window(record: Record, ends: Bounds, keep: slice) -> tuple[slice, str]:
     """The samples of a slice within a window of time, and the window in words."""
     if record.time is None or np.any(np.diff(record.time) < 0.0):
-        lacking = (
-            "times, and the record has none" if record.time is None else "times that do not fall back, and they do"
-        )
+        found = "the record has none" if record.time is None else "they do"
         raise RecordError(
-            f"{record.path}: a window of time needs {lacking}; name its time column, or select by cycles."
+            f"{record.path}: a window of time needs times that do not fall back, and {found}; name its time column, or "
+            "select by cycles."
         )
-    low, high, words = _described_ends(ends, "time", "s")
-    begin = max(keep.start, int(np.searchsorted(record.time, low, side="left")))
-    end = min(keep.stop, int(np.searchsorted(record.time, high, side="right")))
-    part = "" if keep == slice(0, len(record)) else " (the cycles selected)"
-    own = f"{record.time[keep.start]:.6g} to {record.time[keep.stop - 1]:.6g} s{part}"
-    _refuse_few(record, max(end - begin, 0), words, own)
-    return slice(begin, end), words
+    time, (low, high, words) = record.time[keep], _described_ends(ends, "time", "s")
+    begin, end = int(np.searchsorted(time, low, side="left")), int(np.searchsorted(time, high, side="right"))
+    part = "" if time.size == len(record) else " (the cycles selected)"
+    _refuse_few(record, max(end - begin, 0), words, f"{time[0]:.6g} to {time[-1]:.6g} s{part}")
+    return slice(keep.start + begin, keep.start + end), words
 
 
 def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
@@ -164,9 +157,9 @@ def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
     if record.compared is not None:
         inside &= record.compared
     covered = float(np.ptp(x[inside])) if inside.any() else 0.0
-    if covered < _NARROWEST * np.ptp(x):
+    if covered < LEAST_STROKE * np.ptp(x):
         raise RecordError(
-            f"{record.path}: the {words} must hold samples over at least {100.0 * _NARROWEST:g} % of the record's "
+            f"{record.path}: the {words} must hold samples over at least {100.0 * LEAST_STROKE:g} % of the record's "
             f"range, {own}, and they cover {1e3 * covered:.4g} mm."
         )
     others = "the others belong to the path only"
@@ -174,8 +167,8 @@ def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
 
 
 def _refuse_few(record: Record, count: int, words: str, own: str) -> None:
-    if count < _FEWEST:
-        need = f"the {words} must hold at least {_FEWEST} samples, found {count}"
+    if count < FEWEST_SAMPLES:
+        need = f"the {words} must hold at least {FEWEST_SAMPLES} samples, found {count}"
         raise RecordError(f"{record.path}: {need}; the record goes from {own}.")
 
 
@@ -196,22 +189,19 @@ def is_window(text: str) -> bool:
 
 def window(text: str, name: str = "window", factor: float = 1.0) -> Bounds:
     """Both ends of "FROM:TO" times a factor, None for one that is left out; other texts are a RecordError."""
-    return _ends_of(text, name, _WINDOW, "FROM:TO, such as 2.5:10, 2.5: or :10", factor)
-
-
-def cycle_range(text: str) -> Bounds:
-    """First and last cycle of "2:5", "2:", ":5" or "3"; other texts are a RecordError."""
-    given = f"{text}:{text}" if isinstance(text, str) and ":" not in text else text
-    return _ends_of(given, "cycles", _CYCLES, "a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5")
-
-
-def _ends_of(text: str, name: str, pattern: re.Pattern[str], form: str, factor: float = 1.0) -> Bounds:
-    match = pattern.fullmatch(text) if isinstance(text, str) else None
+    match = _WINDOW.fullmatch(text) if isinstance(text, str) else None
     if match is None or not any(match.groups()):
+        cycles = "a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5"
+        form = cycles if name == "cycles" else "FROM:TO, such as 2.5:10, 2.5: or :10"
         raise RecordError(f"`{name}` must be {form}, got {text!r:.60}.")
     low, high = (None if end is None else factor * float(end) for end in match.groups())
     _check_ends(name, (low, high), repr(text))
     return low, high
+
+
+def cycle_range(text: str) -> Bounds:
+    """First and last cycle of "2:5", "2:", ":5" or "3"; other texts are a RecordError."""
+    return window(f"{text}:{text}" if isinstance(text, str) and ":" not in text else text, "cycles")
 
 
 @dataclass(frozen=True)

@@ -27,18 +27,12 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.polynomial import polynomial
 
-from ..errors import RecordError
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from .periods import one_record, whole_periods
 from .two_stage import Hysteresis, moving_mean, spring_of
-
-_DEGREES = (4, 4)
-_USUAL_DEGREE = 3  # "usually less than 4"
-_ROUNDING = 1e-12  # by which a mean period may go back within a stroke, share of its range
-_WINDOWS = 48  # half windows of the moving average in a period
 
 
 @dataclass(frozen=True)
@@ -82,16 +76,14 @@ class PaperOptions(Method):
         """
         record = one_record(samples, where, "the paper's method")
         try:
-            return self._fit(*whole_periods(record.displacement, record.force, record.time), where)
-        except RecordError as problem:
-            raise RecordError(f"{where}: {problem}") from None
+            return self._fit(*whole_periods(record), where)
         except _NoValueError as problem:
             raise IdentificationError(Outcome.PAPER_FORMULAS, where, f" ({problem})") from None
 
     def _fit(self, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
         """Both stages."""
-        samples, degrees = displacement.size, self.degrees or _DEGREES
-        half_width = max(1, round(samples / _WINDOWS)) if self.smoothing is None else self.smoothing
+        samples, degrees = displacement.size, self.degrees or (4, 4)
+        half_width = max(1, round(samples / 48)) if self.smoothing is None else self.smoothing
         window = 2 * half_width + 1
         if window > samples:
             raise _NoValueError(f"a window of {window} samples is longer than the period of {samples}")
@@ -108,7 +100,8 @@ class PaperOptions(Method):
             read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.levels)
         h = read._replace(sigma=max(read.sigma, 0.5))
         spring = spring_of(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
-        findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > _USUAL_DEGREE else []
+        # "usually less than 4"
+        findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > 3 else []
         findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []
         choices: dict[str, Any] = {
             "degrees": degrees, "smoothing": half_width, "samples_per_period": samples, "periods": len(periods),
@@ -127,7 +120,7 @@ def _branches(displacement: FloatArray, force: FloatArray) -> tuple[FloatArray, 
     low = int(np.argmin(displacement))
     x, r = (np.append(np.roll(column, -low), column[low]) for column in (displacement, force))
     top = int(np.argmax(x))
-    if max(-np.diff(x[: top + 1]).min(), np.diff(x[top:]).max()) > _ROUNDING * (x[top] - x[0]):
+    if max(-np.diff(x[: top + 1]).min(), np.diff(x[top:]).max()) > 1e-12 * (x[top] - x[0]):  # of rounding
         raise _NoValueError("a period holds more than two strokes")
     branches = []
     for part in (slice(top + 1), slice(top, None)):

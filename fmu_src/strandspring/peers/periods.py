@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..errors import RecordError
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.cycles import find_strokes
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import FEWEST_SAMPLES, LEAST_STROKE, NOISE_SPAN, find_strokes, noise_level
 from ..records.record import Record
-
-_NOISE = 12.0  # standard deviations of the displacement's noise, which a million samples do not span
-_REPEATS = 0.02  # rms difference between two periods that is called none, share of the range
-_TRANSIENT = 1e-3  # the same for the force of the first period, which may hold a virgin curve, beyond its noise
-_MISSING = 0.05  # share of a period that may be missing at the end of the last one: the step that closes it
-_FEWEST = 16  # samples per period that make a usable one
 
 
 def one_record(samples: Samples, where: str, method: str) -> Record:
@@ -29,9 +21,7 @@ def one_record(samples: Samples, where: str, method: str) -> Record:
     return record
 
 
-def whole_periods(
-    displacement: ArrayLike, force: ArrayLike, time: ArrayLike | None = None
-) -> tuple[FloatArray, FloatArray]:
+def whole_periods(record: Record) -> tuple[FloatArray, FloatArray]:
     """Cut the whole periods out of a periodic record and resample them to uniform phases.
 
     A first period with another force, such as one that starts with a virgin curve, is left out. Samples that already
@@ -39,51 +29,55 @@ def whole_periods(
 
     Parameters
     ----------
-    displacement, force : array_like, shape (K,)   In any unit of length; [N].
-    time : array_like, shape (K,), or None         Strictly rising [s]; None if the samples are uniform in time.
+    record : Record   Its time must rise strictly; without time, the samples are uniform in it.
 
     Returns
     -------
-    displacement : ndarray, shape (K,)   Mean of the C periods, made monotone within each stroke.
+    displacement : ndarray, shape (K,)   Mean of the C periods, made monotone within each stroke [m].
     force : ndarray, shape (C, K)        Each period [N].
 
     Raises
     ------
     RecordError   If the displacement is not periodic, holds no whole period or has fewer than 16 samples in one.
     """
-    record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
     x, r = record.displacement, record.force
     clock = np.arange(x.size, dtype=np.float64) if record.time is None else record.time
     if not (np.diff(clock) > 0.0).all():
-        raise RecordError("`time` must rise strictly from sample to sample; leave it out if the samples are uniform.")
+        raise RecordError(
+            f"{record.path}: `time` must rise strictly from sample to sample; leave it out if the samples are uniform."
+        )
     step = float(np.median(np.diff(clock)))
-    period = _period(x, clock, step)
-    count = int((clock[-1] - clock[0] + step) / period + _MISSING)
+    period = _period(record, clock, step)
+    count = int((clock[-1] - clock[0] + step) / period + 0.05)  # the step that closes the last one may be missing
     size = round(period / step)
-    if size < _FEWEST:
-        raise RecordError(f"a period must have at least {_FEWEST} samples, got {size}; sample faster.")
+    if size < FEWEST_SAMPLES:
+        raise RecordError(
+            f"{record.path}: a period must have at least {FEWEST_SAMPLES} samples, got {size}; sample faster."
+        )
     # The last periods, since the first may hold a transient.
     at = max(clock[0], clock[-1] + step - count * period) + period * np.arange(count * size) / size
     moved, forces = (np.interp(at, clock, values).reshape(count, size) for values in (x, r))
     difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)) / np.ptp(x))
-    if difference > _REPEATS:
+    if difference > LEAST_STROKE:
         raise RecordError(
-            "the displacement must repeat itself from period to period, but its periods differ by "
+            f"{record.path}: the displacement must repeat itself from period to period, but its periods differ by "
             f"{100.0 * difference:.3g} % of its range (rms); cut the record to whole periods of one amplitude "
             "(`cycles=...`)."
         )
     first, others = forces[0], forces[1:].mean(axis=0) if count > 1 else forces[0]
-    if np.sqrt(np.mean((first - others) ** 2)) > _TRANSIENT * np.ptp(first) + 2.0 * noise_level(first):
+    # It holds a virgin curve where it differs beyond noise and rounding.
+    if np.sqrt(np.mean((first - others) ** 2)) > 1e-3 * np.ptp(first) + 2.0 * noise_level(first):
         moved, forces = moved[1:], forces[1:]
     return _monotone(moved.mean(axis=0)), forces
 
 
-def _period(x: FloatArray, clock: FloatArray, step: float) -> float:
+def _period(record: Record, clock: FloatArray, step: float) -> float:
     """Period in units of the clock: from the crossings of the middle, or the whole record if it closes."""
-    turns = find_strokes(x).turning
+    x, turns = record.displacement, find_strokes(record.displacement).turning
     if turns.size < 3:
         raise RecordError(
-            f"the displacement must hold at least one whole period, got {turns.size - 1} stroke(s); record longer."
+            f"{record.path}: the displacement must hold at least one whole period, got {turns.size - 1} stroke(s); "
+            "record longer."
         )
     level = 0.5 * float(x.min() + x.max())
     before = np.flatnonzero(np.diff(x >= level))
@@ -99,10 +93,10 @@ def _period(x: FloatArray, clock: FloatArray, step: float) -> float:
         whole = round(period / step) * step
         return whole if abs(period - whole) * crossings.size < 0.5 * step else period
     moved, gap = np.abs(np.diff(x)), abs(float(x[-1] - x[0]))
-    if gap > 3.0 * float(moved.max()) + _NOISE * noise_level(x):
+    if gap > 3.0 * float(moved.max()) + NOISE_SPAN * noise_level(x):
         raise RecordError(
-            f"the displacement must end where it began after one whole period, got a gap of {gap:.4g} at a range of "
-            f"{np.ptp(x):.4g}; cut the record to whole periods (`cycles=...`)."
+            f"{record.path}: the displacement must end where it began after one whole period, but misses that by "
+            f"{100.0 * gap / np.ptp(x):.3g} % of its range; cut the record to whole periods (`cycles=...`)."
         )
     # The last sample may repeat the first or stop one step short of it.
     return float(clock[-1] - clock[0]) + (0.0 if gap < 0.5 * min(float(moved[0]), float(moved[-1])) else step)
@@ -115,7 +109,5 @@ def _monotone(period: FloatArray) -> FloatArray:
     turns = find_strokes(x).turning
     for begin, end in zip(turns[:-1], turns[1:] + 1, strict=True):
         side = np.sign(x[end - 1] - x[begin])
-        stroke = side * x[begin:end]
-        # Midway between the highest so far and the lowest from there on.
-        x[begin:end] = 0.5 * side * (np.maximum.accumulate(stroke) + np.minimum.accumulate(stroke[::-1])[::-1])
+        x[begin:end] = side * np.sort(side * x[begin:end])
     return np.roll(x[:-1], top)

@@ -28,24 +28,18 @@ from numpy.polynomial import legendre
 
 from ..core.parameters import SIGMA_RANGE, SpringParameters
 from ..core.polynomials import least_value
+from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
 from ..identification.samples import IndexArray, Samples
 from ..kernel.arrays import FloatArray
-from ..loops.noise_levels import noise_level
+from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
-_WORTH = 0.95  # error on held-out rows that richer degrees must reach, of that of leaner ones
-_GOOD_ENOUGH = 0.005  # error that is as good as none, of the deviation: beyond, degrees imitate the hysteresis
 _STEADY = (0.1, 0.25, 0.45, 0.65, 0.8)  # where the steady section may begin, of the longest stroke
-# Of the largest eigenvalue, below which others are noise: in a steady section whose branches hardly overlap, elsewhere.
-_OVERLAP, _ROUNDING = 1e-6, 1e-13
 _N = np.geomspace(0.05, 20.0, 19)  # that are tried; the best one's surroundings are finer
 _CELLS = 160  # of a stroke, over which rows are averaged for stage 2
-_QUIET, _WINDOW = 0.01, 0.05  # noise to which omega is smoothed, over this share of a stroke at most
-_OVERSHOOT = 1.1  # of |u| by noise: without some, a saturated branch would have a mean of 1 - u^n above 0
-_DISTINCT, _SATURATED = 0.6, 0.9  # |omega| that tells FE from FA, and that is steady
 
 
 class Hysteresis(NamedTuple):
@@ -87,7 +81,7 @@ class TwoStageOptions(Method):
         elastic, amplifier = solution.degrees
         low, high = samples.reach
         for degree in range(amplifier, -1, -1):
-            solved = _solved(stages.matrix((elastic, degree), solution.omega), samples.r, _ROUNDING)
+            solved = _solved(stages.matrix((elastic, degree), solution.omega), samples.r)
             FE, G = (np.asarray(legendre.leg2poly(part), np.float64) for part in np.split(solved, [elastic + 1]))
             if least_value(tuple(G.tolist()), -1.0, 1.0)[0] > 1e-3 * abs(float(G[0])):  # a margin for rounding
                 break
@@ -107,11 +101,9 @@ def _on_whole_strokes(samples: Samples) -> Samples:
     spacing = min(round(samples.displacement.size / rows.size), strokes // 8)  # four cycles at least
     if spacing < 2 or rows.size > _CELLS * strokes:
         return samples
-    within = (np.diff(stroke) == 0) & (stroke[1:] // 2 % spacing == 0)
-    between = np.zeros(samples.displacement.size, np.intp)
-    between[rows[:-1][within]] += 1
-    between[rows[1:][within]] -= 1
-    return replace(samples, rows=np.flatnonzero(np.cumsum(between)))
+    chosen = np.unique(stroke[stroke // 2 % spacing == 0])
+    first, last = rows[np.searchsorted(stroke, chosen)], rows[np.searchsorted(stroke, chosen, side="right") - 1]
+    return replace(samples, rows=np.concatenate([np.arange(*ends) for ends in zip(first, last, strict=True)]))
 
 
 class _Solution(NamedTuple):
@@ -164,14 +156,14 @@ class _Stages:
             steady = self.travel >= share * self.length.max()
             if np.count_nonzero(steady) < 2 * matrix.shape[1]:
                 continue
-            solved = _solved(matrix[steady], r[steady], _OVERLAP)
+            solved = _solved(matrix[steady], r[steady], 1e-6)  # the branches may hardly overlap
             G = self.side * (matrix[:, terms:] @ solved[terms:])
             if (read := self._second_stage(matrix[:, :terms] @ solved[:terms], G)) is None:
                 continue
             omega = self.samples.points.omega_by_rate(np.array([read.rho]), read.sigma, read.n)[0]
-            if min(omega.max(), -omega.min()) >= _DISTINCT:
+            if min(omega.max(), -omega.min()) >= 0.6:  # less does not tell FE from FA
                 closing = self.matrix(degrees, omega)
-                error = _rms(r - closing @ _solved(closing, r, _ROUNDING))
+                error = rmse(r, closing @ _solved(closing, r))
                 solutions.append(_Solution(error, degrees, share, read, omega))
         return min(solutions, key=lambda solution: solution.error, default=None)
 
@@ -183,8 +175,10 @@ class _Stages:
         G = np.maximum(G, 0.1 * middle)  # where the loop is lower, noise over G would be all
         columns = ((self.samples.r - FE) / G, self.side, self.way, G)
         omega, side, way, root = (np.bincount(self.cell, column[self.moved]) / self.count for column in columns)
-        half_width = min(0.5 * (noise_level(omega) / _QUIET) ** 2, 0.5 * _WINDOW * omega.size / self.first.size)
-        u = (side * moving_mean(omega, int(half_width), self.first)).clip(-_OVERSHOOT, _OVERSHOOT)
+        # Until a hundredth of noise is left, over a twentieth of a stroke at most.
+        half_width = min(0.5 * (noise_level(omega) / 0.01) ** 2, 0.5 * 0.05 * omega.size / self.first.size)
+        # Without some of what noise adds to |u|, a saturated branch would have a mean of 1 - u^n above 0.
+        u = (side * moving_mean(omega, int(half_width), self.first)).clip(-1.1, 1.1)
         rows = (
             self.first + np.searchsorted(self.turns, self.first),
             np.insert(way, self.turns, self.turn_way),
@@ -201,26 +195,22 @@ class _Stages:
         """The leanest that predicts held-out rows about as well as richer ones; None if there is none.
 
         What counts is the median over the folds: the mean would be that of amplitudes left out, where polynomials
-        extrapolate. Without folds it is Akaike's final prediction error.
+        extrapolate. An error of half a per cent is as good as none: richer degrees would imitate the hysteresis.
         """
-        r, floor = self.samples.r, _GOOD_ENOUGH * float(np.std(self.samples.r))
+        r, floor = self.samples.r, 0.005 * float(np.std(self.samples.r))
         best, least = None, math.inf
         for solution in filter(None, map(self.solve, _DEGREES)):
             matrix = self.matrix(solution.degrees, solution.omega)
-            size, terms = matrix.shape
-            errors = [
-                _rms(r[held] - matrix[held] @ _solved(matrix[~held], r[~held], _ROUNDING))
-                for held in self.samples.folds
-            ] or [solution.error * math.sqrt((size + terms) / max(size - terms, 1))]
-            error = max(float(np.median(errors)), floor)
-            if error < _WORTH * least:
+            fits = ((held, _solved(matrix[~held], r[~held])) for held in self.samples.folds)
+            error = max(float(np.median([rmse(r[held], matrix[held] @ solved) for held, solved in fits])), floor)
+            if error < 0.95 * least:
                 best, least = solution, error
         return best
 
     def findings(self, solution: _Solution) -> Iterator[Finding]:
         """What the records show too little of."""
         reached = float(np.abs(solution.omega[self.length >= FULL * self.length.max()]).max())
-        if reached < _SATURATED:
+        if reached < 0.9:
             yield Finding(Outcome.NO_STEADY_SECTION, {"omega": reached})
         if solution.hysteresis.n in (_N[0], _N[-1]):
             yield Finding(Outcome.N_AT_BOUND, {"n": solution.hysteresis.n})
@@ -228,13 +218,11 @@ class _Stages:
             yield Finding(Outcome.SIGMA_AT_BOUND, {"sigma": solution.hysteresis.sigma})
 
 
-def _solved(matrix: FloatArray, target: FloatArray, rcond: float) -> FloatArray:
-    """Linear least squares by the normal equations, quick where rows are many."""
+def _solved(matrix: FloatArray, target: FloatArray, rcond: float = 1e-13) -> FloatArray:
+    """Linear least squares by the normal equations, quick where rows are many, without eigenvalues below `rcond` of the
+    largest, which are noise.
+    """
     return np.asarray(np.linalg.lstsq(matrix.T @ matrix, matrix.T @ target, rcond=rcond)[0])
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _line(first: IndexArray, way: FloatArray, u: FloatArray, root: FloatArray, n: FloatArray) -> Sequence[float]:

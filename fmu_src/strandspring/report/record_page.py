@@ -12,7 +12,8 @@ from .._version import __version__
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..loops.cycles import Cycle, find_cycles, find_strokes
+from ..loops.cycles import Cycle, find_cycles
+from ..loops.strokes import find_strokes
 from ..model.outcomes import IdentificationError
 from ..records.record import Record
 from ..records.spikes import IndexArray, spikes_of

@@ -10,7 +10,7 @@ from ...core.parameters import SpringParameters
 from ...ground.quoting import printable
 from ...identification.refusals import backwards, clipped_samples
 from ...kernel.arrays import FloatArray
-from ...loops.cycles import find_strokes
+from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes, stated_effects
 from ...records.record import Record

@@ -15,7 +15,7 @@ MethodName: TypeAlias = Literal["refined", "two-stage", "paper", "ni"]
 def methods() -> dict[str, type[Method]]:
     """Those with a `MethodName`, which are slow to import."""
     from ...identification.refined import RefinedOptions
-    from ...peers.ni_method import NiOptions
+    from ...peers.ni import NiOptions
     from ...peers.paper import PaperOptions
     from ...peers.two_stage import TwoStageOptions
 

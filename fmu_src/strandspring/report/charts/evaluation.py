@@ -14,7 +14,8 @@ from ...identification.figures import RecordFit, chosen_samples
 from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.cycles import Cycle, Strokes, find_cycles, find_strokes
+from ...loops.cycles import Cycle, find_cycles
+from ...loops.strokes import Strokes, find_strokes
 from ...model.stated_figures import differ
 from ...records.record import Record
 from ...records.spikes import IndexArray
