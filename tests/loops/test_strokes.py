@@ -73,20 +73,15 @@ def test_small_cycles_at_both_ends_of_a_path_remain() -> None:
     assert turning_points(np.array([0.0, 1.0, 0.9, 1.1, 1.0, 2.0]), 0.0).tolist() == [0, 1, 2, 3, 4, 5]
 
 
-def test_the_first_cycles_of_a_growing_amplitude_are_strokes() -> None:
-    record = read_record(ROOT / "tests/data/degrading/SPC1.csv")
-    strokes = find_strokes(record.displacement)
-    # After a first one of 3.26 mm come four cycles of 2.44 mm, 3 % of the largest.
-    assert strokes.count == 56
-    assert strokes.length[2:9] == pytest.approx(4.88e-3, rel=0.01)
-
-
 def test_the_measured_records_have_the_strokes_one_sees() -> None:
     hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
-    assert find_strokes(hinge.displacement).count == 6
-    friction = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
     # Ten cycles; single samples of its laser jump by up to 0.45 mm.
-    assert find_strokes(friction.displacement).count == 20
+    friction = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
+    # After a first one of 3.26 mm come four cycles of 2.44 mm, 3 % of the largest.
+    growing = read_record(ROOT / "tests/data/degrading/SPC1.csv")
+    strokes = [find_strokes(record.displacement) for record in (hinge, friction, growing)]
+    assert [each.count for each in strokes] == [6, 20, 56]
+    assert strokes[2].length[2:9] == pytest.approx(4.88e-3, rel=0.01)
 
 
 def triangle(samples: float, cycles: int) -> FloatArray:
@@ -95,28 +90,15 @@ def triangle(samples: float, cycles: int) -> FloatArray:
     return np.asarray(2.0 / np.pi * np.arcsin(np.sin(2.0 * np.pi * phase)))
 
 
-def test_noise_level_of_white_noise_on_a_slow_signal() -> None:
-    rng = np.random.default_rng(1)
-    signal = np.sin(np.linspace(0.0, 10.0, 10_000))
-    # The median of 1e4 correlated fourth differences scatters by 2 %.
-    assert noise_level(signal + 1e-3 * rng.standard_normal(10_000)) == pytest.approx(1e-3, rel=0.06)
-    assert noise_level(signal) < 1e-9
-
-
 @pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
-def test_corners_of_a_coarse_triangle_are_no_noise(samples: float) -> None:
-    path = triangle(samples, 6)
-    assert not is_white_noise(path, path_noise_level(path))
-
-
-@pytest.mark.parametrize("samples", [13.7, 23.4])
-def test_noise_of_a_coarse_triangle_is_that_within_its_strokes(samples: float) -> None:
-    rng = np.random.default_rng(5)
+def test_noise_of_a_coarse_triangle_is_that_within_its_strokes_and_not_its_corners(samples: float) -> None:
     path = triangle(samples, 40)
-    path += NOISE * rng.standard_normal(path.size)
-    # Of 80 strokes, 3 or more fourth differences each, that overlap: the median scatters by some 8 %.
-    assert path_noise_level(path) == pytest.approx(NOISE, rel=0.25)
-    assert is_white_noise(path, path_noise_level(path))
+    assert not is_white_noise(path, path_noise_level(path))
+    if samples > 10.0:
+        path += NOISE * np.random.default_rng(5).standard_normal(path.size)
+        # Of 80 strokes, 3 or more fourth differences each, that overlap: the median scatters by some 8 %.
+        assert path_noise_level(path) == pytest.approx(NOISE, rel=0.25)
+        assert is_white_noise(path, path_noise_level(path))
 
 
 def test_noise_of_a_force_on_a_coarse_triangle() -> None:
