@@ -10,10 +10,18 @@ import numpy as np
 import pytest
 from numpy.polynomial.polynomial import polyval
 
-from strandspring import IdentificationError, Outcome, PaperOptions, Record, RecordError, Spring, synthesize_ni
+from strandspring import (
+    IdentificationError,
+    Outcome,
+    PaperOptions,
+    Record,
+    RecordError,
+    Spring,
+    TwoStageOptions,
+    synthesize_ni,
+)
 from strandspring.examples.paper import campaign
 from strandspring.identification.identify import identify_records
-from strandspring.identification.samples import Samples
 from terminal import Terminal
 
 KAPPA, RHO = 20.0, 800.0
@@ -45,33 +53,29 @@ def test_a_spring_with_a_closed_form_is_found(branch: str) -> None:
     assert (p.rho, p.sigma, p.n) == pytest.approx((RHO, 1.0, 2.0), rel=2e-4)
 
 
-def test_the_unloading_branch_is_the_loading_one_of_the_mirrored_record() -> None:
-    record = synthesize_ni(seed=3, cycles=2)
-    mirrored = Record(-record.displacement, -record.force, record.time)
-    p = identify_records([record], PaperOptions(branch="unloading")).parameters
-    q = identify_records([mirrored], PaperOptions(branch="loading")).parameters
-    # The same arithmetic but for the side from which branches are interpolated.
-    assert (p.kappa_omega, p.rho, p.sigma, p.n) == pytest.approx((q.kappa_omega, q.rho, q.sigma, q.n), rel=1e-6)
-
-
 @pytest.fixture
 def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
     monkeypatch.chdir(tmp_path)
     return Terminal(capsys)
 
 
-def table_1(samples: int, seed: int, noise: float = 0.03) -> float:
+@pytest.mark.parametrize(
+    ("options", "samples", "noise", "expected"),
+    [
+        # The paper has 2.5337 N and does not say K; a literal implementation of ours has 2.62 N at K = 1000.
+        (PaperOptions(), 1000, 0.0, (2.34, 2.44)), (PaperOptions(), 1000, 0.03, (2.3, 2.9)),
+        # Before, the median of 40 seeds was 1.24 N with 1000 samples, 3.46 N with 128.
+        (TwoStageOptions(), 1000, 0.03, (0.0, 1.4)), (TwoStageOptions(), 128, 0.03, (0.0, 3.5)),
+    ],
+)  # fmt: skip
+def test_table_1(options: Any, samples: int, noise: float, expected: tuple[float, float]) -> None:
     """RMSE against the response without noise [N], of the steady state that the saved spring settles in."""
-    record, clean = (synthesize_ni(samples=samples, seed=seed, noise=eps) for eps in (noise, 0.0))
-    spring = Spring(PaperOptions().fit(Samples.of([record], 10_000), "here").parameters)
-    steady = spring.response(np.tile(clean.displacement, 5))[-samples:]
-    return float(np.sqrt(np.mean((steady - clean.force) ** 2)))
-
-
-def test_table_1() -> None:
-    """The paper has 2.5337 N and does not say K; a literal implementation of ours has 2.62 N at K = 1000."""
-    assert table_1(1000, 0, 0.0) == pytest.approx(2.39, abs=0.05)
-    assert 2.3 <= np.median([table_1(1000, seed) for seed in range(40)]) <= 2.9
+    errors, clean = [], synthesize_ni(samples=samples, noise=0.0)
+    for seed in range(10 if noise else 1):
+        found = identify_records([synthesize_ni(samples=samples, seed=seed, noise=noise)], options)
+        steady = Spring(found.parameters).response(np.tile(clean.displacement, 5))[-samples:]
+        errors.append(np.sqrt(np.mean((steady - clean.force) ** 2)))
+    assert expected[0] <= np.median(errors) <= expected[1]
 
 
 def test_periods_are_averaged_and_choices_kept() -> None:
