@@ -13,7 +13,8 @@ from rig import draw_experiment, draw_spring, simulate
 from springs import TABLE
 from strandspring import Outcome, Record, RefinedOptions, Spring, SpringParameters, identify
 from strandspring.core.branches import MaxwellBranch, Mechanism
-from strandspring.model.joint import JointCovariance, names_of
+from strandspring.errors import ModelError
+from strandspring.model.joint import JointCovariance, joint_names, names_of
 from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known
 
@@ -183,3 +184,13 @@ def test_lack_of_fit_names_where_it_lies():
         expected = np.sqrt(max(np.mean(left**2) - 0.3**2, 0.0)) / deviation
         assert lack.missed == pytest.approx(expected, rel=0.2, abs=0.003)
         assert lack.where[:1] == ([] if place is None else [place]), lack.places
+
+
+@pytest.mark.parametrize("place", [0, 2, 3])
+def test_absurd_standard_deviations_are_refused(place: int) -> None:
+    p = replace(KNOWN, kE=(0.0, 1000.0), kA=(1.0, 0.0))
+    deviations = np.full(7, 0.1)
+    deviations[place] = 1e200
+    root = [[*[0.0] * k, float(deviation)] for k, deviation in enumerate(deviations)]
+    with pytest.raises(ModelError, match="standard deviations of at most 1e"):
+        JointCovariance.from_uncertainty(p, {"joint": {"parameters": joint_names("kE", 2, 1), "root": root}})

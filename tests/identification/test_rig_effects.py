@@ -21,7 +21,6 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     Spring,
-    SpringParameters,
     identify,
 )
 from synthetic import record_of, sine, spring_of
@@ -75,7 +74,8 @@ SIZES = {
 def test_the_size_of_an_effect_is_found_and_it_is_no_part_of_the_spring(fault: str) -> None:
     share, name, truth, outcome = SIZES[fault]
     case = case_of(fault, share)
-    found = identify(case.records)
+    # Arrays are all called the same: of three zeros two were lost.
+    found = identify([replace(record, path="<arrays>") for record in case.records])
     assert set(found.effects) == {name}
     size = found.effects[name]
     size = list(size.values()) if isinstance(size, dict) else size
@@ -275,15 +275,3 @@ def test_times_are_needed(options: dict[str, Any]) -> None:
             identify(replace(record, time=time), RefinedOptions(**options))
     with pytest.raises(RecordError, match="longer than a stroke"):
         identify(record, RefinedOptions(delay=50.0))
-
-
-def test_zeros_of_records_without_names_are_all_kept() -> None:
-    """Arrays are all called the same: of two zeros one was lost."""
-    noise = np.random.default_rng(0)
-    spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-    records = []
-    for amplitude, zero in ((0.02, 0.0), (0.012, 3.0)):
-        path = amplitude * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500))
-        records.append(Record(path, spring.response(path) + zero + 0.05 * noise.standard_normal(1500)))
-    zeros = list(identify(records).effects["force_zero"].values())
-    assert zeros == pytest.approx([-1.5, 1.5], abs=0.01)  # 0.05 N over the root of 1 500, ten times

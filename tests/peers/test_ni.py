@@ -157,27 +157,22 @@ def test_the_method_from_exact_values_beats_the_paper_under_noise(amplitude: flo
     assert max(errors) < 2.05
 
 
-def test_random_starts_mostly_fail() -> None:
+def test_random_starts_mostly_fail_and_each_the_same_way_every_time() -> None:
+    """Also from where the Jacobian is nearly singular (24), and whatever else is in the memory."""
     p, period = experiment()
-    clean = p.steady_force(period)
-    generators = [np.random.default_rng(seed) for seed in range(10)]
-    results = [ni_method(period, with_noise(clean, 0.03, k), random_start(of, p)) for k, of in enumerate(generators)]
-    errors = [rms(result.parameters.steady_force(period) - clean) for result in results]
-    failed = sum(error > 2.5337 for error in errors)  # worse than the paper's two-stage method
-    assert 3 <= failed <= 10
-    for result, error in zip(results, errors, strict=True):
-        assert result.outcome is not None or error < 10.0, "a bad fit must not be called converged"
-
-
-def test_a_random_start_leads_to_the_same_result_every_time() -> None:
-    """Also from where the Jacobian is nearly singular, and whatever else is in the memory."""
-    truth, x = experiment()
-    force, start = with_noise(truth.steady_force(x), 0.03, 24), random_start(np.random.default_rng(24), truth)
-    found, others = [], []
-    for size in range(1, 5):
-        others.append(np.ones(37 * size))
-        found.append(ni_method(x, force, start).parameters)
-    assert set(found) == {found[0]}
+    clean, failed, others = p.steady_force(period), 0, []
+    for seed in (*range(10), 24):
+        results = []
+        for size in range(1, 6 if seed == 24 else 2):
+            others.append(np.ones(37 * size))
+            start = random_start(np.random.default_rng(seed), p)
+            results.append(ni_method(period, with_noise(clean, 0.03, seed), start))
+        assert len({result.parameters for result in results}) == 1
+        error = rms(results[0].parameters.steady_force(period) - clean)
+        failed += error > 2.5337  # worse than the paper's two-stage method
+        # A bad fit must not be called converged.
+        assert results[0].outcome is not None or error < 10.0
+    assert 3 <= failed <= 11
 
 
 def test_the_model_becomes_a_spring() -> None:

@@ -1,4 +1,4 @@
-"""Each fault of a record is refused or named by what it is, and a record without it is not: every one once found."""
+"""Faults of records and hard numbers are refused or named by what they are, and nothing else is."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from strandspring import (
     IdentificationError,
     Outcome,
     Record,
+    RecordError,
     RefinedOptions,
     Spring,
     TwoStageOptions,
@@ -275,3 +276,49 @@ def test_samples_that_do_not_tell_of_the_spring_leave_it_as_it_is() -> None:
         assert np.abs(force - expected)[compared].max() < 0.3
     resting, moving = (identify(rested(relaxation), plain).parameters for relaxation in (3.0, 0.0))
     assert resting == moving
+
+
+@pytest.mark.parametrize(("strokes", "samples"), [(3, 7), (3, 8), (4, 5), (3, 13)])
+def test_few_samples_make_a_spring(strokes: int, samples: int) -> None:
+    corners = np.interp(
+        np.linspace(0.0, strokes, strokes * samples + 1), range(strokes + 1), np.resize([-1.0, 1.0], strokes + 1)
+    )
+    found = identify(record_of(spring_of(1.0, 1.0), MEAN + AMPLITUDE * corners, 0.01))
+    assert found.rnl > 0.9
+
+
+@pytest.mark.parametrize("options", [RefinedOptions(), TwoStageOptions((1, 0))])
+@pytest.mark.parametrize("samples", [200, 2000])
+@pytest.mark.parametrize(("stiffness", "friction"), [(10.0, 0.5), (1e4, 5e3), (1.0, 20.0)])
+def test_dry_friction_that_switches_between_two_samples_is_found(
+    stiffness: float, friction: float, samples: int, options: RefinedOptions | TwoStageOptions
+) -> None:
+    """In the search it switches within a hundredth of the amplitude at least."""
+    phase = np.linspace(0.0, 20.0, samples)
+    record = Record(0.004 * np.sin(phase), stiffness * np.sin(phase) + friction * np.sign(np.cos(phase)))
+    # It is missed altogether in the sample after each of the 6 reversals, and in no other.
+    assert identify(record, options).rmse <= max(2.0 * friction * np.sqrt(6.0 / samples), 0.2 * friction)
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e-100, 1e-31, 1e31, 1e100, 1e200])
+def test_absurd_sizes_and_times_are_refused(scale: float) -> None:
+    with pytest.raises(RecordError, match="check its unit"):
+        identify(Record(scale * OWN.displacement, scale * OWN.force))
+    with pytest.raises(RecordError, match="`time` must be within"):
+        replace(OWN, time=1e300 ** np.sign(np.log(scale)) * np.arange(len(OWN)))
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1e5])
+def test_the_unit_of_length_and_force_changes_nothing_else(scale: float) -> None:
+    found, usual = (identify(Record(s * OWN.displacement, s**2 * OWN.force)).parameters for s in (scale, 1.0))
+    # Sums are rounded otherwise.
+    assert (scale * found.rho, found.sigma, found.n) == pytest.approx((usual.rho, usual.sigma, usual.n), rel=1e-4)
+    assert found.kappa_omega == pytest.approx(scale**2 * usual.kappa_omega, rel=1e-4)
+
+
+@pytest.mark.parametrize(("length", "force", "shift"), [(1e-14, 1, 0), (1, 1e-20, 0), (1, 1e20, 0), (1, 1, 1e14)])
+def test_a_spring_beyond_the_limits_is_refused_in_words(length: float, force: float, shift: float) -> None:
+    far = Record(length * OWN.displacement + shift * np.ptp(OWN.displacement), force * OWN.force)
+    with pytest.raises(IdentificationError) as refused:
+        identify(far, RefinedOptions(degrees=(1, 0)))
+    assert refused.value.outcome in (Outcome.BEYOND_LIMITS, Outcome.UNDERSAMPLED)
