@@ -8,12 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 from scipy.signal import lfilter
+from scipy.stats import t as student
 
 from rig import draw_experiment, draw_spring, simulate
 from springs import TABLE
 from strandspring import Outcome, Record, RefinedOptions, Spring, SpringParameters, identify
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.errors import ModelError
+from strandspring.identification.predictions import student_95
 from strandspring.model.joint import JointCovariance, joint_names, names_of
 from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known
@@ -93,6 +95,16 @@ def test_errors_grow_with_the_time_that_noise_is_correlated_over():
     ratios = [second.uncertainty[name] / first.uncertainty[name] for name in NAMES]
     # (1 + phi)/(1 - phi) = 9 times the variance, of which the fit takes what is slow.
     assert 1.5 < min(ratios) <= max(ratios) < 3.5
+
+
+def test_steps_of_the_displacement_widen_errors_and_ranges() -> None:
+    """Turns between steps of 0.1 mm move what follows by more than the noise."""
+    clean = falling(KNOWN, 0.1)
+    stepped = replace(clean, displacement=np.round(clean.displacement, 4))
+    fine, coarse = (identify(record, PLAIN) for record in (clean, stepped))
+    assert min(coarse.uncertainty[name] / fine.uncertainty[name] for name in NAMES) > 3.0
+    unrecorded = coarse.certainty.unrecorded
+    assert unrecorded.low <= small_energy(KNOWN, MEAN, unrecorded.amplitude) <= unrecorded.high
 
 
 def test_what_bounds_one_side_only_is_said_so():
@@ -194,3 +206,8 @@ def test_absurd_standard_deviations_are_refused(place: int) -> None:
     root = [[*[0.0] * k, float(deviation)] for k, deviation in enumerate(deviations)]
     with pytest.raises(ModelError, match="standard deviations of at most 1e"):
         JointCovariance.from_uncertainty(p, {"joint": {"parameters": joint_names("kE", 2, 1), "root": root}})
+
+
+@pytest.mark.parametrize(("nu", "rel"), [(4.0, 0.02), (5.0, 0.01), (8.0, 0.0025), (30.0, 6e-5), (1e6, 1e-6)])
+def test_quantile_is_students(nu, rel):
+    assert student_95(nu) == pytest.approx(student.ppf(0.975, nu), rel=rel)  # a series in 1/nu up to its square

@@ -100,6 +100,10 @@ def test_whole_periods_are_cut_as_they_are(phase: int) -> None:
         # Interpolation between samples that are hit within rounding.
         np.testing.assert_allclose(displacement, period, atol=1e-12)
         np.testing.assert_allclose(force.mean(axis=0), p.steady_force(period), atol=1e-9)
+    # A rig that samples in step with its motion: nothing is interpolated, in spite of noise.
+    noisy = np.tile(period, 3) + np.random.default_rng(0).normal(0.0, 1e-3, 3000)
+    _, force = whole_periods(noisy, np.tile(p.steady_force(period), 3), 0.01 * np.arange(3000))
+    np.testing.assert_allclose(force, [p.steady_force(period)] * 3, atol=1e-8)
     closed = np.append(np.tile(period, count), period[0])  # its last sample makes no longer period
     assert whole_periods(closed, closed)[0].size == 1000
 
