@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import astuple, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -174,7 +174,8 @@ def changed_file(path: Path, **parameters: object) -> Path:
 def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> None:
     file = changed_file(tmp_path / "spring.json")
     # 2000 N/m over 20 mm and the friction of 10 N, and a quarter of their span.
-    assert astuple(load_model(file).certificate) == pytest.approx((-50.0, 50.0, 25.0), rel=1e-3)
+    stated = load_model(file).certificate
+    assert (stated.force_min, stated.force_max, stated.margin) == pytest.approx((-50.0, 50.0, 25.0), rel=1e-3)
     (spoken,) = [
         finding for finding in verify(build_fmu(file, tmp_path / "good")).findings if finding.about == "spring"
     ]
