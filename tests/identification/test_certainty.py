@@ -7,81 +7,63 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
-from scipy.optimize import least_squares
 from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from rig import draw_experiment, draw_spring, simulate
-from strandspring import Record, RefinedOptions, Spring, SpringParameters, identify
+from springs import TABLE
+from strandspring import Outcome, Record, RefinedOptions, Spring, SpringParameters, identify
 from strandspring.core.branches import MaxwellBranch, Mechanism
-from strandspring.identification.certainty import Certainty, certainty, resolution
-from strandspring.identification.choice import Choice, Judged
-from strandspring.identification.fit import Fit, Problem, SpringClass
-from strandspring.identification.noise import autocorrelation_time, growing_variance
+from strandspring.errors import ModelError
 from strandspring.identification.predictions import student_95
-from strandspring.identification.samples import Samples
-from strandspring.identification.spring import spring_of
-from strandspring.model.joint import JointCovariance, names_of
-from strandspring.model.outcomes import Outcome
-from synthetic import AMPLITUDE, MEAN, sine
-from synthetic import record_of as plain_record
+from strandspring.model.joint import JointCovariance, joint_names, names_of
+from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known
 
 NAMES = ("kappa_omega", "rho", "sigma", "n")
-KNOWN, PLAIN = known(1.0, 1.0), SpringClass((3, 0), (2,))  # a spring and its class
-WITH_TABLE = (known(2.0, 0.8), SpringClass((3, 3), (2,)), 1.0)
-WIDE = replace(KNOWN, second=Mechanism((1.0,), 6.0, 2000.0, 1.2, 0.8), branches=(MaxwellBranch(500.0, 0.1),))
+KNOWN, PLAIN = known(1.0, 1.0), RefinedOptions((3, 2), mechanisms=1, branches=0)  # a spring and its class
+
+WIDE = replace(KNOWN, second=Mechanism((1.0,), 6.0, 2000.0, 1.2, 0.8), branches=(MaxwellBranch(1500.0, 0.1),))
 
 
-def record_of(spring: SpringParameters, noise: float, seed: int = 0, cycles: int = 3, samples: int = 900) -> Record:
-    """0.5 Hz, the amplitude falling to 0.3 of it."""
-    time = np.linspace(0.0, 2.0 * cycles, samples)
-    path = 0.05 + (sine(cycles, samples) - 0.05) * (1.0 - 0.7 * time / time[-1])
+def falling(spring: SpringParameters, noise: float, seed: int = 0, cycles: int = 3, samples: int = 900) -> Record:
+    """At 2 to 0.3 Hz, the amplitude falling to 0.3 of it."""
+    share = np.linspace(0.0, 1.0, samples)
+    time = 2.0 * cycles * share * (0.25 + 0.75 * share)
+    path = MEAN + (sine(cycles, samples) - MEAN) * (1.0 - 0.7 * share)
     force = Spring(spring).response(path, time=time if spring.branches else None)
     return Record(path, force + noise * np.random.default_rng(seed).standard_normal(samples), time)
 
 
-def fitted(record: Record, c: SpringClass, q: list[float]) -> tuple[Problem, Fit]:
-    """The minimum near q by SciPy, whose derivatives are differences."""
-    problem = Problem(Samples.of([record], 2000))
-    low, high = problem.bounds(c)
-    start = np.clip(q, low, high)
-    found = least_squares(lambda q: problem.linear(c, q).residuals, start, bounds=(low, high), x_scale=0.1)
-    return problem, Fit(c, found.x, 2.0 * found.cost / problem.samples.rows.size)
-
-
-def logarithms(spring: SpringParameters) -> list[float]:
-    both = [spring, *([spring.second] if spring.second else [])]
-    own = [np.log([s.rho * AMPLITUDE, s.sigma - 0.5 + 1e-3, s.n]) for s in both]
-    return [*np.concatenate(own), *(np.log(branch.time_constant) for branch in spring.branches)]
-
-
-def judged(problem: Problem, fit: Fit) -> tuple[SpringParameters, Certainty]:
-    choice = Choice(Judged(fit, problem.held_out(fit)), (), problem)
-    spring = spring_of(problem, fit)
-    return spring, certainty(choice, problem, spring)
+def along(spring: SpringParameters, record: Record) -> np.ndarray:
+    """The force of a spring along a record."""
+    return Spring(spring).response(record.displacement, time=record.time if spring.branches else None)
 
 
 @pytest.mark.parametrize(
-    ("truth", "c", "noise"), [(KNOWN, PLAIN, 0.05), (WIDE, SpringClass((3, 0), (2, 0), 1), 0.05), WITH_TABLE]
+    ("truth", "options", "noise"),
+    [
+        (KNOWN, PLAIN, 0.5),
+        (WIDE, RefinedOptions((3, 2), mechanisms=2, branches=1), 0.2),
+        (TABLE, RefinedOptions(), 1.0),
+    ],
 )
-def test_joint_covariance_is_that_of_the_saved_spring(truth, c, noise):
-    record = record_of(truth, noise)
-    problem, fit = fitted(record, c, logarithms(truth))
-    spring, found = judged(problem, fit)
+def test_joint_covariance_is_that_of_the_saved_spring(truth, options, noise):
+    record = falling(truth, noise, cycles=6)
+    found = identify(record, options)
+    spring, rows = found.parameters, slice(found.fits[0].first_sample, None)
     joint = JointCovariance.from_uncertainty(spring, found.uncertainty)
     assert found.uncertainty["joint"]["parameters"] == names_of(spring)
     root = np.array([[*row, *[0.0] * (len(joint.root) - len(row))] for row in joint.root])
-    errors, time = np.linalg.norm(root, axis=1), record.time if spring.branches else None
+    errors = np.linalg.norm(root, axis=1)
     each = JointCovariance(tuple(map(tuple, np.diag(errors))))
 
-    def force(direction):
-        moved = each.moved(spring, direction)
-        return Spring(moved).response(record.displacement, time=time)[problem.samples.rows]
+    def residuals(direction):
+        return (along(each.moved(spring, direction), record) - record.force)[rows]
 
-    J = np.stack([(force(0.01 * unit) - force(-0.01 * unit)) / 0.02 for unit in np.eye(errors.size)], axis=1)
-    residuals = force(0.0 * errors) - record.force[problem.samples.rows]
-    variance = residuals @ residuals / (residuals.size - errors.size) * autocorrelation_time(residuals)
+    J = np.stack([(residuals(0.01 * unit) - residuals(-0.01 * unit)) / 0.02 for unit in np.eye(errors.size)], axis=1)
+    left = residuals(0.0 * errors)
+    variance = left @ left / (left.size - errors.size)
     expected = variance * np.linalg.inv(J.T @ J) * np.outer(errors, errors)
     # Differences over a hundredth of a standard error; the pull of the small penalty is in ours alone.
     np.testing.assert_allclose(errors, np.sqrt(np.diag(expected)), rtol=0.05)
@@ -89,27 +71,46 @@ def test_joint_covariance_is_that_of_the_saved_spring(truth, c, noise):
     np.testing.assert_allclose(correlation, expected / np.sqrt(np.outer(*[np.diag(expected)] * 2)), atol=0.1)
 
 
+@pytest.mark.slow
 def test_errors_are_the_scatter_of_repeated_noise():
     values, errors, held = [], [], []
     for seed in range(60):
-        problem, fit = fitted(record_of(KNOWN, 0.5, seed, samples=400), PLAIN, logarithms(KNOWN))
-        spring, found = judged(problem, fit) if seed < 20 else (spring_of(problem, fit), None)
+        found = identify(falling(KNOWN, 0.5, seed, samples=400), PLAIN)
+        spring = found.parameters
         values.append([np.log(getattr(spring, name)) for name in NAMES])
-        if found is not None:
-            errors.append([found.uncertainty[name] / getattr(spring, name) for name in NAMES])
-            # FA is 1 in the middle of the range, which is not the spring's own.
-            middle = np.polyval(KNOWN.kA[::-1], spring.displacement_offset - KNOWN.displacement_offset)
-            right = [KNOWN.kappa_omega * middle, KNOWN.rho, KNOWN.sigma, KNOWN.n]
-            intervals = found.uncertainty["interval_95"].values()
-            held += [low <= value <= high for value, (low, high) in zip(right, intervals, strict=True)]
+        errors.append([found.uncertainty[name] / getattr(spring, name) for name in NAMES])
+        # FA is 1 in the middle of the range, which is not the spring's own.
+        middle = np.polyval(KNOWN.kA[::-1], spring.displacement_offset - KNOWN.displacement_offset)
+        right = [KNOWN.kappa_omega * middle, KNOWN.rho, KNOWN.sigma, KNOWN.n]
+        intervals = found.uncertainty["interval_95"].values()
+        held += [low <= value <= high for value, (low, high) in zip(right, intervals, strict=True)]
     # The scatter of 60 is known to 9 %, and T is 1 at least where noise alone would give 1 in the mean.
-    np.testing.assert_allclose(np.median(errors, axis=0), np.std(values, axis=0), rtol=0.25)
-    assert np.mean(held) > 0.85  # of 80 that belong together in fours, 95 % expected
+    np.testing.assert_allclose(np.median(errors, axis=0), np.std(values, axis=0), rtol=0.3)
+    assert np.mean(held) > 0.9  # of 240 that belong together in fours, 95 % expected
+
+
+def test_errors_grow_with_the_time_that_noise_is_correlated_over():
+    clean, white = falling(KNOWN, 0.0), 0.5 * np.random.default_rng(0).standard_normal(900)
+    coloured = 0.6 * lfilter([1.0], [1.0, -0.8], white)  # of the same variance
+    first, second = (identify(replace(clean, force=clean.force + noise), PLAIN) for noise in (white, coloured))
+    ratios = [second.uncertainty[name] / first.uncertainty[name] for name in NAMES]
+    # (1 + phi)/(1 - phi) = 9 times the variance, of which the fit takes what is slow.
+    assert 1.5 < min(ratios) <= max(ratios) < 3.5
+
+
+def test_steps_of_the_displacement_widen_errors_and_ranges() -> None:
+    """Turns between steps of 0.1 mm move what follows by more than the noise."""
+    clean = falling(KNOWN, 0.1)
+    stepped = replace(clean, displacement=np.round(clean.displacement, 4))
+    fine, coarse = (identify(record, PLAIN) for record in (clean, stepped))
+    assert min(coarse.uncertainty[name] / fine.uncertainty[name] for name in NAMES) > 3.0
+    unrecorded = coarse.certainty.unrecorded
+    assert unrecorded.low <= small_energy(KNOWN, MEAN, unrecorded.amplitude) <= unrecorded.high
 
 
 def test_what_bounds_one_side_only_is_said_so():
     """A sharp knee in few, noisy samples: n may be anything above some value."""
-    found = identify(plain_record(known(12.0, 0.6, 3.0), sine(3, 90), 0.02, 1), RefinedOptions(degrees=(3, 2)))
+    found = identify(record_of(known(12.0, 0.6, 3.0), sine(3, 90), 0.02, 1), RefinedOptions(degrees=(3, 2)))
     low, high = found.uncertainty["interval_95"]["n"]
     assert high is None
     assert 1.0 < low < 12.0
@@ -120,7 +121,7 @@ def test_no_correlation_is_beyond_1_and_strong_ones_are_said():
     phase = np.linspace(0.0, 8.0 * np.pi, 32)
     growing = MEAN + AMPLITUDE * np.sin(phase) * phase / phase[-1]
     for n, path, noise in ((1.0, growing, 0.01), (8.0, growing, 0.01), (0.2, sine(), 0.03)):
-        found = identify(plain_record(known(n, 2.0, 2.0 if n < 1.0 else 200.0), path, noise))
+        found = identify(record_of(known(n, 2.0, 2.0 if n < 1.0 else 200.0), path, noise))
         pairs = found.uncertainty["correlation"]
         assert set(pairs) == {f"{a},{b}" for k, a in enumerate(NAMES) for b in NAMES[k + 1 :]}
         assert max((abs(value) for value in pairs.values() if value is not None), default=0.0) <= 1.0
@@ -143,7 +144,9 @@ def test_the_range_of_small_loops_of_one_amplitude_holds_the_truth(count):
         records = simulate(spring, draw_experiment(draw, noise=0.005, amplitudes=(1.0,), cycles=(3,)), draw).records
         found = identify(records)
         unrecorded, p = found.certainty.unrecorded, found.parameters
-        energy = small_energy(spring, 0.5 * (p.displacement_min + p.displacement_max), unrecorded.amplitude)
+        middle = 0.5 * (p.displacement_min + p.displacement_max)
+        energy, saved = (small_energy(each, middle, unrecorded.amplitude) for each in (spring, p))
+        assert unrecorded.energy == pytest.approx(saved, rel=5e-3)  # 60 steps of a stroke
         held.append(unrecorded.low <= energy <= unrecorded.high)
         decided += unrecorded.high < 1.25 * unrecorded.low
         assert Outcome.ONE_AMPLITUDE in found.outcomes
@@ -152,22 +155,10 @@ def test_the_range_of_small_loops_of_one_amplitude_holds_the_truth(count):
     assert decided > count // 2
 
 
-def test_small_loops_take_the_energy_of_the_saved_spring():
-    spring, found = judged(*fitted(record_of(known(0.7, 0.9), 0.5), PLAIN, logarithms(known(0.7, 0.9))))
-    phase = 2.0 * np.pi * np.arange(10 * 2000 + 1) / 2000
-    small = spring.displacement_offset + found.unrecorded.amplitude * np.sin(phase)
-    energy = trapezoid(Spring(spring).response(small)[-2001:], small[-2001:])
-    assert found.unrecorded.energy == pytest.approx(energy, rel=5e-3)  # 60 steps of a stroke
-    assert found.unrecorded.low < energy < found.unrecorded.high
-    assert not found.unrecorded.one_amplitude
-    (above, *_), (below, *_) = found.unrecorded.beyond
-    assert below < spring.displacement_min < spring.displacement_max < above
-
-
 @pytest.mark.parametrize(("sigma", "strokes"), [(0.5, 2.0), (1.0, 0.3)])
 def test_intervals_are_open_where_nothing_bounds_a_parameter(sigma, strokes):
     truth = known(1.0, sigma, strokes)
-    _, found = judged(*fitted(record_of(truth, 1.0), PLAIN, logarithms(truth)))
+    found = identify(falling(truth, 1.0), PLAIN)
     intervals = found.uncertainty["interval_95"]
     for name in NAMES:
         low, high = intervals[name]
@@ -179,42 +170,45 @@ def test_intervals_are_open_where_nothing_bounds_a_parameter(sigma, strokes):
 
 @pytest.mark.parametrize("growing", [0.0, 0.03])
 def test_prediction_interval_holds_new_samples(growing):
-    clean, draw = record_of(KNOWN, 0.0, cycles=6, samples=1500), np.random.default_rng(1)
+    clean, draw = falling(KNOWN, 0.0, cycles=6, samples=1500), np.random.default_rng(1)
     spread = np.hypot(0.3, growing * clean.force)
     record, new = (replace(clean, force=clean.force + spread * draw.standard_normal(1500)) for _ in range(2))
-    spring, found = judged(*fitted(record, PLAIN, logarithms(KNOWN)))
-    given = found.uncertainty["prediction_interval"]
-    predicted = Spring(spring).response(clean.displacement)
+    found = identify(record, PLAIN)
+    given, predicted = found.uncertainty["prediction_interval"], along(found.parameters, record)
     reach = given["factor"] * np.hypot(given["additive"], given["relative"] * predicted)
     assert np.mean(np.abs(new.force - predicted) <= reach) == pytest.approx(0.95, abs=0.02)  # 3.5 standard errors
     assert given["held_out_coverage"] == pytest.approx(0.95, abs=0.02)
     assert given["relative"] == pytest.approx(growing, rel=0.3)
-
-
-def test_quantile_is_students():
-    for nu in (4.0, 5.0, 8.0, 30.0, 1e6):
-        assert student_95(nu) == pytest.approx(student.ppf(0.975, nu), rel=0.02)
+    assert not found.certainty.unrecorded.one_amplitude
+    (above, *_), (below, *_) = found.certainty.unrecorded.beyond
+    assert below < found.parameters.displacement_min < found.parameters.displacement_max < above
 
 
 def test_lack_of_fit_names_where_it_lies():
-    record = record_of(KNOWN, 0.3)
-    y, time = (record.displacement - 0.05) / AMPLITUDE, record.time
+    record = falling(KNOWN, 0.3)
+    y, share = (record.displacement - MEAN) / AMPLITUDE, np.linspace(0.0, 1.0, 900)
     ripple = np.where(np.abs(y) > 0.8 * np.abs(y).max(), 4.0 * np.sin(600.0 * y), 0.0)
-    for force, place in ((0.0, None), (ripple, "ends"), (6.0 * (time / time[-1] - 0.5), "cycles")):
-        problem, fit = fitted(replace(record, force=record.force + force), PLAIN, logarithms(KNOWN))
-        lack = judged(problem, fit)[1].lack
-        left = record.force + force - Spring(spring_of(problem, fit)).response(record.displacement)
-        expected = np.sqrt(max(np.mean(left[problem.samples.rows] ** 2) - 0.3**2, 0.0)) / problem.deviation
+    changing = 4.0 * np.sign(np.sin(2.0 * np.pi * share))
+    for force, place in ((0.0, None), (ripple, "ends"), (changing, "cycles")):
+        found = identify(replace(record, force=record.force + force), PLAIN)
+        lack, (fit,) = found.certainty.lack, found.fits
+        left = (record.force + force - along(found.parameters, record))[fit.first_sample :]
+        deviation = np.std((record.force + force)[fit.first_sample :])
+        expected = np.sqrt(max(np.mean(left**2) - 0.3**2, 0.0)) / deviation
         assert lack.missed == pytest.approx(expected, rel=0.2, abs=0.003)
         assert lack.where[:1] == ([] if place is None else [place]), lack.places
 
 
-def test_noise_and_steps():
-    white = np.random.default_rng(0).standard_normal(20_000)
-    coloured = lfilter([1.0], [1.0, -0.8], white)
-    assert autocorrelation_time(white) == pytest.approx(1.0, abs=0.1)
-    assert autocorrelation_time(coloured) == pytest.approx(1.8 / 0.2, rel=0.2)  # (1 + phi)/(1 - phi)
-    force = np.linspace(-3.0, 3.0, white.size)
-    assert growing_variance(force, np.hypot(0.5, 0.2 * force) * white) == pytest.approx((0.25, 0.04), rel=0.2)
-    assert growing_variance(force, white)[1] == 0.0
-    assert resolution(np.round(np.sin(np.arange(900.0)), 2)) == pytest.approx(0.01)
+@pytest.mark.parametrize("place", [0, 2, 3])
+def test_absurd_standard_deviations_are_refused(place: int) -> None:
+    p = replace(KNOWN, kE=(0.0, 1000.0), kA=(1.0, 0.0))
+    deviations = np.full(7, 0.1)
+    deviations[place] = 1e200
+    root = [[*[0.0] * k, float(deviation)] for k, deviation in enumerate(deviations)]
+    with pytest.raises(ModelError, match="standard deviations of at most 1e"):
+        JointCovariance.from_uncertainty(p, {"joint": {"parameters": joint_names("kE", 2, 1), "root": root}})
+
+
+@pytest.mark.parametrize(("nu", "rel"), [(4.0, 0.02), (5.0, 0.01), (8.0, 0.0025), (30.0, 6e-5), (1e6, 1e-6)])
+def test_quantile_is_students(nu, rel):
+    assert student_95(nu) == pytest.approx(student.ppf(0.975, nu), rel=rel)  # a series in 1/nu up to its square

@@ -173,12 +173,12 @@ def changed_file(path: Path, **parameters: object) -> Path:
 
 def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> None:
     file = changed_file(tmp_path / "spring.json")
-    stated = load_model(file).certificate
-    assert stated is not None
     # 2000 N/m over 20 mm and the friction of 10 N, and a quarter of their span.
-    assert (stated.force_min, stated.force_max) == pytest.approx((-50.0, 50.0), rel=1e-3)
-    assert stated.margin == pytest.approx(25.0, rel=1e-3)
-    (spoken,) = [f for f in verify(build_fmu(file, tmp_path / "good")).findings if f.about == "spring"]
+    stated = load_model(file).certificate
+    assert (stated.force_min, stated.force_max, stated.margin) == pytest.approx((-50.0, 50.0, 25.0), rel=1e-3)
+    (spoken,) = [
+        finding for finding in verify(build_fmu(file, tmp_path / "good")).findings if finding.about == "spring"
+    ]
     assert not spoken.is_problem
     assert spoken.text.startswith("Force and FE within -50 to 50 N as recorded, +- 25 N")
     wild = changed_file(tmp_path / "wild.json", kE=[0.0, 2000.0, 4e5])

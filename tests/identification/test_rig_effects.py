@@ -21,7 +21,6 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     Spring,
-    SpringParameters,
     identify,
 )
 from synthetic import record_of, sine, spring_of
@@ -75,7 +74,8 @@ SIZES = {
 def test_the_size_of_an_effect_is_found_and_it_is_no_part_of_the_spring(fault: str) -> None:
     share, name, truth, outcome = SIZES[fault]
     case = case_of(fault, share)
-    found = identify(case.records)
+    # Arrays are all called the same: of three zeros two were lost.
+    found = identify([replace(record, path="<arrays>") for record in case.records])
     assert set(found.effects) == {name}
     size = found.effects[name]
     size = list(size.values()) if isinstance(size, dict) else size
@@ -142,11 +142,8 @@ def test_a_lag_that_turns_loops_of_one_amplitude_round_is_found() -> None:
     assert not is_wrong(case, found)
 
 
-@pytest.mark.parametrize("index", range(2))
-def test_no_delay_explains_swapped_columns(index: int) -> None:
-    generator = np.random.default_rng([0, index])
-    amplitudes = {"amplitudes": (1.0,), "cycles": (3,)} if index % 2 else {}
-    case = simulate(draw_spring(generator), draw_experiment(generator, **amplitudes), generator)
+def test_no_delay_explains_swapped_columns() -> None:
+    case = drawn("force lags", 0, 2)
     with pytest.raises(IdentificationError) as refused:
         identify([Record(r.force, r.displacement, r.time, r.path) for r in case.records])
     assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
@@ -172,7 +169,7 @@ def test_a_lag_that_turns_the_loop_round_is_measured_found_or_given() -> None:
 # -- not invented
 
 
-@pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(40, marks=pytest.mark.slow)])
 def test_clean_records_have_no_effects(count: int) -> None:
     for seed in range(count):
         generator = np.random.default_rng([0, seed])
@@ -184,27 +181,35 @@ def test_clean_records_have_no_effects(count: int) -> None:
         }, seed  # fmt: skip
 
 
-@pytest.mark.parametrize("fault", ["displacement zero", "warm-up", "play", "wear of stiffness"])
-def test_what_no_removal_explains_is_named_and_not_removed_as_something_else(fault: str) -> None:
-    named = {
-        "displacement zero": Outcome.FORCE_ZERO,  # which looks much like it
-        "warm-up": Outcome.LACK_OF_FIT, "play": Outcome.BACKLASH, "wear of stiffness": Outcome.STIFFNESS_WEAR,
-    }  # fmt: skip
-    found = identify(case_of(fault, 0.1 if fault != "play" else 0.02).records)
-    assert named[fault] in found.outcomes
+@pytest.mark.parametrize(
+    ("fault", "size", "named"),
+    [
+        ("displacement zero", 0.1, Outcome.FORCE_ZERO),  # which looks much like it
+        ("warm-up", 0.1, Outcome.LACK_OF_FIT), ("play", 0.02, Outcome.BACKLASH),
+        ("wear of stiffness", 0.1, Outcome.STIFFNESS_WEAR),
+    ],
+)  # fmt: skip
+def test_what_no_removal_explains_is_named_and_not_removed_as_something_else(
+    fault: str, size: float, named: Outcome
+) -> None:
+    found = identify(case_of(fault, size).records)
+    assert named in found.outcomes
     assert set(found.effects) <= {"force_zero"}
 
 
-@pytest.mark.parametrize("how", ["fall", "stand still", "repeat", "jump back"])
-def test_times_that_do_not_rise_count_as_none(how: str) -> None:
+def test_times_that_do_not_rise_count_as_none() -> None:
     (record,) = case_of("force lags", 0.003, replace(STEPPED, samples=400)).records
     time = record.time
-    changed = {
-        "fall": time[::-1], "stand still": np.zeros(time.size), "repeat": np.repeat(time[::2], 2)[: time.size],
-        "jump back": np.where(np.arange(time.size) > time.size // 2, time - 1.0, time),
-    }  # fmt: skip
-    one, other = (identify(replace(record, time=given)) for given in (changed[how], None))
-    assert (one.parameters, one.effects) == (other.parameters, other.effects)
+    untimed = identify(replace(record, time=None))
+    for wrong in (
+        time[::-1], np.zeros(time.size), np.repeat(time[::2], 2)[: time.size],
+        np.where(np.arange(time.size) > time.size // 2, time - 1.0, time),
+    ):  # fmt: skip
+        found = identify(replace(record, time=wrong))
+        assert (found.parameters, found.effects) == (untimed.parameters, untimed.effects)
+        assert any("the time does not rise at" in note for note in found.notes)
+        with pytest.raises(RecordError, match="time"):
+            identify(replace(record, time=wrong), RefinedOptions(delay=1e-3))
 
 
 # -- noise and steps of the displacement
@@ -259,27 +264,15 @@ def test_what_is_known_comes_out(fault: str, size: float, left: float) -> None:
     assert all("with what was removed" in fit.compared for fit in found.fitted)
 
 
-@pytest.mark.parametrize(("options", "word"), [({"moving_mass": 1.0}, "moving_mass"), ({"delay": 1e-3}, "delay")])
-def test_times_are_needed(options: dict[str, float], word: str) -> None:
+@pytest.mark.parametrize("options", [{"moving_mass": 1.0}, {"delay": 1e-3}, {"branches": 1}])
+def test_times_are_needed(options: dict[str, Any]) -> None:
     (record,) = case_of("moving mass", 0.1).records
-    with pytest.raises(RecordError, match=f"`{word}=...`"):
+    (name,) = options
+    with pytest.raises(RecordError, match="time" if name == "branches" else f"`{name}=...`"):
         identify(replace(record, time=None), RefinedOptions(**options))
-    with pytest.raises(RecordError, match="time"):
-        identify(replace(record, time=record.time[::-1]), RefinedOptions(**options))
+    steps = np.floor(np.arange(len(record)) / 4.0)
+    for time in (record.time[::-1], steps):
+        with pytest.raises(RecordError, match="time"):
+            identify(replace(record, time=time), RefinedOptions(**options))
     with pytest.raises(RecordError, match="longer than a stroke"):
         identify(record, RefinedOptions(delay=50.0))
-    steps = replace(record, time=np.floor(np.arange(len(record)) / 4.0))
-    with pytest.raises(RecordError, match="time"):
-        identify(steps, RefinedOptions(**options))
-
-
-def test_zeros_of_records_without_names_are_all_kept() -> None:
-    """Arrays are all called the same: of two zeros one was lost."""
-    noise = np.random.default_rng(0)
-    spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-    records = []
-    for amplitude, zero in ((0.02, 0.0), (0.012, 3.0)):
-        path = amplitude * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500))
-        records.append(Record(path, spring.response(path) + zero + 0.05 * noise.standard_normal(1500)))
-    zeros = list(identify(records).effects["force_zero"].values())
-    assert zeros == pytest.approx([-1.5, 1.5], abs=0.01)  # 0.05 N over the root of 1 500, ten times

@@ -1,0 +1,203 @@
+"""Reversals, strokes and noise of measured paths, and the parts of records that are selected."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from springs import MOUNT
+from strandspring import Record, Spring, SpringParameters, read_record, select
+from strandspring.errors import RecordError
+from strandspring.kernel.arrays import FloatArray
+from strandspring.loops.cycles import find_cycles, measured_loops
+from strandspring.loops.strokes import find_strokes, noise_level, path_noise, turning_points
+
+ROOT = Path(__file__).resolve().parents[2]
+NOISE = 0.003
+
+
+def test_a_sine_has_one_stroke_between_neighbouring_extremes() -> None:
+    strokes = find_strokes(np.sin(np.linspace(0.0, 6.0 * np.pi, 601)))
+    assert strokes.turning.tolist() == [0, 50, 150, 250, 350, 450, 550, 600]
+    assert strokes.direction.tolist() == [1, -1, 1, -1, 1, -1, 1]
+    assert strokes.length[1:-1] == pytest.approx(2.0, rel=1e-12)  # the extremes are samples
+    still = find_strokes(np.full(20, 0.3))
+    assert (still.count, still.length.tolist()) == (1, [0.0])
+    assert strokes.of_sample[[0, 50, 51, 150, 151, 600]].tolist() == [0, 0, 1, 1, 2, 6]
+
+
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 5e-3])
+def test_noise_makes_no_strokes(noise: float) -> None:
+    rng = np.random.default_rng(7)
+    strokes = find_strokes(np.sin(np.linspace(0.0, 20.0 * np.pi, 20_001)) + noise * rng.standard_normal(20_001))
+    assert strokes.count == 21
+    # An extreme of a noisy top is found within the flat part that the noise hides: 1 - cos = 4*noise.
+    expected = np.arange(500, 20_001, 1000)
+    assert np.max(np.abs(strokes.turning[1:-1] - expected)) <= 1000 / np.pi * np.arccos(1.0 - 8.0 * noise)
+
+
+def reversals(path: FloatArray, least: float) -> list[int]:
+    """By running extremes: those from which the path went back by the least stroke, but for the one it begins with."""
+    low = high = side = 0
+    found: list[int] = []
+    for k, x in enumerate(path.tolist()):
+        low, high = (k if x < path[low] else low), (k if x > path[high] else high)
+        if side >= 0 and path[high] - x >= least:
+            found, side, low = [*found, high], -1, k
+        elif side <= 0 and x - path[low] >= least:
+            found, side, high = [*found, low], 1, k
+    return found[1:]
+
+
+@settings(max_examples=500, deadline=None)
+@given(st.lists(st.integers(-50, 50), min_size=2, max_size=60), st.integers(1, 60))
+def test_turning_points_are_running_extremes(values: list[int], threshold: int) -> None:
+    path = np.array(values, dtype=float)
+    points = turning_points(path, float(threshold))
+    assert (points[0], points[-1]) == (0, path.size - 1)
+    # Of equal extremes either may be taken.
+    assert path[points[1:-1]].tolist() == path[reversals(path, float(threshold))].tolist()
+
+
+def test_small_cycles_at_both_ends_of_a_path_remain() -> None:
+    """About its start, half a stroke of theirs is below the threshold; all of them used to be swallowed."""
+    phase = np.arange(1, 61) * np.pi / 10.0
+    path = np.concatenate([[0.0], 4.0 * np.sin(phase), 10.0 * np.sin(phase), 4.0 * np.sin(phase)])
+    # But the first and the last quarter, from the start or end of the path to the nearest extreme.
+    extremes = np.arange(5, 180, 10)[1:-1]
+    assert turning_points(path, 5.0)[1:-1].tolist() == extremes.tolist()
+    # Noise of a rest before the motion is no stroke: the start moves on to the extreme before it.
+    rng = np.random.default_rng(0)
+    rested = np.concatenate([0.1 * rng.standard_normal(50), 10.0 * np.sin(np.arange(200) * np.pi / 50.0)])
+    assert turning_points(rested, 1.0).tolist() == [0, 75, 125, 175, 225, 249]
+    assert turning_points(np.array([0.0, 1.0, -9.0]), 5.0).tolist() == [0, 2]
+    assert turning_points(np.array([0.0, 1.0, 0.9, 1.1, 1.0, 2.0]), 0.0).tolist() == [0, 1, 2, 3, 4, 5]
+
+
+def test_the_measured_records_have_the_strokes_one_sees() -> None:
+    hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
+    # Ten cycles; single samples of its laser jump by up to 0.45 mm.
+    friction = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
+    # After a first one of 3.26 mm come four cycles of 2.44 mm, 3 % of the largest.
+    growing = read_record(ROOT / "tests/data/degrading/SPC1.csv")
+    strokes = [find_strokes(record.displacement) for record in (hinge, friction, growing)]
+    assert [each.count for each in strokes] == [6, 20, 56]
+    assert strokes[2].length[2:9] == pytest.approx(4.88e-3, rel=0.01)
+
+
+def triangle(samples: float, cycles: int) -> FloatArray:
+    """Sampled so many times in a cycle of amplitude 1, not at its reversals."""
+    phase = np.arange(0.13, samples * cycles) / samples
+    return np.asarray(2.0 / np.pi * np.arcsin(np.sin(2.0 * np.pi * phase)))
+
+
+@pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
+def test_noise_of_a_coarse_triangle_is_that_within_its_strokes_and_not_its_corners(samples: float) -> None:
+    path = triangle(samples, 40)
+    assert path_noise(path) == 0.0
+    if samples > 10.0:
+        path += NOISE * np.random.default_rng(5).standard_normal(path.size)
+        # Of 80 strokes, 3 or more fourth differences each, that overlap: the median scatters by some 8 %.
+        assert path_noise(path) == pytest.approx(NOISE, rel=0.25)
+
+
+def test_noise_of_a_force_on_a_coarse_triangle() -> None:
+    rng = np.random.default_rng(2)
+    path = triangle(24.3, 40)
+    force = Spring(SpringParameters((0.0, 100.0), (1.0,), 30.0, 3.0, 0.7, 1.5, 0.0, -1.0, 1.0)).response(path)
+    noise = NOISE * float(np.std(force))
+    noisy = force + noise * rng.standard_normal(path.size)
+    reversals = find_strokes(path).turning[1:-1]
+    # The bends at its reversals look like noise unless differences across them are left out; it still bends after them.
+    assert noise_level(noisy) > 1.6 * noise
+    assert noise_level(noisy, reversals) == pytest.approx(noise, rel=0.25)
+
+
+MIDDLE, AMPLITUDE = 0.05, 0.025
+TIME = np.linspace(0.0, 10.0, 4001)
+PATH = MIDDLE + AMPLITUDE * np.sin(2.0 * np.pi * TIME)
+
+
+RECORD = Record(PATH, Spring(MOUNT).response(PATH), TIME, "rig.csv", notes=("as read",))  # ten cycles of 1 Hz
+
+
+def test_cycles_are_cut_out_whole() -> None:
+    cycles = find_cycles(RECORD)
+    assert len(cycles) == 9
+    part = select(RECORD, cycles=(2, 5))
+    first, last = cycles[1].first_sample, cycles[4].last_sample
+    for name in ("displacement", "force", "time"):
+        np.testing.assert_array_equal(getattr(part, name), getattr(RECORD, name)[first : last + 1])
+    assert (part.is_cut, RECORD.is_cut, part.first_sample) == (True, False, first)
+    # From turning point to turning point, both included.
+    assert len(part) == 4 * 400 + 1
+    assert part.notes[0] == "as read"
+    assert part.notes[1:] == (f"cycles 2 to 5 of 9 selected, samples {first + 1} to {last + 1} of 4001, as given",)
+    assert len(select(RECORD, cycles=(None, 2))) == len(select(RECORD, cycles=(8, None))) == 2 * 400 + 1
+    assert select(RECORD, cycles=(3, 3)).notes[-1].startswith("cycle 3 of 9 selected")
+    for kind in (float, np.int64):
+        np.testing.assert_array_equal(select(RECORD, cycles=(kind(2), kind(5))).force, part.force)
+
+
+def test_a_window_of_time_cuts_what_cycles_leave() -> None:
+    part = select(RECORD, time=(2.5, 5.0))
+    assert (part.time[0], part.time[-1]) == (2.5, 5.0)
+    assert part.notes[-1] == "time from 2.5 s to 5 s selected, samples 1001 to 2001 of 4001, as given"
+    both, cycles = select(RECORD, cycles=(1, 2), time=(1.5, None)).time, select(RECORD, cycles=(1, 2)).time
+    assert (both[0], both[-1]) == (1.5, cycles[-1])
+
+
+def test_a_range_of_displacement_keeps_the_path() -> None:
+    part = select(RECORD, displacement=(0.04, None))
+    np.testing.assert_array_equal(part.displacement, RECORD.displacement)
+    np.testing.assert_array_equal(part.compared, RECORD.displacement >= 0.04)
+    assert "displacement from 40 mm to its end selected" in part.notes[-1]
+    twice = select(part, displacement=(None, 0.06), time=(0.0, 5.0))
+    np.testing.assert_array_equal(twice.compared, (twice.displacement >= 0.04) & (twice.displacement <= 0.06))
+
+
+def test_loops_are_those_inside_the_range() -> None:
+    time = np.linspace(0.0, 12.0, 4801)
+    path = MIDDLE + np.where(time < 6.0, 0.01, 0.025) * np.sin(2.0 * np.pi * time)
+    record = Record(path, Spring(MOUNT).response(path), time)
+    assert len(measured_loops(record)) == 2
+    (loop,) = measured_loops(select(record, displacement=(0.035, 0.065)))
+    assert loop.figures.amplitude == pytest.approx(0.01, rel=1e-3)
+    with pytest.raises(RecordError, match=r"no full cycle .* lies within the selected displacements"):
+        measured_loops(select(record, displacement=(0.045, 0.055)))
+
+
+LINE = np.linspace(0.0, 1.0, 50)
+
+
+@pytest.mark.parametrize(
+    ("record", "selection", "expected"),
+    [
+        (RECORD, {"cycles": (7, 12)}, "cycle 12 cannot be selected, since the record has 9; select among 1 to 9."),
+        (RECORD, {"cycles": (12, None)}, "cycle 12 cannot be selected, since the record has 9"),
+        (RECORD, {"time": (20.0, None)}, "must hold at least 16 samples, found 0; the record goes from 0 to 10 s."),
+        (RECORD, {"displacement": (1.0, 2.0)}, "at least 16 samples, found 0; the record goes from 25 to 75 mm."),
+        (RECORD, {"displacement": (0.0499, 0.0501)}, "over at least 2 % of the record's range"),
+        (RECORD, {"cycles": (0, 3)}, "must be whole numbers from 1 on"),
+        (RECORD, {"cycles": (3, 2)}, "the first is not above the second"),
+        (RECORD, {"cycles": (1j, None)}, "`cycles` must be two finite numbers"),
+        (RECORD, {"time": (float("nan"), 2.0)}, "`time` must be two finite numbers"),
+        (RECORD, {"time": (10**400, None)}, "`time` must be two finite numbers"),
+        (RECORD, {"time": ("a", None)}, "`time` must be two finite numbers"),
+        (RECORD, {"time": 3.0}, "`time` must be two finite numbers [s]"),
+        (RECORD, {"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
+        (Record(PATH, PATH), {"time": (0.0, 5.0)}, "the record has none"),
+        (Record(PATH, PATH, -TIME), {"time": (0.0, 5.0)}, "do not fall back"),
+        (Record(LINE, LINE), {"cycles": (1, 1)}, "has no full cycle"),
+    ],
+)
+def test_what_leaves_nothing_usable_is_refused(record: Record, selection: dict[str, Any], expected: str) -> None:
+    with pytest.raises(RecordError) as caught:
+        select(record, **selection)
+    assert expected in str(caught.value)
+    assert len(str(caught.value)) < 200
