@@ -12,7 +12,7 @@ the displacement at t - d.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,19 +21,16 @@ import numpy as np
 from ..errors import RecordError
 from ..ground.arguments import number, optional_number
 from ..kernel.arrays import FloatArray
+from ..loops.turning import turning_points
 from ..records.record import Record
-from .bases import ELASTIC
+from .bases import AMPLIFIER, ELASTIC
 from .choice import Choice
 from .fit import Fit, Problem, SpringClass
 from .refusals import Strokes
+from .samples import REVERSAL
 
 _WORTH = 0.005  # change of the stiffness that is worth a note
-_MASS, _FIXTURE = 1.0, 1e7  # whose effects the note gives [kg], [N/m]
-_SMOOTHED = 0.04  # of a stroke, half the window of an acceleration: 0.2 % of a sine is lost
 _LAGS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.04)  # of a cycle, at which a delay is sought
-_TRIALS = 7  # of halving the step to it
-# Degrees that a delay is sought with: a flexible FE imitates it.
-_ELASTIC, _AMPLIFIERS = ELASTIC[3], (1, 2)
 
 
 @dataclass(frozen=True)
@@ -89,19 +86,36 @@ class KnownRig:
         ------
         RecordError   If mass or delay need times that the record does not have, or the delay is longer than a stroke.
         """
-        lag = self.delay or 0.0
-        if lag:
-            _refuse_delay(record, lag)
-        time, measured = record.rising_time, record.displacement
+        lag, time = self.delay or 0.0, record.rising_time
+        if lag and abs(lag) >= (stroke := _stroke(record, _times(record, "delay"))):
+            raise RecordError(
+                f"{record.path}: the given delay of {1e3 * lag:.6g} ms is longer than a stroke "
+                f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
+            )
         if self.fixture_stiffness < math.inf:
             force = record.force if time is None else np.interp(time + lag, time, record.force)
-            record = replace(record, displacement=measured - force / self.fixture_stiffness)
-        inertia = np.zeros(len(record))
+            record = replace(record, displacement=record.displacement - force / self.fixture_stiffness)
         if self.moving_mass > 0.0:
-            inertia = self.moving_mass * acceleration(record)
-            if lag and time is not None:
-                inertia = np.interp(time - lag, time, inertia)
-        return lagging(replace(record, force=record.force - inertia), lag)
+            time = _times(record, "moving_mass")
+            inertia = np.interp(time - lag, time, self.moving_mass * acceleration(record.displacement, time))
+            record = replace(record, force=record.force - inertia)
+        return lagging(record, lag)
+
+
+def _times(record: Record, option: str) -> FloatArray:
+    """The times; a RecordError if they do not rise."""
+    if record.rising_time is None:
+        lacking = "the record has none" if record.time is None else "they do not"
+        raise RecordError(
+            f"{record.path}: a {option.replace('_', ' ')} needs times that rise from sample to sample, and {lacking}; "
+            f"name the time column with `time=...`, or go without `{option}=...`."
+        )
+    return record.rising_time
+
+
+def _stroke(record: Record, time: FloatArray) -> float:
+    """Median duration of a stroke [s]."""
+    return float(np.median(np.diff(time[Strokes(record).turning])))
 
 
 def lagging(record: Record, lag: float) -> Record:
@@ -118,117 +132,69 @@ def lagging(record: Record, lag: float) -> Record:
     )
 
 
-def acceleration(record: Record) -> FloatArray:
-    """Acceleration at each sample, shape (K,) [m/s^2]: second derivatives of quadratics over a part of a stroke.
-
-    Raises
-    ------
-    RecordError   Without times that rise.
-    """
-    if record.time is None:
-        raise RecordError(
-            f"{record.path}: a moving mass needs times, and the record has none; name its time column with `time=...`, "
-            "or go without `moving_mass=...`."
-        )
-    if record.rising_time is None:
-        raise RecordError(
-            f"{record.path}: a moving mass needs the acceleration, and the times do not rise from sample to sample; "
-            "check the column with `time=...`."
-        )
-    samples = float(np.median(np.diff(Strokes(record).turning)))
-    half = min(max(2, round(_SMOOTHED * samples)), (len(record) - 1) // 2)
-    middle = np.clip(np.arange(len(record)), half, len(record) - 1 - half)
+def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
+    """Acceleration at each sample, shape (K,) [m/s^2]: second derivatives of quadratics over a part of a stroke."""
+    last = displacement.size - 1
+    turning = turning_points(displacement, REVERSAL * float(np.ptp(displacement)))
+    # Half the window is 0.04 of a stroke: 0.2 % of a sine is lost.
+    half = min(max(2, round(0.04 * float(np.median(np.diff(turning))))), last // 2)
+    middle = np.clip(np.arange(last + 1), half, last - half)
     moments, products = np.zeros((5, middle.size)), np.zeros((3, middle.size))
-    scale = record.time[middle + half] - record.time[middle - half]
+    scale = time[middle + half] - time[middle - half]
     for offset in range(-half, half + 1):
-        place = (record.time[middle + offset] - record.time[middle]) / scale
-        powers = place ** np.arange(5)[:, None]
+        powers = ((time[middle + offset] - time[middle]) / scale) ** np.arange(5)[:, None]
         moments += powers
-        products += powers[:3] * (record.displacement[middle + offset] - record.displacement[middle])
+        products += powers[:3] * (displacement[middle + offset] - displacement[middle])
     matrices = np.moveaxis(moments[np.add.outer(np.arange(3), np.arange(3))], 2, 0)
     return np.asarray(2.0 * np.linalg.solve(matrices, products.T[:, :, None])[:, 2, 0] / scale**2)
 
 
-def _refuse_delay(record: Record, lag: float) -> None:
-    if record.time is None:
-        raise RecordError(
-            f"{record.path}: a delay needs times, and the record has none; name its time column with `time=...`, "
-            "or go without `delay=...`."
-        )
-    if record.rising_time is None:
-        raise RecordError(
-            f"{record.path}: a delay needs times that rise from sample to sample, and they do not; check `time=...`."
-        )
-    stroke = float(np.median(np.diff(record.time[Strokes(record).turning])))
-    if abs(lag) >= stroke:
-        raise RecordError(
-            f"{record.path}: the given delay of {1e3 * lag:.6g} ms is longer than a stroke "
-            f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
-        )
-
-
 def likely_delay(choice: Choice) -> float:
-    """The lag of the force with which a simple spring follows the records best [s]; 0 if none does better."""
-    problem, c = choice.problem, choice.best.fit.spring_class
-    simple = SpringClass(c.elastic if c.elastic in ELASTIC[:3] else _ELASTIC, (min(max(c.amplifiers[0], 1), 2),))
+    """The lag of the force with which a simple spring follows the records best [s]; 0 if that can be no delay.
 
-    def at(lag: float, start: Fit, iterations: int = 5) -> tuple[float, float, Fit]:
+    A flexible FE imitates a delay, so that FE is a cubic at most while it is sought. It can be none where one mechanism
+    of the richest class leaves more there than the best class did without it.
+    """
+    problem, c = choice.problem, choice.best.fit.spring_class
+    simple = SpringClass(min(c.elastic, ELASTIC[2]), (min(max(c.amplifiers[0], 1), 2),))
+    richest = SpringClass(ELASTIC[-1], AMPLIFIER[-1:], may_fall=True)
+
+    def at(lag: float, start: Fit, iterations: int, c: SpringClass = simple) -> tuple[float, float, Fit]:
         samples = problem.samples.on([lagging(record, lag) for record in problem.samples.records])
-        fit = Problem(samples, problem.starts).local(simple, start.q[:3], iterations, 1e-3)
+        fit = Problem(samples, problem.starts).local(c, start.q[:3], iterations, 1e-3)
         return fit.squares, lag, fit
 
+    def better(lags: list[float], best: tuple[float, float, Fit], iterations: int) -> tuple[float, float, Fit]:
+        return min([best, *(at(lag, best[2], iterations) for lag in lags)], key=lambda trial: trial[0])
+
     cycle, best = problem.samples.cycle_time, at(0.0, choice.best.fit, 8)
-    tried = [at(side * share * cycle, best[2], 3) for share in _LAGS for side in (-1.0, 1.0)]
-    best = min([best, *tried], key=lambda trial: trial[0])
+    best = better([side * share * cycle for share in _LAGS for side in (-1.0, 1.0)], best, 3)
     step = 0.4 * abs(best[1])
-    for _ in range(_TRIALS if step else 0):
-        nearer = min((at(best[1] + side * step, best[2]) for side in (-1.0, 1.0)), key=lambda trial: trial[0])
-        step *= 0.8 if nearer[0] < best[0] else 0.5
-        best = min(best, nearer, key=lambda trial: trial[0])
-    return best[1]
+    for _ in range(7 if step else 0):
+        before, best = best, better([best[1] - step, best[1] + step], best, 5)
+        step *= 0.8 if best[1] != before[1] else 0.5
+    return best[1] if best[1] and at(best[1], best[2], 8, richest)[0] < choice.best.fit.squares else 0.0
 
 
-def unknown_effects(records: Sequence[Record], known: KnownRig) -> tuple[str, ...]:
-    """How much a mass or a fixture that was not given would change the stiffness, where it could matter.
-
-    Parameters
-    ----------
-    records : sequence of Record
-    known : KnownRig               What was given needs no sentence.
-    """
-    sentences = []
-    shares = [_inertia_share(record) for record in records if record.time is not None]
-    if known.moving_mass == 0.0 and shares:
-        share, frequency = max(shares)
-        if share > _WORTH:
-            sentences.append(
-                f"{_MASS:g} kg between load cell and spring would change the stiffness by {_percent(share)} at "
-                f"{frequency:.2g} Hz (`moving_mass=...`)."
-            )
-    share = max(map(_stiffness, records)) / _FIXTURE
-    if known.fixture_stiffness == math.inf and share > _WORTH:
-        sentences.append(
-            f"A fixture of {1e-6 * _FIXTURE:g} kN/mm would change the stiffness by {_percent(share)} "
-            "(`fixture_stiffness=...`)."
+def unknown_effects(records: Sequence[Record], known: KnownRig) -> Iterator[str]:
+    """How much a mass or a fixture that was not given would change the stiffness, where it could matter."""
+    shares, most = [(0.0, 0.0)], 0.0
+    for record in records:
+        x = record.displacement - np.mean(record.displacement)
+        stiffness = float(x @ record.force / (x @ x))
+        stroke = 0.0 if record.time is None else _stroke(record, record.time)
+        most = max(most, stiffness)
+        if stroke > 0.0 and stiffness > 0.0:
+            shares.append(((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
+    share, frequency = max(shares)
+    if known.moving_mass == 0.0 and share > _WORTH:
+        yield (
+            f"1 kg between load cell and spring would change the stiffness by {_percent(share)} at {frequency:.2g} Hz "
+            "(`moving_mass=...`)."
         )
-    return tuple(sentences)
+    if known.fixture_stiffness == math.inf and (share := most / 1e7) > _WORTH:
+        yield f"A fixture of 10 kN/mm would change the stiffness by {_percent(share)} (`fixture_stiffness=...`)."
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 1.0 else "more than 100 %"
-
-
-def _inertia_share(record: Record) -> tuple[float, float]:
-    """Dynamic stiffness of the mass over that of the spring, and the frequency of the strokes [Hz]."""
-    if record.time is None:
-        return 0.0, 0.0
-    stroke = float(np.median(np.diff(record.time[Strokes(record).turning])))
-    stiffness = _stiffness(record)
-    share = _MASS * (math.pi / stroke) ** 2 / stiffness if stroke > 0.0 and stiffness > 0.0 else 0.0
-    return share, 0.5 / stroke if stroke > 0.0 else 0.0
-
-
-def _stiffness(record: Record) -> float:
-    """Slope of the force over the displacement by least squares [N/m]."""
-    x = record.displacement - np.mean(record.displacement)
-    return float(x @ record.force / (x @ x))
