@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -26,24 +25,23 @@ from .figures import (
     LoopEnergy,
     RecordFit,
     chosen_samples,
+    figures_of,
     is_one_period,
     overall_figures,
     predict_record,
     recorded_energies,
+    rmse,
     twice,
 )
 from .findings import check
 from .identified import IdentifiedModel
 from .method import Fitted, Method, Stage, begin, checked_method
+from .predictions import has_one_amplitude
 from .refined import RefinedOptions
 from .rig import lagging
 from .samples import BoolArray, Samples
 
-_ROWS = 10_000  # that are fitted at most
-_MANY_COMMON = 16  # samples; parts one after the other share one
-_POOR_RNL = 0.9
-_APART = 0.05  # of the force's deviation, by which the spring alone may err more than with what the rig added
-_WORTH_ENERGY, _BEYOND_NOISE = 0.02, 3.0  # difference of a loop's energy that is named, and in its standard errors
+_WORTH_ENERGY = 0.02  # difference of a loop's energy that is named, if it is three standard errors
 
 
 def identify_records(
@@ -87,7 +85,7 @@ def _refuse_twins(group: Sequence[Record]) -> None:
         common = _common_samples(first, second)
         if common == len(first) == len(second):
             raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
-        if common >= _MANY_COMMON:
+        if common >= 16:  # parts one after the other share one
             raise RecordError(
                 f"{second.path}: shares {common} samples with the part of {first.path} that is given too; select parts "
                 "that do not overlap."
@@ -96,28 +94,25 @@ def _refuse_twins(group: Sequence[Record]) -> None:
 
 def _common_samples(first: Record, second: Record) -> int:
     """Number of samples to fit that two records have in common; 0 if they differ wherever they overlap."""
-    begin = max(first.first_sample, second.first_sample)
-    end = min(first.first_sample + len(first), second.first_sample + len(second))
+    both = (first, second)
+    begin, end = max(r.first_sample for r in both), min(r.first_sample + len(r) for r in both)
+    a, b = (slice(begin - r.first_sample, end - r.first_sample) for r in both)
     if begin >= end or (first.time is None) != (second.time is None):
         return 0
-    common, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
     for name in ("displacement", "force", "time"):
-        a, b = getattr(first, name), getattr(second, name)
-        if a is not None and not np.array_equal(a[common], b[other]):
+        one, other = getattr(first, name), getattr(second, name)
+        if one is not None and not np.array_equal(one[a], other[b]):
             return 0
-    compared = np.ones(end - begin, dtype=bool)
-    for record, part in ((first, common), (second, other)):
-        if record.compared is not None:
-            compared &= record.compared[part]
-    return int(compared.sum())
+    kept = [True if r.compared is None else r.compared[part] for r, part in zip(both, (a, b), strict=True)]
+    return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
 
 
 def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
     begin(Stage.PREPARING)
     prepared = [method.prepare(record) for record in group]
-    checked = check(prepared, getattr(method, "state", "mean"))
-    ends = np.cumsum([len(record) for record in prepared])[:-1]
-    usable = np.split(checked.rows, ends)
+    refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
+    checked = check(prepared, refined.state)
+    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
     samples = _samples(prepared, usable)
     where = ", ".join(record.path for record in group)
     fitted, fits, failure = _certified(method, samples, group, usable, where)
@@ -131,7 +126,12 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     judged = with_rig if is_known else fits
     recorded = recorded_energies(solver, group, judged)
     found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
-    findings = [finding for finding in found if finding.kind not in _explained(method, fitted)]
+    explained = {Outcome.SPIKES} if refined.robust else set()
+    if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
+        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
+    findings = [finding for finding in found if finding.kind not in explained]
+    if fitted.certainty is None and has_one_amplitude(samples):
+        findings.append(Finding(Outcome.ONE_AMPLITUDE))
     if failure:
         findings.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
     if _is_worse_than_a_line(group, judged):
@@ -157,26 +157,11 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     )
 
 
-def _explained(method: Method, fitted: Fitted) -> set[Outcome]:
-    """What records show that the method withstands, or the spring explains."""
-    explained = {Outcome.SPIKES} if getattr(method, "robust", False) else set()
-    if fitted.parameters.branches and Outcome.LACK_OF_FIT not in {finding.kind for finding in fitted.findings}:
-        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
-    return explained
-
-
 def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:
-    """The rows to fit; a record of one period is followed by itself, and fitted on its second pass."""
-    records, rows = [], []
-    for record, mask in zip(prepared, usable, strict=True):
-        if is_one_period(record):
-            again = twice(record)
-            records.append(again)
-            rows.append(np.concatenate([np.zeros(len(again) - len(record), bool), mask]))
-        else:
-            records.append(record)
-            rows.append(mask)
-    return Samples.of(records, _ROWS, np.concatenate(rows), prepared)
+    """The rows to fit, 10 000 at most; a record of one period is followed by itself, and fitted on its second pass."""
+    records = [twice(record) if is_one_period(record) else record for record in prepared]
+    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(records, usable, strict=True)]
+    return Samples.of(records, 10_000, np.concatenate(rows), prepared)
 
 
 def _certified(
@@ -186,7 +171,10 @@ def _certified(
     spoke against the first one, in words.
     """
     failure = ""
-    firsts = [int(np.argmax(mask)) for mask in _fitted_rows(samples, usable)]
+    firsts = []
+    for k, mask in enumerate(usable):
+        here = samples.rows[samples.record_of_row == k]
+        firsts.append(int(here[0] - samples.begins[k + 1] + mask.size if here.size else np.argmax(mask)))
     try:
         for fitted in method.candidates(samples, where):
             solver = PathSolver(fitted.parameters)
@@ -200,16 +188,6 @@ def _certified(
         if not failure:
             raise
     raise IdentificationError(Outcome.UNCERTIFIED, where, f" ({failure})")
-
-
-def _fitted_rows(samples: Samples, usable: Sequence[BoolArray]) -> list[BoolArray]:
-    """Which samples of each record are fitted, all between the first and the last row of `samples`."""
-    rows = []
-    for k, mask in enumerate(usable):
-        here = samples.rows[samples.record_of_row == k]
-        first = int(here[0] - (samples.begins[k + 1] - mask.size)) if here.size else 0
-        rows.append(mask & (np.arange(mask.size) >= max(first, 0)))
-    return rows
 
 
 def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
@@ -226,23 +204,19 @@ def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
 
 
 def _with_rig(
-    solver: PathSolver,
-    fitted: Fitted,
-    group: Sequence[Record],
-    prepared: Sequence[Record],
-    fits: Sequence[RecordFit],
+    solver: PathSolver, fitted: Fitted, group: Sequence[Record], prepared: Sequence[Record], fits: tuple[RecordFit, ...]
 ) -> tuple[RecordFit, ...]:
     """The predictions with what the rig added to each record: known, or found."""
     if not fitted.effects:
-        return tuple(fits)
+        return fits
     found = []
-    for record, known, fit, added in zip(
-        group, prepared, fits, fitted.nuisance or [np.zeros(1)] * len(group), strict=True
-    ):
+    added = fitted.nuisance or [np.zeros(len(record)) for record in group]
+    for record, known, fit, nuisance in zip(group, prepared, fits, added, strict=True):
         moved = lagging(known, fitted.delay)
         force = solver.force(moved.displacement, fit.omega_start, moved.rising_time)
-        force = force + added + (record.force - known.force)
-        found.append(fit.with_force(solver, record, force, "with what was removed"))
+        force = force + nuisance + record.force - known.force
+        words = f"{fit.compared}, with what was removed"
+        found.append(figures_of(solver, record, force, fit.first_sample, fit.omega_start, words))
     return tuple(found)
 
 
@@ -258,19 +232,20 @@ def _of_saved(
     forces = [record.force[chosen_samples(record, fit.first_sample)] for record, fit in zip(group, fits, strict=True)]
     deviation = float(np.std(np.concatenate(forces)))
     alone, best = overall_figures(fits), overall_figures(with_rig)
-    if alone["rmse"] - best["rmse"] > _APART * deviation:
+    if alone["rmse"] - best["rmse"] > 0.05 * deviation:
         numbers = {"alone": alone["rmse"] / deviation, "fitted": best["rmse"] / deviation}
         text = f"error {100.0 * numbers['alone']:.2g} % of the force, {100.0 * numbers['fitted']:.2g} % as fitted"
         findings.append(Finding(Outcome.SPRING_ALONE, numbers, "", text))
-    if fitted.verdict is None and alone["rnl"] < _POOR_RNL:
+    if fitted.verdict is None and alone["rnl"] < 0.9:
         findings.append(Finding(Outcome.POOR_FIT, {"rnl": alone["rnl"]}, "", f"RNL {alone['rnl']:.3g}"))
     texts, numbers = [], {}
     for loop in recorded:
-        if abs(loop.difference) > max(_BEYOND_NOISE * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
-            size = f"{100.0 * loop.difference:+.0f} %" if math.isfinite(loop.difference) else "no loop was recorded"
-            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
+        if abs(loop.difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+            size = "no loop was recorded"
             if math.isfinite(loop.difference):  # JSON has no infinity
+                size = f"{100.0 * loop.difference:+.0f} %"
                 numbers[f"{1e3 * loop.amplitude:.3g} mm"] = loop.difference
+            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
     if texts:
         findings.append(Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts)))
     return findings
@@ -278,27 +253,19 @@ def _of_saved(
 
 def _is_worse_than_a_line(group: Sequence[Record], fits: Sequence[RecordFit]) -> bool:
     """Whether a straight line through all records, force over displacement, is closer to them than a prediction."""
-    columns: list[Any] = []
+    columns = []
     for record, fit in zip(group, fits, strict=True):
-        chosen = chosen_samples(record, fit.first_sample)
-        columns.append(np.stack([record.displacement[chosen], record.force[chosen], fit.predicted[chosen]]))
+        all_samples = np.stack([record.displacement, record.force, fit.predicted])
+        columns.append(all_samples[:, chosen_samples(record, fit.first_sample)])
     x, force, predicted = np.concatenate(columns, axis=1)
-    A = np.column_stack([np.ones(x.size), (x - x.mean()) / max(float(np.ptp(x)), 1e-300)])
-    line = A @ np.linalg.lstsq(A, force, rcond=None)[0]
-    return float(np.sum((force - predicted) ** 2)) > float(np.sum((force - line) ** 2))
+    return rmse(force, predicted) > rmse(force, np.polynomial.Polynomial.fit(x, force, 1)(x))
 
 
 def _one_of_each(findings: Sequence[Finding]) -> list[Finding]:
     """Findings of one kind on several records as one."""
-    kinds: dict[Outcome, list[Finding]] = {}
-    for finding in findings:
-        kinds.setdefault(finding.kind, []).append(finding)
     merged = []
-    for kind, of_kind in kinds.items():
-        first = of_kind[0]
-        if len(of_kind) > 1:
-            texts = [": ".join(filter(None, (each.where, each.detail))) for each in of_kind]
-            text = "; ".join(filter(None, texts))
-            first = Finding(kind, first.numbers, "", text)
-        merged.append(first)
+    for kind in dict.fromkeys(finding.kind for finding in findings):
+        first, *others = (finding for finding in findings if finding.kind is kind)
+        texts = filter(None, (": ".join(filter(None, (each.where, each.detail))) for each in (first, *others)))
+        merged.append(Finding(kind, first.numbers, "", "; ".join(texts)) if others else first)
     return merged
