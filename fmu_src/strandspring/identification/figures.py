@@ -196,13 +196,12 @@ def twice(record: Record) -> Record:
     begin = int(record.displacement[-1] == record.displacement[0])
     columns: dict[str, Any] = {
         name: np.concatenate([column, column[begin:]])
-        for name in ("displacement", "force", "compared")
+        for name in ("displacement", "force", "compared", "time")
         if (column := getattr(record, name)) is not None
     }
     if record.time is not None:
-        step = 0.0 if begin else (record.time[-1] - record.time[0]) / (len(record) - 1)
-        later = record.time[begin:] + (record.time[-1] - record.time[0] + step)
-        columns["time"] = np.concatenate([record.time, later])
+        missing = 0.0 if begin else (record.time[-1] - record.time[0]) / (len(record) - 1)
+        columns["time"][len(record) :] += record.time[-1] - record.time[0] + missing
     return replace(record, **columns)
 
 
@@ -227,18 +226,14 @@ def estimate_omega_start(solver: PathSolver, record: Record) -> float:
         return float(weights @ (solver.force(path, omega) - measured) ** 2)
 
     best = min((0.0, -1.0, 1.0), key=misfit)
-    least = misfit(best)
     for halving in range(1, 20):
-        for tried in (best - 0.5**halving, best + 0.5**halving):
-            if abs(tried) <= 1.0 and (there := misfit(tried)) < least:
-                best, least = tried, there
+        near = (best, best - 0.5**halving, best + 0.5**halving)
+        best = min((omega for omega in near if abs(omega) <= 1.0), key=misfit)
     return best
 
 
 def began_at_rest(record: Record) -> bool:
-    """Whether a record begins with the spring unloaded, as at rest before a first loading: at the first sample the
-    force is 0 within its noise, or within 0.5 % of its range.
-    """
+    """Whether a record begins with the spring unloaded: its force is 0 within its noise, or 0.5 % of its range."""
     force = record.force
     return abs(float(force[0])) <= max(3.0 * noise_level(force), 0.005 * float(np.ptp(force)))
 
@@ -268,27 +263,11 @@ class LoopEnergy:
     predicted: float
     error: float
 
-    @property
-    def difference(self) -> float:
-        """Of the saved spring's energy from the measured one, share of that; infinite where no loop was measured, 0
-        where the spring takes none either, as on a path that is not closed.
-        """
-        if self.measured > 0.0:
-            return self.predicted / self.measured - 1.0
-        return math.inf if self.predicted > 0.0 else 0.0
-
 
 def recorded_energies(
     solver: PathSolver, records: Sequence[Record], fits: Sequence[RecordFit]
 ) -> tuple[LoopEnergy, ...]:
-    """Energies of the loops of some records, the largest amplitude first.
-
-    Parameters
-    ----------
-    solver : PathSolver            Of the saved spring.
-    records : sequence of Record   As recorded.
-    fits : sequence of RecordFit   Of the spring along them.
-    """
+    """Energies of the loops of some records as recorded, the largest amplitude first, and of the saved spring."""
     rows = [_cycles(solver, record, fit) for record, fit in zip(records, fits, strict=True)]
     amplitude, measured, predicted, variance = np.concatenate(rows, axis=1)
     order, energies = np.argsort(-amplitude, kind="stable"), []

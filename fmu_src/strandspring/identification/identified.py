@@ -21,7 +21,7 @@ from .certainty import Certainty
 from .figures import Followed, LoopEnergy, RecordFit, began_at_rest, overall_figures
 from .refined import RefinedOptions
 from .refusals import Strokes
-from .rig import KnownRig, unknown_effects
+from .rig import unknown_effects
 from .verdict import Verdict
 
 # What rigs measure, and springs carry [m], [N], [N/m]. Sensors and fixtures yield by the first displacement, no rig
@@ -120,13 +120,8 @@ class IdentifiedModel(Followed):
     @property
     def notes(self) -> tuple[str, ...]:
         """What is good to know of the records, but no reason for caution."""
-        known = KnownRig.from_effects(self.effects, self.options)
-        return (
-            *self._implausible_sizes(),
-            *unknown_effects(self.records, known),
-            *self._left_out(),
-            *self._next_test(),
-        )
+        effects = unknown_effects(self.records, self.effects)
+        return (*self._implausible_sizes(), *effects, *self._left_out(), *self._next_test())
 
     def _implausible_sizes(self) -> Iterator[str]:
         """A note on sizes that no rig measures, with the mistake in a unit that would explain them."""

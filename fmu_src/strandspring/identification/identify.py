@@ -47,18 +47,9 @@ _WORTH_ENERGY = 0.02  # difference of a loop's energy that is named, if it is th
 def identify_records(
     records: Sequence[Record], options: Method | None = None, save_anyway: bool = False
 ) -> IdentifiedModel:
-    """Identify one spring from one or more records.
+    """Identify one spring from one or more records, by the refined method with its defaults if `options` are None.
 
-    Parameters
-    ----------
-    records : sequence of Record
-    options : RefinedOptions, TwoStageOptions, PaperOptions, NiOptions or None
-        The method with its options; the refined method with its defaults if None.
-    save_anyway : bool    A spring that follows the records worse than a straight line is returned with a finding.
-
-    Returns
-    -------
-    IdentifiedModel
+    A spring that follows the records worse than a straight line is refused, or with `save_anyway` has a finding.
 
     Raises
     ------
@@ -240,12 +231,15 @@ def _of_saved(
         findings.append(Finding(Outcome.POOR_FIT, {"rnl": alone["rnl"]}, "", f"RNL {alone['rnl']:.3g}"))
     texts, numbers = [], {}
     for loop in recorded:
-        if abs(loop.difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
-            size = "no loop was recorded"
-            if math.isfinite(loop.difference):  # JSON has no infinity
-                size = f"{100.0 * loop.difference:+.0f} %"
-                numbers[f"{1e3 * loop.amplitude:.3g} mm"] = loop.difference
-            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
+        # JSON has no infinity; a path that is not closed may take no energy at all.
+        size, amplitude = "no loop was recorded", f"{1e3 * loop.amplitude:.3g} mm"
+        difference = math.inf if loop.predicted > 0.0 else 0.0
+        if loop.measured > 0.0:
+            difference = loop.predicted / loop.measured - 1.0
+            size = f"{100.0 * difference:+.0f} %"
+        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+            texts.append(f"{size} at {amplitude}")
+            numbers |= {amplitude: difference} if math.isfinite(difference) else {}
     if texts:
         findings.append(Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts)))
     return findings

@@ -8,6 +8,7 @@ of rows.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
@@ -17,14 +18,6 @@ from .constrained import nonnegative
 from .fit import HIGH, LOW
 from .samples import BoolArray, Samples
 
-_SPEED_LAG = 0.01  # of a cycle, by which speeds lag: differences of neighbouring samples would be noise
-# Bouc-Wen: rho times half the range, sigma and n of the grid; three steps from its best point leave no more to gain.
-_RATES, _SIGMAS, _EXPONENTS = np.geomspace(0.7, 90.0, 8), (0.55, 1.0, 2.0), (0.3, 1.0, 3.0)
-_STEPS = 3
-# Prandtl-Ishlinskii: number of stop operators, and their lowest threshold over half the shortest stroke.
-_STOPS, _LOWEST = 12, (0.005, 0.05)
-# Kernel regression: bandwidths of displacement, of reversals and of speed, over half the range and the largest speed.
-_BANDWIDTHS = ((0.015, 0.3, 0.05), (0.03, 0.3, 0.03), (0.06, 0.3, 0.05))
 _RIDGE = 1e-9  # of the largest diagonal element, which keeps normal equations solvable
 
 
@@ -33,13 +26,15 @@ def bouc_wen(samples: Samples) -> FloatArray:
 
     r = c_0 + c_1*x + c_2*v + kappa*omega(rho, sigma, n), without a dashpot where there are no times. Y.-K. Wen, Method
     for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102, 1976, 249. For given rho, sigma, n the c
-    and kappa follow by linear least squares; the best point of a grid is improved by Gauss-Newton steps.
+    and kappa follow by linear least squares. Three Gauss-Newton steps from the best point of a grid leave no more to
+    gain.
     """
     half, starts = _half(samples), np.zeros(len(samples.records))
     others = _linear_columns(samples)
-    shapes = list(product(_SIGMAS, _EXPONENTS))
-    omegas = np.concatenate([samples.points.omega_by_rate(_RATES / half, *shape) for shape in shapes])
-    grid = [np.log([rho, sigma - 0.5, n]) for sigma, n in shapes for rho in _RATES]
+    # rho times half the range, sigma and n.
+    rates, shapes = np.geomspace(0.7, 90.0, 8), list(product((0.55, 1.0, 2.0), (0.3, 1.0, 3.0)))
+    omegas = np.concatenate([samples.points.omega_by_rate(rates / half, *shape) for shape in shapes])
+    grid = [np.log([rho, sigma - 0.5, n]) for sigma, n in shapes for rho in rates]
     known: dict[bytes, FloatArray] = {}
 
     def memory(q: FloatArray) -> FloatArray:
@@ -56,7 +51,7 @@ def bouc_wen(samples: Samples) -> FloatArray:
         beside = omegas[:, kept] - omegas[:, kept] @ basis @ basis.T
         gains = np.maximum(beside @ measured, 0.0) ** 2 / np.maximum(np.sum(beside**2, axis=1), 1e-12)
         q, least, force = grid[int(np.argmax(gains))], np.inf, np.zeros(kept.size)
-        for _ in range(_STEPS + 1):
+        for _ in range(4):
             omega, *derivatives = memory(q)
             columns = np.column_stack([others, omega])
             c = np.linalg.lstsq(columns[kept], measured, rcond=None)[0]
@@ -73,7 +68,7 @@ def bouc_wen(samples: Samples) -> FloatArray:
             q = np.clip(q + np.clip(np.linalg.solve(damped, J.T @ residuals), -1.0, 1.0), LOW, HIGH)
         return force
 
-    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
+    return _of_folds(samples, predicted)
 
 
 def prandtl_ishlinskii(samples: Samples) -> FloatArray:
@@ -83,15 +78,17 @@ def prandtl_ishlinskii(samples: Samples) -> FloatArray:
     geometrically from a share of half the shortest stroke to nine tenths of half the longest; of two such shares that
     which fits better is taken.
     """
-    half = _half(samples)
+    half, number = _half(samples), 12
     y = (samples.x - samples.x.mean()) / half
     halves = 0.5 * np.abs(np.diff(samples.displacement[samples.strokes], axis=1))
     # A record may begin or end amid a stroke.
     shortest, longest = np.quantile(halves, [0.05, 1.0]).tolist()
-    thresholds = [np.geomspace(max(lowest * shortest, 1e-4 * half), 0.9 * longest, _STOPS) for lowest in _LOWEST]
-    stops = np.split(stop_operators(samples, np.concatenate(thresholds)), len(_LOWEST), axis=1)
-    choices = [np.column_stack([y[:, None] ** np.arange(4), some / some.std(axis=0)]) for some in stops]
-    free = np.arange(4 + _STOPS) < 4
+    choices = []
+    for lowest in (0.005, 0.05):
+        thresholds = np.geomspace(max(lowest * shortest, 1e-4 * half), 0.9 * longest, number)
+        stops = stop_operators(samples, thresholds)
+        choices.append(np.column_stack([y[:, None] ** np.arange(4), stops / stops.std(axis=0)]))
+    free = np.arange(4 + number) < 4
 
     def predicted(kept: BoolArray) -> FloatArray:
         least, force = np.inf, np.zeros(kept.size)
@@ -105,7 +102,7 @@ def prandtl_ishlinskii(samples: Samples) -> FloatArray:
                 least, force = squares, columns @ c
         return force
 
-    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
+    return _of_folds(samples, predicted)
 
 
 def kernel_regression(samples: Samples) -> FloatArray:
@@ -137,7 +134,8 @@ def kernel_regression(samples: Samples) -> FloatArray:
         return trends + sums / (total + 1e-6)
 
     least, predicted = np.full(len(held), np.inf), trends
-    for bandwidths in _BANDWIDTHS:
+    # Of displacement, of reversals and of speed, over half the range and the largest speed.
+    for bandwidths in ((0.015, 0.3, 0.05), (0.03, 0.3, 0.03), (0.06, 0.3, 0.05)):
         exponents = sum(d * np.float32(-0.5 / b**2) for d, b in zip(distances, bandwidths, strict=False))
         weights = np.exp(exponents) * same_direction
         errors = np.sum(np.where(kept, np.abs(means(weights * other_stroke) - measured), 0.0), axis=0)
@@ -159,10 +157,15 @@ def held_out(samples: Samples) -> dict[str, FloatArray]:
     The means of the squares over each row are comparable with `Judged.errors`.
     """
     deviation = float(np.std(samples.r)) or 1.0
-    held = samples.folds
     return {
-        name: np.where(held, (model(samples) - samples.r) / deviation, np.nan) for name, model in PLAIN_MODELS.items()
+        name: np.where(samples.folds, (model(samples) - samples.r) / deviation, np.nan)
+        for name, model in PLAIN_MODELS.items()
     }
+
+
+def _of_folds(samples: Samples, predicted: Callable[[BoolArray], FloatArray]) -> FloatArray:
+    """What is predicted for each fold from the other rows, shape (F, P)."""
+    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
 
 
 def stop_operators(samples: Samples, thresholds: FloatArray) -> FloatArray:
@@ -191,7 +194,8 @@ def _linear_columns(samples: Samples) -> FloatArray:
     columns = [np.ones(samples.x.size), (samples.x - samples.x.mean()) / _half(samples)]
     if samples.is_timed:
         # A Maxwell branch whose time constant is short is a dashpot.
-        speed = samples.maxwell(_SPEED_LAG * samples.cycle_time)
+        # Differences of neighbouring samples would be noise.
+        speed = samples.maxwell(0.01 * samples.cycle_time)
         columns.append(speed[0] / (np.abs(speed[0]).max() or 1.0))
     return np.column_stack(columns)
 

@@ -12,9 +12,8 @@ the displacement at t - d.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -53,31 +52,23 @@ class KnownRig:
     delay: float | None = None
 
     def __post_init__(self) -> None:
-        number("moving_mass", self.moving_mass, "kg")
-        number("fixture_stiffness", self.fixture_stiffness, "N/m")
-        optional_number("delay", self.delay, "s")
-        if not 0.0 <= self.moving_mass < math.inf:
-            raise ValueError(f"`moving_mass` must be finite and >= 0 [kg], got {self.moving_mass}.")
-        if not self.fixture_stiffness > 0.0:
-            raise ValueError(f"`fixture_stiffness` must be > 0 [N/m], got {self.fixture_stiffness}.")
-        if self.delay is not None and not math.isfinite(self.delay):
-            raise ValueError(f"`delay` must be finite [s], got {self.delay}.")
-
-    @classmethod
-    def from_effects(cls, effects: Mapping[str, Any], options: Mapping[str, Any]) -> KnownRig:
-        """What was given for an identification, by its effects and options."""
-        given = {name: effects[name] for name in ("moving_mass", "fixture_stiffness") if name in effects}
-        return cls(**given, delay=effects["delay"] if options.get("delay", "auto") != "auto" else None)
+        mass = number("moving_mass", self.moving_mass, "kg")
+        stiffness = number("fixture_stiffness", self.fixture_stiffness, "N/m")
+        delay = optional_number("delay", self.delay, "s")
+        for name, is_possible, must in (
+            ("moving_mass", 0.0 <= mass < math.inf, "finite and >= 0 [kg]"),
+            ("fixture_stiffness", stiffness > 0.0, "> 0 [N/m]"),
+            ("delay", delay is None or math.isfinite(delay), "finite [s]"),
+        ):
+            if not is_possible:
+                raise ValueError(f"`{name}` must be {must}, got {getattr(self, name)}.")
 
     @property
     def effects(self) -> dict[str, float]:
         """What is removed, by name, in SI units."""
-        taken = {
-            "moving_mass": self.moving_mass if self.moving_mass > 0.0 else None,
-            "fixture_stiffness": self.fixture_stiffness if self.fixture_stiffness < math.inf else None,
-            "delay": self.delay,
-        }
-        return {name: size for name, size in taken.items() if size is not None}
+        taken = {"moving_mass": self.moving_mass, "fixture_stiffness": self.fixture_stiffness, "delay": self.delay}
+        nothing = {"moving_mass": 0.0, "fixture_stiffness": math.inf}
+        return {name: size for name, size in taken.items() if size is not None and size != nothing.get(name)}
 
     def removed(self, record: Record) -> Record:
         """The record of the spring alone: at each sample its force, and the displacement where that force arose.
@@ -176,7 +167,7 @@ def likely_delay(choice: Choice) -> float:
     return best[1] if best[1] and at(best[1], best[2], 8, richest)[0] < choice.best.fit.squares else 0.0
 
 
-def unknown_effects(records: Sequence[Record], known: KnownRig) -> Iterator[str]:
+def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterator[str]:
     """How much a mass or a fixture that was not given would change the stiffness, where it could matter."""
     shares, most = [(0.0, 0.0)], 0.0
     for record in records:
@@ -187,12 +178,12 @@ def unknown_effects(records: Sequence[Record], known: KnownRig) -> Iterator[str]
         if stroke > 0.0 and stiffness > 0.0:
             shares.append(((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
     share, frequency = max(shares)
-    if known.moving_mass == 0.0 and share > _WORTH:
+    if "moving_mass" not in known and share > _WORTH:
         yield (
             f"1 kg between load cell and spring would change the stiffness by {_percent(share)} at {frequency:.2g} Hz "
             "(`moving_mass=...`)."
         )
-    if known.fixture_stiffness == math.inf and (share := most / 1e7) > _WORTH:
+    if "fixture_stiffness" not in known and (share := most / 1e7) > _WORTH:
         yield f"A fixture of 10 kN/mm would change the stiffness by {_percent(share)} (`fixture_stiffness=...`)."
 
 
