@@ -16,8 +16,8 @@ from strandspring import Record, RefinedOptions, Spring, SpringParameters, ident
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.identification.certainty import Certainty, certainty, resolution
 from strandspring.identification.choice import Choice, Judged
-from strandspring.identification.fit import Fit, Problem, SpringClass
 from strandspring.identification.figures import autocorrelation_time, growing_variance
+from strandspring.identification.fit import Fit, Problem, SpringClass
 from strandspring.identification.predictions import student_95
 from strandspring.identification.samples import Samples
 from strandspring.identification.spring import spring_of
