@@ -15,7 +15,6 @@ import numpy as np
 
 from ..kernel.arrays import FloatArray
 from .constrained import nonnegative
-from .fit import HIGH, LOW
 from .samples import BoolArray, Samples
 
 _RIDGE = 1e-9  # of the largest diagonal element, which keeps normal equations solvable
@@ -25,48 +24,20 @@ def bouc_wen(samples: Samples) -> FloatArray:
     """Linear spring, offset, dashpot and the hysteresis of Bouc and Wen, shape (F, P) [N].
 
     r = c_0 + c_1*x + c_2*v + kappa*omega(rho, sigma, n), without a dashpot where there are no times. Y.-K. Wen, Method
-    for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102, 1976, 249. For given rho, sigma, n the c
-    and kappa follow by linear least squares. Three Gauss-Newton steps from the best point of a grid leave no more to
-    gain.
+    for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102, 1976, 249. Of a grid of rho, sigma and n
+    that point is taken whose c and kappa leave least.
     """
-    half, starts = _half(samples), np.zeros(len(samples.records))
     others = _linear_columns(samples)
-    # rho times half the range, sigma and n.
-    rates, shapes = np.geomspace(0.7, 90.0, 8), list(product((0.55, 1.0, 2.0), (0.3, 1.0, 3.0)))
-    omegas = np.concatenate([samples.points.omega_by_rate(rates / half, *shape) for shape in shapes])
-    grid = [np.log([rho, sigma - 0.5, n]) for sigma, n in shapes for rho in rates]
-    known: dict[bytes, FloatArray] = {}
-
-    def memory(q: FloatArray) -> FloatArray:
-        """omega and its derivatives by q, shape (4, P)."""
-        if q.tobytes() not in known:
-            rho, excess, n = np.exp(q).tolist()
-            omega, by = samples.points.omega(rho / half, 0.5 + excess, n, starts, coarse=True)
-            known[q.tobytes()] = np.stack([omega, by[0], by[1] * excess / (0.5 + excess), by[2]])
-        return known[q.tobytes()]
+    rates = np.geomspace(0.7, 90.0, 14) / _half(samples)
+    shapes = product((0.55, 1.0, 2.0), (0.2, 0.5, 1.0, 2.0))
+    omegas = np.concatenate([samples.points.omega_by_rate(rates, *shape) for shape in shapes])
 
     def predicted(kept: BoolArray) -> FloatArray:
-        measured = samples.r[kept]
         basis = np.linalg.qr(others[kept])[0]
         beside = omegas[:, kept] - omegas[:, kept] @ basis @ basis.T
-        gains = np.maximum(beside @ measured, 0.0) ** 2 / np.maximum(np.sum(beside**2, axis=1), 1e-12)
-        q, least, force = grid[int(np.argmax(gains))], np.inf, np.zeros(kept.size)
-        for _ in range(4):
-            omega, *derivatives = memory(q)
-            columns = np.column_stack([others, omega])
-            c = np.linalg.lstsq(columns[kept], measured, rcond=None)[0]
-            residuals = measured - columns[kept] @ c
-            squares = float(residuals @ residuals)
-            if not squares < least:
-                break
-            least, force = squares, columns @ c
-            basis = np.linalg.qr(columns[kept])[0]
-            J = c[-1] * np.stack(derivatives, axis=1)[kept]
-            J = J - basis @ (basis.T @ J)
-            H = J.T @ J
-            damped = H + np.diag(0.03 * np.diag(H) + _RIDGE * H.max() + 1e-30)
-            q = np.clip(q + np.clip(np.linalg.solve(damped, J.T @ residuals), -1.0, 1.0), LOW, HIGH)
-        return force
+        gains = np.maximum(beside @ samples.r[kept], 0.0) ** 2 / np.maximum(np.sum(beside**2, axis=1), 1e-12)
+        columns = np.column_stack([others, omegas[int(np.argmax(gains))]])
+        return np.asarray(columns @ np.linalg.lstsq(columns[kept], samples.r[kept], rcond=None)[0])
 
     return _of_folds(samples, predicted)
 
