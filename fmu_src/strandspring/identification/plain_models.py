@@ -17,8 +17,6 @@ from ..kernel.arrays import FloatArray
 from .constrained import nonnegative
 from .samples import BoolArray, Samples
 
-_RIDGE = 1e-9  # of the largest diagonal element, which keeps normal equations solvable
-
 
 def bouc_wen(samples: Samples) -> FloatArray:
     """Linear spring, offset, dashpot and the hysteresis of Bouc and Wen, shape (F, P) [N].
@@ -46,32 +44,23 @@ def prandtl_ishlinskii(samples: Samples) -> FloatArray:
     """Polynomial of degree 3 and stop operators whose weights are 0 or above, shape (F, P) [N].
 
     P. Krejci, Hysteresis, Convexity and Dissipation in Hyperbolic Equations, 1996, ch. II. Thresholds grow
-    geometrically from a share of half the shortest stroke to nine tenths of half the longest; of two such shares that
-    which fits better is taken.
+    geometrically from a share of half the shortest stroke to nine tenths of half the longest.
     """
-    half, number = _half(samples), 12
+    half = _half(samples)
     y = (samples.x - samples.x.mean()) / half
     halves = 0.5 * np.abs(np.diff(samples.displacement[samples.strokes], axis=1))
     # A record may begin or end amid a stroke.
     shortest, longest = np.quantile(halves, [0.05, 1.0]).tolist()
-    choices = []
-    for lowest in (0.005, 0.05):
-        thresholds = np.geomspace(max(lowest * shortest, 1e-4 * half), 0.9 * longest, number)
-        stops = stop_operators(samples, thresholds)
-        choices.append(np.column_stack([y[:, None] ** np.arange(4), stops / stops.std(axis=0)]))
-    free = np.arange(4 + number) < 4
+    stops = stop_operators(samples, np.geomspace(max(0.01 * shortest, 1e-4 * half), 0.9 * longest, 16))
+    columns = np.column_stack([y[:, None] ** np.arange(4), stops / stops.std(axis=0)])
+    free = np.arange(columns.shape[1]) < 4
 
     def predicted(kept: BoolArray) -> FloatArray:
-        least, force = np.inf, np.zeros(kept.size)
-        for columns in choices:
-            A, measured = columns[kept], samples.r[kept]
-            G = A.T @ A
-            G += _RIDGE * G.max() * np.eye(free.size)
-            c, _ = nonnegative(G, A.T @ measured, free)
-            squares = float(np.sum((A @ c - measured) ** 2))
-            if squares < least:
-                least, force = squares, columns @ c
-        return force
+        A = columns[kept]
+        G = A.T @ A
+        # Normal equations that are solvable.
+        G += 1e-9 * G.max() * np.eye(free.size)
+        return np.asarray(columns @ nonnegative(G, A.T @ samples.r[kept], free)[0])
 
     return _of_folds(samples, predicted)
 
@@ -164,8 +153,7 @@ def _linear_columns(samples: Samples) -> FloatArray:
     """1, the displacement and, where there are times, the speed, all of the order of 1, shape (P, 2 or 3)."""
     columns = [np.ones(samples.x.size), (samples.x - samples.x.mean()) / _half(samples)]
     if samples.is_timed:
-        # A Maxwell branch whose time constant is short is a dashpot.
-        # Differences of neighbouring samples would be noise.
+        # A Maxwell branch of a short time constant is a dashpot; differences of neighbouring samples would be noise.
         speed = samples.maxwell(0.01 * samples.cycle_time)
         columns.append(speed[0] / (np.abs(speed[0]).max() or 1.0))
     return np.column_stack(columns)
