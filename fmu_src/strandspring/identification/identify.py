@@ -44,6 +44,8 @@ from .samples import BoolArray, Samples
 _WORTH_ENERGY = 0.02  # difference of a loop's energy that is named, if it is three standard errors
 
 
+# For matrices as small as these more threads only cost, most of all on a busy computer.
+@one_thread()
 def identify_records(
     records: Sequence[Record], options: Method | None = None, save_anyway: bool = False
 ) -> IdentifiedModel:
@@ -65,9 +67,52 @@ def identify_records(
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
     _refuse_twins(group)
-    # For matrices as small as these more threads only cost, most of all on a busy computer.
-    with one_thread():
-        return _identified(group, method, save_anyway)
+    begin(Stage.PREPARING)
+    prepared = [method.prepare(record) for record in group]
+    refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
+    checked = check(prepared, refined.state)
+    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
+    samples = _samples(prepared, usable)
+    where = ", ".join(record.path for record in group)
+    fitted, fits, failure = _certified(method, samples, group, usable, where)
+    if checked.refusal is not None and not fitted.delay:
+        raise checked.refusal
+    begin(Stage.CHECKING)
+    solver = PathSolver(fitted.parameters)
+    with_rig = _with_rig(solver, fitted, group, prepared, fits)
+    # A spring is not judged by what the user knows to be the rig's.
+    is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
+    judged = with_rig if is_known else fits
+    recorded = recorded_energies(solver, group, judged)
+    found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
+    explained = {Outcome.SPIKES} if refined.robust else set()
+    if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
+        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
+    if fitted.certainty is None and has_one_amplitude(samples):
+        found.append(Finding(Outcome.ONE_AMPLITUDE))
+    if failure:
+        found.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
+    if _is_worse_than_a_line(group, judged):
+        if not save_anyway:
+            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
+        found.append(Finding(Outcome.WORSE_THAN_LINE))
+    return IdentifiedModel(
+        parameters=fitted.parameters,
+        records=group,
+        fits=fits,
+        fitted=with_rig,
+        findings=by_harm(_one_of_each([finding for finding in found if finding.kind not in explained])),
+        verdict=fitted.verdict,
+        certainty=fitted.certainty,
+        effects=fitted.effects,
+        recorded=recorded,
+        method=method.name,
+        options={
+            name: "auto" if value is None else "infinite" if value == math.inf else value  # JSON has no infinity
+            for name, value in {**asdict(method), **fitted.choices}.items()
+        },
+        certificate=ForceRange.of(_driven(fits, group)),
+    )
 
 
 def _refuse_twins(group: Sequence[Record]) -> None:
@@ -96,56 +141,6 @@ def _common_samples(first: Record, second: Record) -> int:
             return 0
     kept = [True if r.compared is None else r.compared[part] for r, part in zip(both, (a, b), strict=True)]
     return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
-
-
-def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
-    begin(Stage.PREPARING)
-    prepared = [method.prepare(record) for record in group]
-    refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
-    checked = check(prepared, refined.state)
-    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
-    samples = _samples(prepared, usable)
-    where = ", ".join(record.path for record in group)
-    fitted, fits, failure = _certified(method, samples, group, usable, where)
-    if checked.refusal is not None and not fitted.delay:
-        raise checked.refusal
-    begin(Stage.CHECKING)
-    solver = PathSolver(fitted.parameters)
-    with_rig = _with_rig(solver, fitted, group, prepared, fits)
-    # A spring is not judged by what the user knows to be the rig's.
-    is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
-    judged = with_rig if is_known else fits
-    recorded = recorded_energies(solver, group, judged)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
-    explained = {Outcome.SPIKES} if refined.robust else set()
-    if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
-        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
-    findings = [finding for finding in found if finding.kind not in explained]
-    if fitted.certainty is None and has_one_amplitude(samples):
-        findings.append(Finding(Outcome.ONE_AMPLITUDE))
-    if failure:
-        findings.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
-    if _is_worse_than_a_line(group, judged):
-        if not save_anyway:
-            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
-        findings.append(Finding(Outcome.WORSE_THAN_LINE))
-    return IdentifiedModel(
-        parameters=fitted.parameters,
-        records=group,
-        fits=fits,
-        fitted=with_rig,
-        findings=by_harm(_one_of_each(findings)),
-        verdict=fitted.verdict,
-        certainty=fitted.certainty,
-        effects=fitted.effects,
-        recorded=recorded,
-        method=method.name,
-        options={
-            name: "auto" if value is None else "infinite" if value == math.inf else value  # JSON has no infinity
-            for name, value in {**asdict(method), **fitted.choices}.items()
-        },
-        certificate=ForceRange.of(_driven(fits, group)),
-    )
 
 
 def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:

@@ -227,25 +227,20 @@ def cut_all(records: Sequence[Record]) -> list[Strokes]:
 def work(record: Record, noise: float) -> tuple[float, float]:
     """Work of the force from the first to the last passage of a displacement, and what may be none of it [J].
 
-    Nothing that depends on the displacement alone does work on that path. Of the middle and the quarters of the range
-    it is the displacement with the longest way between.
+    Nothing that depends on the displacement alone does work on that path. The displacement is that of the middle of the
+    range.
     """
     x, r = record.displacement, record.force
-    found = 0.0, 0.0, math.inf  # way, work and doubt
-    for share in (0.5, 0.25, 0.75):
-        place = float((1.0 - share) * x.min() + share * x.max())
-        passes = np.flatnonzero((x[1:] >= place) != (x[:-1] >= place))
-        if passes.size < 2:
-            continue
-        first, last = int(passes[0]), int(passes[-1])
-        ends = [r[k] + (place - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
-        steps = np.diff(x[first + 1 : last + 1], prepend=place, append=place)
-        force = np.concatenate([ends[:1], r[first + 1 : last + 1], ends[1:]])
-        way = float(np.abs(steps).sum())
-        if way > 1.1 * found[0]:
-            doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * way
-            found = way, float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
-    return found[1:]
+    middle = 0.5 * float(x.min() + x.max())
+    passes = np.flatnonzero((x[1:] >= middle) != (x[:-1] >= middle))
+    if passes.size < 2:
+        return 0.0, math.inf
+    first, last = int(passes[0]), int(passes[-1])
+    ends = [r[k] + (middle - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
+    steps = np.diff(x[first + 1 : last + 1], prepend=middle, append=middle)
+    force = np.concatenate([ends[:1], r[first + 1 : last + 1], ends[1:]])
+    doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * float(np.abs(steps).sum())
+    return float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
 
 
 def backwards(record: Record) -> Outcome | None:
