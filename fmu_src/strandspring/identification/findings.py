@@ -148,19 +148,17 @@ def _of_record(part: Strokes) -> Iterator[Finding]:
 
 
 def _relaxed(part: Strokes) -> float:
-    """Mean change of the force while the displacement rests, after loading or unloading [N]; 0 if none is seen."""
-    force, seen = part.record.force, [0.0]
-    for side in (1.0, -1.0):
+    """Mean change of the force while the displacement rests, against that before [N]; 0 if none is seen."""
+    force, changes, variances = part.record.force, [], []
+    for a, b in part.dwells:
         # At its ends a rest may move.
-        inner = [(a + (b - a) // 8, b + 1 - (b - a) // 8) for a, b in part.dwells]
-        rests = [force[a:b] for a, b in inner if part.direction[part.of_sample[a]] == side]
-        ends = [max(1, rest.size // 8) for rest in rests]
-        changes = [rest[-n:].mean() - rest[:n].mean() for rest, n in zip(rests, ends, strict=True)]
-        variances = [np.var(np.diff(rest)) / n for rest, n in zip(rests, ends, strict=True)]
-        change = abs(float(np.mean(changes))) if rests else 0.0
-        if change > max(SURE * math.sqrt(np.sum(variances)) / max(len(rests), 1), _LEAST / 3.0 * float(np.std(force))):
-            seen.append(change)
-    return max(seen)
+        rest, n = force[a + (b - a) // 8 : b + 1 - (b - a) // 8], max(1, (b - a) // 10)
+        changes.append(part.direction[part.of_sample[a]] * (rest[:n].mean() - rest[-n:].mean()))
+        variances.append(np.var(np.diff(rest)) / n)
+    if not changes:
+        return 0.0
+    change, error = abs(float(np.mean(changes))), math.sqrt(np.sum(variances)) / len(changes)
+    return change if change > max(SURE * error, _LEAST / 3.0 * float(np.std(force))) else 0.0
 
 
 def _lost_at_reversals(part: Strokes) -> float:
@@ -355,8 +353,8 @@ class Cycles:
             if abs(change) > max(_LEAST, SURE * error):
                 change /= float(np.ptp(self.place))
                 yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
-        by_rate = self._of_rate() if self.rates_differ else None
-        yield from filter(None, [by_rate or self._of_records(parts)])
+        if beside := (self._of_rate() if self.rates_differ else None) or self._of_records(parts):
+            yield beside
 
     def _of_rate(self) -> Finding | None:
         """A stiffness that depends on the frequency: by its square as of a moving mass, or otherwise."""

@@ -28,7 +28,6 @@ from .fit import Fit, Problem, SpringClass
 from .refusals import Strokes
 from .samples import REVERSAL
 
-_WORTH = 0.005  # change of the stiffness that is worth a note
 _LAGS = (0.001, 0.003, 0.006, 0.012, 0.025, 0.04)  # of a cycle, at which a delay is sought
 
 
@@ -169,21 +168,19 @@ def likely_delay(choice: Choice) -> float:
 
 def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterator[str]:
     """How much a mass or a fixture that was not given would change the stiffness, where it could matter."""
-    shares, most = [(0.0, 0.0)], 0.0
-    for record in records:
-        x = record.displacement - np.mean(record.displacement)
-        stiffness = float(x @ record.force / (x @ x))
+    stiffnesses = [float(np.polynomial.Polynomial.fit(r.displacement, r.force, 1).convert().coef[1]) for r in records]
+    share, frequency = 0.0, 0.0
+    for record, stiffness in zip(records, stiffnesses, strict=True):
         stroke = 0.0 if record.time is None else _stroke(record, record.time)
-        most = max(most, stiffness)
         if stroke > 0.0 and stiffness > 0.0:
-            shares.append(((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
-    share, frequency = max(shares)
-    if "moving_mass" not in known and share > _WORTH:
+            share, frequency = max((share, frequency), ((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
+    worth = 0.005  # of the stiffness
+    if "moving_mass" not in known and share > worth:
         yield (
             f"1 kg between load cell and spring would change the stiffness by {_percent(share)} at {frequency:.2g} Hz "
             "(`moving_mass=...`)."
         )
-    if "fixture_stiffness" not in known and (share := most / 1e7) > _WORTH:
+    if "fixture_stiffness" not in known and (share := max(stiffnesses) / 1e7) > worth:
         yield f"A fixture of 10 kN/mm would change the stiffness by {_percent(share)} (`fixture_stiffness=...`)."
 
 
