@@ -284,11 +284,10 @@ def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
     """Of each closed cycle, shape (4, C): amplitude [m], work measured and predicted [J], its variance by noise."""
     strokes, path = Strokes(record), record.displacement
     ends, first = path[strokes.turning], int(np.searchsorted(strokes.turning, fit.first_sample))
-    begins, k = [], first
-    while k + 2 < ends.size:
-        closed = abs(ends[k] - ends[k + 2]) <= _CLOSED * strokes.length[k]
-        begins += [k] if closed else []
-        k += 2 if closed else 1
+    closed = np.abs(ends[:-2] - ends[2:]) <= _CLOSED * strokes.length[:-1]
+    begins: list[int] = []
+    for k in range(first, closed.size):
+        begins += [k] if closed[k] and (not begins or k >= begins[-1] + 2) else []
     begins = begins or list(range(min(first, strokes.length.size - 1), max(strokes.length.size - 1, first + 1), 2))
     used = chosen_samples(record, fit.first_sample)
     counted = used[1:] & used[:-1]

@@ -180,7 +180,7 @@ def _first_cycle(part: Strokes) -> int:
         near = 0.5 * _LEAST * float(part.length.max())
         if b >= part.length.size or max(abs(ends[a] - ends[b]), abs(ends[a + 1] - ends[b + 1])) > near:
             return 0.0
-        one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None], smooth=True)
+        one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None])
         # What differs from place to place is noise.
         return float(np.sqrt(np.mean(np.convolve(one - other, np.full(5, 0.2), "valid") ** 2)))
 
@@ -216,7 +216,7 @@ def _rest_after_reversals(part: Strokes, side: int) -> float:
     if not strokes.size or part.record.compared is not None:
         return 0.0
     shares, length = np.linspace(0.0, 0.1, _CELLS + 1), part.length[strokes]
-    slopes = side * np.diff(part.forces(strokes, shares * length[:, None], smooth=True).mean(axis=0))
+    slopes = side * np.diff(part.forces(strokes, shares * length[:, None]).mean(axis=0))
     slopes = np.convolve(slopes, np.ones(3) / 3.0, mode="same")
     steepest = float(slopes.max())
     begun = int(np.argmax(slopes > 0.5 * steepest))

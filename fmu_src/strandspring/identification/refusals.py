@@ -62,8 +62,7 @@ class Strokes:
         ends = x[self.turning]
         self.start, self.length = ends[:-1], np.abs(np.diff(ends))
         self.direction = np.where(np.diff(ends) >= 0.0, 1.0, -1.0)
-        number = np.searchsorted(self.turning, np.arange(x.size), side="left") - 1
-        self.of_sample = np.clip(number, 0, self.length.size - 1)
+        self.of_sample = np.searchsorted(self.turning[1:-1], np.arange(x.size), side="left")
         self.noise = noise_level(record.force, self.turning[1:-1])
         # Samples that were written twice are no noise.
         written = x[np.append(True, (np.diff(x) != 0.0) | (np.diff(record.force) != 0.0))]
@@ -116,10 +115,9 @@ class Strokes:
         travel = np.clip(self.direction[of] * (self.record.displacement - self.start[of]), 0.0, self.length[of])
         return np.asarray(np.maximum.accumulate(self.begun[of] + travel)[self.usable])
 
-    def forces(self, strokes: IndexArray, travel: FloatArray, smooth: bool = False) -> FloatArray:
-        """Force of strokes at distances from their starts, shape of `travel`, (T, P) [N]; `smooth` without outliers."""
-        force = self.smooth if smooth else self.record.force
-        return np.interp(self.begun[strokes][:, None] + travel, self.way, force[self.usable])
+    def forces(self, strokes: IndexArray, travel: FloatArray) -> FloatArray:
+        """Force of strokes at distances from their starts, without outliers, shape of `travel`, (T, P) [N]."""
+        return np.interp(self.begun[strokes][:, None] + travel, self.way, self.smooth[self.usable])
 
     @cached_property
     def smooth(self) -> FloatArray:
@@ -127,8 +125,7 @@ class Strokes:
         r = self.record.force
         if self.samples_per_cycle < 4 * _FEWEST:
             return r
-        low, high = np.minimum(r[:-1], r[1:]), np.maximum(r[:-1], r[1:])
-        return np.concatenate([r[:1], np.maximum(low[:-1], np.minimum(high[:-1], r[2:])), r[-1:]])
+        return np.concatenate([r[:1], np.median([r[:-2], r[1:-1], r[2:]], axis=0), r[-1:]])
 
     def full(self, side: int) -> IndexArray:
         """Full strokes in a direction; of very many a part."""
@@ -159,8 +156,8 @@ class Strokes:
             x = self.record.displacement[self.usable]
             low, high = max(low, x.min()), max(low, min(high, x.max()))
         grid = np.asarray(low + (high - low) * (np.arange(100) + 0.5) / 100.0, np.float64)
-        loading = self.forces(up, grid - self.start[up][:, None], smooth=True)
-        unloading = self.forces(down, self.start[down][:, None] - grid, smooth=True)
+        loading = self.forces(up, grid - self.start[up][:, None])
+        unloading = self.forces(down, self.start[down][:, None] - grid)
         return Loop(grid, loading.mean(axis=0), unloading.mean(axis=0), is_paired)
 
 
