@@ -8,7 +8,7 @@ these, the likeliest first, and the first that meets its certificate is saved wi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import combinations
 
@@ -84,7 +84,7 @@ def identify_records(
     is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
     judged = with_rig if is_known else fits
     recorded = recorded_energies(solver, group, judged)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
+    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, judged, recorded)]
     explained = {Outcome.SPIKES} if refined.robust else set()
     if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
         explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
@@ -92,10 +92,10 @@ def identify_records(
         found.append(Finding(Outcome.ONE_AMPLITUDE))
     if failure:
         found.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
-    if _is_worse_than_a_line(group, judged):
-        if not save_anyway:
-            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
-        found.append(Finding(Outcome.WORSE_THAN_LINE))
+    if fitted.verdict is None and (of_all := overall_figures(fits)["rnl"]) < 0.9:
+        found.append(Finding(Outcome.POOR_FIT, {"rnl": of_all}, "", f"RNL {of_all:.3g}"))
+    if not save_anyway and any(finding.kind is Outcome.WORSE_THAN_LINE for finding in found):
+        raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
     return IdentifiedModel(
         parameters=fitted.parameters,
         records=group,
@@ -208,46 +208,37 @@ def _with_rig(
 
 def _of_saved(
     group: Sequence[Record],
-    recorded: Sequence[LoopEnergy],
     fits: Sequence[RecordFit],
     with_rig: Sequence[RecordFit],
-    fitted: Fitted,
-) -> list[Finding]:
+    judged: Sequence[RecordFit],
+    recorded: Sequence[LoopEnergy],
+) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
-    findings = []
-    forces = [record.force[chosen_samples(record, fit.first_sample)] for record, fit in zip(group, fits, strict=True)]
-    deviation = float(np.std(np.concatenate(forces)))
-    alone, best = overall_figures(fits), overall_figures(with_rig)
-    if alone["rmse"] - best["rmse"] > 0.05 * deviation:
-        numbers = {"alone": alone["rmse"] / deviation, "fitted": best["rmse"] / deviation}
-        text = f"error {100.0 * numbers['alone']:.2g} % of the force, {100.0 * numbers['fitted']:.2g} % as fitted"
-        findings.append(Finding(Outcome.SPRING_ALONE, numbers, "", text))
-    if fitted.verdict is None and alone["rnl"] < 0.9:
-        findings.append(Finding(Outcome.POOR_FIT, {"rnl": alone["rnl"]}, "", f"RNL {alone['rnl']:.3g}"))
-    texts, numbers = [], {}
-    for loop in recorded:
-        # JSON has no infinity; a path that is not closed may take no energy at all.
-        size, amplitude = "no loop was recorded", f"{1e3 * loop.amplitude:.3g} mm"
-        difference = math.inf if loop.predicted > 0.0 else 0.0
-        if loop.measured > 0.0:
-            difference = loop.predicted / loop.measured - 1.0
-            size = f"{100.0 * difference:+.0f} %"
-        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
-            texts.append(f"{size} at {amplitude}")
-            numbers |= {amplitude: difference} if math.isfinite(difference) else {}
-    if texts:
-        findings.append(Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts)))
-    return findings
-
-
-def _is_worse_than_a_line(group: Sequence[Record], fits: Sequence[RecordFit]) -> bool:
-    """Whether a straight line through all records, force over displacement, is closer to them than a prediction."""
     columns = []
-    for record, fit in zip(group, fits, strict=True):
-        all_samples = np.stack([record.displacement, record.force, fit.predicted])
-        columns.append(all_samples[:, chosen_samples(record, fit.first_sample)])
-    x, force, predicted = np.concatenate(columns, axis=1)
-    return rmse(force, predicted) > rmse(force, np.polynomial.Polynomial.fit(x, force, 1)(x))
+    for record, *predictions in zip(group, fits, with_rig, judged, strict=True):
+        rows = np.stack([record.displacement, record.force, *(each.predicted for each in predictions)])
+        columns.append(rows[:, chosen_samples(record, predictions[0].first_sample)])
+    x, force, *predicted = np.concatenate(columns, axis=1)
+    predicted.append(np.polynomial.Polynomial.fit(x, force, 1)(x))
+    alone, fitted, of_judged, line = (rmse(force, each) / float(np.std(force)) for each in predicted)
+    if of_judged > line:
+        yield Finding(Outcome.WORSE_THAN_LINE)
+    if alone - fitted > 0.05:
+        text = f"error {100.0 * alone:.2g} % of the force, {100.0 * fitted:.2g} % as fitted"
+        yield Finding(Outcome.SPRING_ALONE, {"alone": alone, "fitted": fitted}, "", text)
+    texts: list[str] = []
+    numbers: dict[str, float] = {}
+    for loop in recorded:
+        # A path that is not closed may take no energy at all, and JSON has no infinity.
+        difference = math.inf if loop.predicted > 0.0 else 0.0
+        if known := loop.measured > 0.0:
+            difference = loop.predicted / loop.measured - 1.0
+        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+            size, amplitude = f"{100.0 * difference:+.0f} %", f"{1e3 * loop.amplitude:.3g} mm"
+            texts.append(f"{size if known else 'no loop was recorded'} at {amplitude}")
+            numbers |= {amplitude: difference} if known else {}
+    if texts:
+        yield Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts))
 
 
 def _one_of_each(findings: Sequence[Finding]) -> list[Finding]:
