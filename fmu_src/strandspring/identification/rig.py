@@ -154,15 +154,14 @@ def likely_delay(choice: Choice) -> float:
         fit = Problem(samples, problem.starts).local(c, start.q[:3], iterations, 1e-3)
         return fit.squares, lag, fit
 
-    def better(lags: list[float], best: tuple[float, float, Fit], iterations: int) -> tuple[float, float, Fit]:
-        return min([best, *(at(lag, best[2], iterations) for lag in lags)], key=lambda trial: trial[0])
-
     cycle, best = problem.samples.cycle_time, at(0.0, choice.best.fit, 8)
-    best = better([side * share * cycle for share in _LAGS for side in (-1.0, 1.0)], best, 3)
+    tried = [at(side * share * cycle, best[2], 3) for share in _LAGS for side in (-1.0, 1.0)]
+    best = min([best, *tried], key=lambda trial: trial[0])
     step = 0.4 * abs(best[1])
     for _ in range(7 if step else 0):
-        before, best = best, better([best[1] - step, best[1] + step], best, 5)
-        step *= 0.8 if best[1] != before[1] else 0.5
+        nearer = min((at(best[1] + side * step, best[2], 5) for side in (-1.0, 1.0)), key=lambda trial: trial[0])
+        step *= 0.8 if nearer[0] < best[0] else 0.5
+        best = min(best, nearer, key=lambda trial: trial[0])
     return best[1] if best[1] and at(best[1], best[2], 8, richest)[0] < choice.best.fit.squares else 0.0
 
 
