@@ -41,8 +41,6 @@ from .refined import RefinedOptions
 from .rig import lagging
 from .samples import BoolArray, Samples
 
-_WORTH_ENERGY = 0.02  # difference of a loop's energy that is named, if it is three standard errors
-
 
 # For matrices as small as these more threads only cost, most of all on a busy computer.
 @one_thread()
@@ -233,7 +231,8 @@ def _of_saved(
         difference = math.inf if loop.predicted > 0.0 else 0.0
         if known := loop.measured > 0.0:
             difference = loop.predicted / loop.measured - 1.0
-        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
+        # 2 % are named, if they are three standard errors.
+        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), 0.02):
             size, amplitude = f"{100.0 * difference:+.0f} %", f"{1e3 * loop.amplitude:.3g} mm"
             texts.append(f"{size if known else 'no loop was recorded'} at {amplitude}")
             numbers |= {amplitude: difference} if known else {}
