@@ -13,13 +13,12 @@ from ..ground.arguments import flag
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
 from ..identification.method import Method
-from ..identification.notes import notes_on
 from ..model.joint import HYSTERETIC_UNITS
 from ..model.stated_figures import differ, effects_in_words, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
 from .common.result import PlottedResult
-from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_json, fit_lines, parameter_lines
+from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
 from .spring import Spring
 
 if TYPE_CHECKING:
@@ -51,11 +50,6 @@ class Identification(IdentifiedModel, PlottedResult):
     def from_model(cls, model: IdentifiedModel) -> Identification:
         """The same content with what people ask of it."""
         return cls(**{field.name: getattr(model, field.name) for field in fields(IdentifiedModel)})
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is good to know of the records, but no reason for caution."""
-        return notes_on(self)
 
     def spring(self, name: str = "spring", description: str = "") -> Spring:
         """The spring with its figures and provenance, ready to respond, to save and to build an FMU from.
@@ -107,7 +101,9 @@ class Identification(IdentifiedModel, PlottedResult):
             **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
             **self.model_file().fit,
             "effects": self.effects,
-            "records": [fit_json(*both) for both in zip(self.fits, self.fitted, strict=True)],
+            "records": [
+                {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
+            ],
             "notes": self.notes,
         }
 

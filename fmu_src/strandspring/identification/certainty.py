@@ -32,8 +32,8 @@ from ..kernel.arrays import FloatArray
 from ..model.joint import joint_names
 from .bases import AMPLIFIER, ELASTIC, Shape, amplifier_columns, inner_knots, step_on
 from .choice import Choice
+from .figures import autocorrelation_time
 from .fit import Fit, Linear, Problem, SpringClass
-from .noise import autocorrelation_time
 from .predictions import ForceInterval, LackOfFit, PredictionBand, Unrecorded, student_95
 from .spring import FLOOR
 

@@ -1,10 +1,13 @@
-"""How well a spring follows a record: RMSE, RNL, energies of the loops, and the omega at which the record starts."""
+"""How well a spring follows a record: RMSE, RNL, energies of the loops, the omega at which the record starts, and what
+residuals say of the noise in it: how much of them is white, how alike they are, and how they grow.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -15,14 +18,10 @@ from ..kernel.path import PathSolver
 from ..loops.strokes import noise_level
 from ..model.stated_figures import NAMES
 from ..records.record import Record
-from .refusals import Strokes, clipped_samples
+from .refusals import FULL, SURE, Strokes, clipped_samples
 from .samples import BoolArray
 
-_UNLOADED = 0.005  # share of the range of the force, within which a record begins at rest
-_ALIKE = 0.9  # amplitude in the largest of a group, from which loops are of one amplitude
 _CLOSED = 0.02  # distance between the ends of a cycle that is closed, share of its stroke
-_HALVINGS = 20  # of the steps to the omega at the start: to 1e-6
-_SELECTED = ", within the selected displacements"
 
 
 def rmse(force: FloatArray, predicted: FloatArray) -> float:
@@ -73,13 +72,41 @@ class RecordFit:
         """What the model file and JSON hold of it, in N and J."""
         return {name: getattr(self, name) for name in NAMES}
 
+    def as_json(self, fitted: RecordFit | None = None) -> dict[str, Any]:
+        """What model file and JSON say of it, and below it of another prediction, the fit."""
+        other = {} if fitted is None else {"fitted": {**fitted.figures, "compared": fitted.compared}}
+        own = {"samples": self.samples, **self.figures, "omega_start": self.omega_start, "compared": self.compared}
+        return own | other
+
     def beside(self, fitted: RecordFit) -> str:
         """What another prediction of the record has that this one, by the spring alone, has not, in words."""
         return fitted.compared.removeprefix(self.compared).removeprefix(", ")
 
-    def with_force(self, solver: PathSolver, record: Record, predicted: FloatArray, what: str) -> RecordFit:
-        """The same of another prediction."""
-        return _figures(solver, record, predicted, self.first_sample, self.omega_start, f"{self.compared}, {what}")
+
+class Followed:
+    """Records as a spring follows them.
+
+    Attributes
+    ----------
+    fits : tuple of RecordFit   Prediction of each record by the spring alone.
+    """
+
+    fits: tuple[RecordFit, ...]
+
+    @cached_property
+    def figures(self) -> dict[str, float]:
+        """rmse [N], rnl, energy and predicted_energy [J] of the spring alone over all records."""
+        return overall_figures(self.fits)
+
+    @property
+    def rmse(self) -> float:
+        """Root mean square error over all records [N]."""
+        return self.figures["rmse"]
+
+    @property
+    def rnl(self) -> float:
+        """RNL over all records [-]: 1 for a perfect prediction."""
+        return self.figures["rnl"]
 
 
 def predict_record(solver: PathSolver, record: Record, first_sample: int = 0) -> RecordFit:
@@ -91,8 +118,7 @@ def predict_record(solver: PathSolver, record: Record, first_sample: int = 0) ->
     ------
     RecordError   If no such sample is within the selected displacements, or the force is zero in all of them.
     """
-    periodic = is_one_period(record)
-    if periodic:
+    if is_one_period(record):
         omega_start = _periodic_start(solver, record.displacement)
         compared = "the whole period, omega_start taken from its end"
     else:
@@ -100,24 +126,24 @@ def predict_record(solver: PathSolver, record: Record, first_sample: int = 0) ->
         compared = "all samples, omega_start estimated"
     if first_sample:
         compared = f"from sample {first_sample + 1}; earlier samples only initialise the hysteresis state"
+    if record.compared is not None:
+        compared += ", within the selected displacements"
+    if clipped := int(np.count_nonzero(clipped_samples(record.force)[first_sample:])):
+        compared += f", {clipped} clipped samples left out"
     force = solver.force(record.displacement, omega_start, record.rising_time)
-    return _figures(solver, record, force, first_sample, omega_start, compared)
+    return figures_of(solver, record, force, first_sample, omega_start, compared)
 
 
-def _figures(
+def figures_of(
     solver: PathSolver, record: Record, predicted: FloatArray, first_sample: int, omega_start: float, compared: str
 ) -> RecordFit:
+    """A prediction of a record with its figures; the same errors as of `predict_record`."""
     chosen = chosen_samples(record, first_sample)
-    if record.compared is not None:
-        if not chosen.any():
-            raise RecordError(
-                f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
-                "the selected displacements; select others."
-            )
-        compared += "" if _SELECTED in compared else _SELECTED
-    if clipped := int(np.count_nonzero(clipped_samples(record.force)[first_sample:])):
-        left_out = f", {clipped} clipped samples left out"
-        compared += "" if left_out in compared else left_out
+    if not chosen.any():
+        raise RecordError(
+            f"{record.path}: no sample from number {first_sample + 1} on, where the steady part begins, is within "
+            "the selected displacements; select others."
+        )
     force, p = record.force[chosen], predicted[chosen]
     rms_force = float(np.sqrt(np.mean(force**2)))
     if rms_force == 0.0:
@@ -126,13 +152,10 @@ def _figures(
             "of force was recorded."
         )
     counted = chosen[1:] & chosen[:-1]
-    energy, predicted_energy = (
-        float(np.sum(steps_of_work(solver, record.displacement, course)[counted]))
-        for course in (record.force, predicted)
-    )
+    works = [float(np.sum(steps_of_work(solver, record.displacement, f)[counted])) for f in (record.force, predicted)]
     return RecordFit(
-        record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force,
-        energy, predicted_energy, omega_start, compared,
+        record.path, predicted, first_sample, force.size, rmse(force, p), rnl(force, p), rms_force, works[0], works[1],
+        omega_start, compared,
     )  # fmt: skip
 
 
@@ -173,13 +196,12 @@ def twice(record: Record) -> Record:
     begin = int(record.displacement[-1] == record.displacement[0])
     columns: dict[str, Any] = {
         name: np.concatenate([column, column[begin:]])
-        for name in ("displacement", "force", "compared")
+        for name in ("displacement", "force", "compared", "time")
         if (column := getattr(record, name)) is not None
     }
     if record.time is not None:
-        step = 0.0 if begin else (record.time[-1] - record.time[0]) / (len(record) - 1)
-        later = record.time[begin:] + (record.time[-1] - record.time[0] + step)
-        columns["time"] = np.concatenate([record.time, later])
+        missing = 0.0 if begin else (record.time[-1] - record.time[0]) / (len(record) - 1)
+        columns["time"][len(record) :] += record.time[-1] - record.time[0] + missing
     return replace(record, **columns)
 
 
@@ -204,20 +226,16 @@ def estimate_omega_start(solver: PathSolver, record: Record) -> float:
         return float(weights @ (solver.force(path, omega) - measured) ** 2)
 
     best = min((0.0, -1.0, 1.0), key=misfit)
-    least = misfit(best)
-    for halving in range(1, _HALVINGS):
-        for tried in (best - 0.5**halving, best + 0.5**halving):
-            if abs(tried) <= 1.0 and (there := misfit(tried)) < least:
-                best, least = tried, there
+    for halving in range(1, 20):
+        near = (best, best - 0.5**halving, best + 0.5**halving)
+        best = min((omega for omega in near if abs(omega) <= 1.0), key=misfit)
     return best
 
 
 def began_at_rest(record: Record) -> bool:
-    """Whether a record begins with the spring unloaded, as at rest before a first loading: at the first sample the
-    force is 0 within its noise, or within 0.5 % of its range.
-    """
+    """Whether a record begins with the spring unloaded: its force is 0 within its noise, or 0.5 % of its range."""
     force = record.force
-    return abs(float(force[0])) <= max(3.0 * noise_level(force), _UNLOADED * float(np.ptp(force)))
+    return abs(float(force[0])) <= max(3.0 * noise_level(force), 0.005 * float(np.ptp(force)))
 
 
 def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
@@ -227,18 +245,6 @@ def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
     count = sum(fit.samples for fit in fits)
     works = (sum(getattr(fit, name) for fit in fits) for name in NAMES[2:])
     return dict(zip(NAMES, (math.sqrt(squared / count), 1.0 - math.sqrt(squared / power), *works), strict=True))
-
-
-def both_figures(fit: RecordFit, other: RecordFit, name: str = "fitted") -> dict[str, Any]:
-    """What model file and JSON say of a record: the figures of the spring alone, and below a name those of another
-    prediction, such as the fit.
-    """
-    return {
-        **fit.figures,
-        "omega_start": fit.omega_start,
-        "compared": fit.compared,
-        name: {**other.figures, "compared": other.compared},
-    }
 
 
 @dataclass(frozen=True)
@@ -257,36 +263,16 @@ class LoopEnergy:
     predicted: float
     error: float
 
-    @property
-    def difference(self) -> float:
-        """Of the saved spring's energy from the measured one, share of that; infinite where no loop was measured, 0
-        where the spring takes none either, as on a path that is not closed.
-        """
-        if self.measured > 0.0:
-            return self.predicted / self.measured - 1.0
-        return math.inf if self.predicted > 0.0 else 0.0
-
-    def as_json(self) -> dict[str, float]:
-        """An entry of the model file's field `fit.recorded_loops`."""
-        return {"amplitude": self.amplitude, "energy": self.measured, "predicted_energy": self.predicted}
-
 
 def recorded_energies(
     solver: PathSolver, records: Sequence[Record], fits: Sequence[RecordFit]
 ) -> tuple[LoopEnergy, ...]:
-    """Energies of the loops of some records, the largest amplitude first.
-
-    Parameters
-    ----------
-    solver : PathSolver            Of the saved spring.
-    records : sequence of Record   As recorded.
-    fits : sequence of RecordFit   Of the spring along them.
-    """
+    """Energies of the loops of some records as recorded, the largest amplitude first, and of the saved spring."""
     rows = [_cycles(solver, record, fit) for record, fit in zip(records, fits, strict=True)]
     amplitude, measured, predicted, variance = np.concatenate(rows, axis=1)
     order, energies = np.argsort(-amplitude, kind="stable"), []
     while order.size:
-        group = order[amplitude[order] >= _ALIKE * amplitude[order[0]]]
+        group = order[amplitude[order] >= FULL * amplitude[order[0]]]
         order = order[group.size :]
         error = float(np.sqrt(variance[group].sum())) / group.size
         means = [float(of[group].mean()) for of in (amplitude, measured, predicted)]
@@ -298,11 +284,10 @@ def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
     """Of each closed cycle, shape (4, C): amplitude [m], work measured and predicted [J], its variance by noise."""
     strokes, path = Strokes(record), record.displacement
     ends, first = path[strokes.turning], int(np.searchsorted(strokes.turning, fit.first_sample))
-    begins, k = [], first
-    while k + 2 < ends.size:
-        closed = abs(ends[k] - ends[k + 2]) <= _CLOSED * strokes.length[k]
-        begins += [k] if closed else []
-        k += 2 if closed else 1
+    closed = np.abs(ends[:-2] - ends[2:]) <= _CLOSED * strokes.length[:-1]
+    begins: list[int] = []
+    for k in range(first, closed.size):
+        begins += [k] if closed[k] and (not begins or k >= begins[-1] + 2) else []
     begins = begins or list(range(min(first, strokes.length.size - 1), max(strokes.length.size - 1, first + 1), 2))
     used = chosen_samples(record, fit.first_sample)
     counted = used[1:] & used[:-1]
@@ -314,3 +299,42 @@ def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
     a, b = strokes.turning[start], strokes.turning[stop]
     amplitude = 0.5 * np.maximum(strokes.length[start], strokes.length[stop - 1])
     return np.stack([amplitude, *(total[b] - total[a] for total in sums)])
+
+
+# -- noise
+
+
+def white_variance(residuals: FloatArray) -> float:
+    """Variance of what differs from row to row, shape (P,): half the mean squared difference of neighbours."""
+    return 0.5 * float(np.mean(np.diff(residuals) ** 2))
+
+
+def autocorrelation_time(residuals: FloatArray) -> float:
+    """1 + 2*(c_1 + c_2 + ...) in rows, at least 1, up to where the lag exceeds five times the sum (Sokal 1997)."""
+    power = float(residuals @ residuals)
+    if power == 0.0:
+        return 1.0
+    size = 1 << (2 * residuals.size - 1).bit_length()
+    correlation = np.fft.irfft(np.abs(np.fft.rfft(residuals, size)) ** 2, size)[: residuals.size] / power
+    sums = 2.0 * np.cumsum(correlation) - 1.0
+    beyond = np.flatnonzero(np.arange(residuals.size) >= 5.0 * sums)
+    return max(1.0, float(sums[beyond[0]] if beyond.size else sums[-1]))
+
+
+def growing_variance(force: FloatArray, residuals: FloatArray) -> tuple[float, float]:
+    """a^2 and b^2 of residuals whose variance is a^2 + (b*force)^2; b = 0 where it is not seen.
+
+    Squared residuals are regressed on the squared force, each over the variance that the regression before gave.
+    """
+    squares = residuals**2
+    mean = max(float(squares.mean()), 1e-300)
+    columns = np.stack([np.ones(force.size), force**2 / max(float(np.mean(force**2)), 1e-300)], axis=1)
+    variance = np.full(force.size, mean)
+    for _ in range(3):
+        H = (columns / variance[:, None] ** 2).T @ columns + 1e-9 / mean**2 * np.eye(2)
+        a, b = np.linalg.solve(H, columns.T @ (squares / variance**2)).tolist()
+        variance = np.maximum(columns @ [a, b], 0.01 * mean)
+    # The variance of a squared residual is 2*variance^2.
+    if b < SURE * float(np.sqrt(2.0 * np.linalg.inv(H)[1, 1])):
+        return mean, 0.0
+    return max(a, 0.01 * mean), b / float(np.mean(force**2))

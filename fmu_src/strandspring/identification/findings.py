@@ -24,13 +24,11 @@ from .samples import BoolArray, IndexArray
 State = Literal["first", "mean", "last"]
 
 _LEAST = 0.03  # change of a loop that is named, and difference of strokes that counts as none
-_TURNS = 0.01  # of the force's deviation, that reversals between samples falsify, and half of it below...
-_ENOUGH = 100  # ...so many samples in a cycle, where estimates of reversals are poor
-_GAP = 3.5  # usual time steps: three lost samples, more than jitter makes
-_FLAT, _STEEP = 0.15, 0.7  # slopes in a gap and beside it, of the mean slope: no knee is as sharp on both sides
+_TURNS = 0.01  # of the force's deviation, that reversals between samples falsify
+_FLAT = 0.15  # slope in a gap, of the mean slope: no knee is as flat between steep parts
 _CELLS = 50  # of a stroke, for its slopes; a gap is three of them at least
-_SHARES = np.linspace(0.05, 0.95, 31)  # of a stroke, where cycles are compared
 _FIGURES = ("height of the loops", "stiffness")
+_SHARES = np.linspace(0.05, 0.95, 31)  # of a stroke, where cycles are compared
 # What a delay between the columns may make of a spring's record.
 _LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
 
@@ -66,8 +64,8 @@ def check(records: Sequence[Record], state: State = "mean") -> Checked:
     try:
         parts = cut_all(records)
         refusals = [refusal for part in parts if (refusal := impossible(part)) is not None]
-        if not all(refusal.outcome is Outcome.NO_LOOP for refusal in refusals) or len(refusals) < len(parts):
-            # A piece of a test may hold less than a loop.
+        # A piece of a test may hold less than a loop.
+        if len(refusals) < len(parts) or any(refusal.outcome is not Outcome.NO_LOOP for refusal in refusals):
             refusals = [refusal for refusal in refusals if refusal.outcome is not Outcome.NO_LOOP]
         for refusal in refusals:
             if refusal.outcome not in _LIKE_DELAYS or any(record.rising_time is None for record in records):
@@ -81,14 +79,12 @@ def check(records: Sequence[Record], state: State = "mean") -> Checked:
     cycles = Cycles.of(parts)
     rows, findings = [], []
     for number, part in enumerate(parts):
-        first = _first_cycle(part)
-        rows.append(
-            part.usable & (part.of_sample >= first) & cycles.of_state(state, number, part.length.size)[part.of_sample]
-        )
+        first, of_state = _first_cycle(part), cycles.of_state(state, number, part.length.size)
+        rows.append(part.usable & (part.of_sample >= first) & of_state[part.of_sample])
         findings += [*_spikes(part.record), *_of_record(part)]
         if first:
             findings.append(Finding(Outcome.FIRST_CYCLE_DIFFERS, {"strokes": first}, part.record.path))
-    findings += [*_play(parts), *cycles.findings(parts), *_of_range(parts)]
+    findings += [*_play(parts), *cycles.findings(parts), *_apart(parts)]
     return Checked(np.concatenate(rows), tuple(findings), refusals[0] if refusals else None)
 
 
@@ -132,44 +128,37 @@ def _of_record(part: Strokes) -> Iterator[Finding]:
         yield Finding(Outcome.CLIPPED, {"samples": count}, path, f"{count} of {len(record)} samples")
     if relaxed := _relaxed(part):
         yield Finding(Outcome.DWELLS, {"force": relaxed}, path, f"by {relaxed:.3g} N")
-    if record.time is not None:
-        steps = np.diff(record.time)
-        at = np.flatnonzero(steps > _GAP * np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.empty(0)
+    if record.time is not None and np.any((steps := np.diff(record.time)) > 0.0):
+        # Three lost samples are more than jitter makes.
+        at = np.flatnonzero(steps > 3.5 * np.median(steps[steps > 0.0]))
         # A file of several parts, or one that was sampled at will, has no usual step.
         if 0 < at.size <= 0.02 * steps.size:
-            places = [f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:6]]
+            places = "; ".join(f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:6])
             more = f" and {at.size - 6} more" if at.size > 6 else ""
-            yield Finding(Outcome.GAPS, {"gaps": at.size}, path, "; ".join(places) + more)
+            yield Finding(Outcome.GAPS, {"gaps": at.size}, path, places + more)
     noise = part.displacement_noise / float(np.ptp(record.displacement))
     if noise > RESOLVED:
         text = f"standard deviation {100.0 * noise:.2g} % of the range"
         yield Finding(Outcome.DISPLACEMENT_NOISE, {"share": noise}, path, text)
     lost, samples = _lost_at_reversals(part), part.samples_per_cycle
-    if lost > _TURNS / (1.0 if samples >= _ENOUGH else 2.0):
+    # Of few samples in a cycle estimates of reversals are poor.
+    if lost > (_TURNS if samples >= 100.0 else 0.5 * _TURNS):
         text = f"{samples:.0f} samples per cycle, {100.0 * lost:.2g} % of the force"
         yield Finding(Outcome.TURNS_BETWEEN_SAMPLES, {"samples": samples, "share": lost}, path, text)
 
 
 def _relaxed(part: Strokes) -> float:
-    """Mean change of the force while the displacement rests, after loading or unloading [N]; 0 if none is seen."""
-    x, force, seen = part.record.displacement, part.record.force, [0.0]
-    for side in (1.0, -1.0):
-        rests = [force[_still(x, a, b)] for a, b in part.dwells if part.direction[part.of_sample[a]] == side]
-        ends = [max(1, rest.size // 8) for rest in rests]
-        changes = [rest[-n:].mean() - rest[:n].mean() for rest, n in zip(rests, ends, strict=True)]
-        variances = [np.var(np.diff(rest)) / n for rest, n in zip(rests, ends, strict=True)]
-        change = abs(float(np.mean(changes))) if rests else 0.0
-        if change > max(SURE * math.sqrt(np.sum(variances)) / max(len(rests), 1), _LEAST / 3.0 * float(np.std(force))):
-            seen.append(change)
-    return max(seen)
-
-
-def _still(x: FloatArray, begin: int, end: int) -> slice:
-    """The part of a rest without what moves more than its middle half, as at its ends."""
-    quarter = (end - begin) // 4
-    middle = x[begin + quarter : end - quarter + 1]
-    within = np.flatnonzero((x[begin : end + 1] >= middle.min()) & (x[begin : end + 1] <= middle.max()))
-    return slice(begin + int(within[0]), begin + int(within[-1]) + 1)
+    """Mean change of the force while the displacement rests, against that before [N]; 0 if none is seen."""
+    force, changes, variances = part.record.force, [], []
+    for a, b in part.dwells:
+        # At its ends a rest may move.
+        rest, n = force[a + (b - a) // 8 : b + 1 - (b - a) // 8], max(1, (b - a) // 10)
+        changes.append(part.direction[part.of_sample[a]] * (rest[:n].mean() - rest[-n:].mean()))
+        variances.append(np.var(np.diff(rest)) / n)
+    if not changes:
+        return 0.0
+    change, error = abs(float(np.mean(changes))), math.sqrt(np.sum(variances)) / len(changes)
+    return change if change > max(SURE * error, _LEAST / 3.0 * float(np.std(force))) else 0.0
 
 
 def _lost_at_reversals(part: Strokes) -> float:
@@ -191,7 +180,7 @@ def _first_cycle(part: Strokes) -> int:
         near = 0.5 * _LEAST * float(part.length.max())
         if b >= part.length.size or max(abs(ends[a] - ends[b]), abs(ends[a + 1] - ends[b + 1])) > near:
             return 0.0
-        one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None], smooth=True)
+        one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None])
         # What differs from place to place is noise.
         return float(np.sqrt(np.mean(np.convolve(one - other, np.full(5, 0.2), "valid") ** 2)))
 
@@ -227,7 +216,7 @@ def _rest_after_reversals(part: Strokes, side: int) -> float:
     if not strokes.size or part.record.compared is not None:
         return 0.0
     shares, length = np.linspace(0.0, 0.1, _CELLS + 1), part.length[strokes]
-    slopes = side * np.diff(part.forces(strokes, shares * length[:, None], smooth=True).mean(axis=0))
+    slopes = side * np.diff(part.forces(strokes, shares * length[:, None]).mean(axis=0))
     slopes = np.convolve(slopes, np.ones(3) / 3.0, mode="same")
     steepest = float(slopes.max())
     begun = int(np.argmax(slopes > 0.5 * steepest))
@@ -247,7 +236,7 @@ def _rest(branch: FloatArray) -> tuple[int, float]:
     longest, force = 0, 0.0
     for begin, end in zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1), strict=True):
         sides = slopes[max(begin - 4, 0) : begin], slopes[end : end + 4]
-        if end - begin >= max(3, longest + 1) and min(side.max(initial=0.0) for side in sides) > _STEEP:
+        if end - begin >= max(3, longest + 1) and min(side.max(initial=0.0) for side in sides) > 0.7:
             longest, force = int(end - begin), float(means[begin : end + 1].mean())
     return longest, force
 
@@ -307,27 +296,19 @@ class Cycles:
         figures, errors = np.stack([height, stiffness]), np.stack([2.5 * noise, 4.0 * noise])
         return cls(record.astype(np.intp), stroke.astype(np.intp), amplitude, place, frequency, figures, errors)
 
-    def of_amplitudes(self, amplitudes: IndexArray) -> Cycles:
-        """Those of some amplitudes."""
-        kept = np.isin(self.amplitude, amplitudes)
-        return Cycles(*(getattr(self, name)[..., kept] for name in self.__dataclass_fields__))
-
     def of_state(self, state: State, record: int, strokes: int) -> BoolArray:
         """Which of so many strokes of a record are of a state; those that are part of no cycle at its other end go."""
         kept = np.ones(strokes, bool)
         own = self.stroke[self.record == record]
         if state == "mean" or not own.size:
             return kept
+        kept[slice(own.max() + 2, None) if state == "first" else slice(own.min())] = False
         for amplitude in np.unique(self.amplitude):
             members = np.flatnonzero(self.amplitude == amplitude)
             third = -(-members.size // 3)
             others = members[third:] if state == "first" else members[:-third]
             gone = self.stroke[others[self.record[others] == record]]
             kept[gone] = kept[gone + 1] = False
-        if state == "first":
-            kept[own.max() + 2 :] = False
-        else:
-            kept[: own.min()] = False
         return kept
 
     @property
@@ -372,28 +353,29 @@ class Cycles:
             if abs(change) > max(_LEAST, SURE * error):
                 change /= float(np.ptp(self.place))
                 yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
-        yield from list(self._of_rate()) or self._of_records(parts)
+        if beside := (self._of_rate() if self.rates_differ else None) or self._of_records(parts):
+            yield beside
 
-    def _of_rate(self) -> Iterator[Finding]:
+    def _of_rate(self) -> Finding | None:
         """A stiffness that depends on the frequency: by its square as of a moving mass, or otherwise."""
-        if not self.rates_differ:
-            return
         f, squares = self.frequency, self.frequency**2
         change, error = self.effect(1, np.log(f), self.amplitude)
         by_mass, error_by_mass = self.effect(1, squares, self.amplitude)
         if -by_mass > max(_LEAST, SURE * error_by_mass) and error_by_mass < 0.5 * error:
             mass = -by_mass / np.ptp(squares) * float(np.mean(self.figures.sum(axis=0))) / (2.0 * math.pi) ** 2
             text = f"{mass:.3g} kg, {-100.0 * by_mass:.2g} % of the stiffness at {f.max():.3g} Hz"
-            yield Finding(Outcome.INERTIA, {"mass": mass}, "", text)
-        elif abs(change) > max(_LEAST, SURE * error):
+            return Finding(Outcome.INERTIA, {"mass": mass}, "", text)
+        if abs(change) > max(_LEAST, SURE * error):
             text = f"stiffness {100.0 * change:+.2g} % at {f.max():.3g} Hz against {f.min():.3g} Hz"
-            yield Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
+            return Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
+        return None
 
-    def _of_records(self, parts: Sequence[Strokes]) -> Iterator[Finding]:
+    def _of_records(self, parts: Sequence[Strokes]) -> Finding | None:
         """The record whose loops differ from the others'; of two the second."""
         steps = []
         for number in range(len(parts)):
-            shared = self.of_amplitudes(self.amplitude[self.record == number])
+            kept = np.isin(self.amplitude, self.amplitude[self.record == number])
+            shared = Cycles(*(getattr(self, name)[..., kept] for name in self.__dataclass_fields__))
             count = np.unique(shared.record).size
             if count < 2 or count < 2 + shared.rates_differ or (number == 0 and count == 2):
                 continue
@@ -403,25 +385,19 @@ class Cycles:
                 # A delay and a dashpot make a height that is linear in the frequency.
                 if abs(step) > max(_LEAST, SURE * error, abs(by_rate) * error / error_by_rate):
                     steps.append((abs(step), step, figure, number))
-        if steps:
-            _, step, figure, number = max(steps)
-            path = parts[number].record.path
-            text = f"{_FIGURES[figure]} in {PurePath(path).name} {100.0 * step:+.2g} % against the others"
-            yield Finding(Outcome.RECORDS_DIFFER, {"change": step}, path, text)
+        if not steps:
+            return None
+        _, step, figure, number = max(steps)
+        path = parts[number].record.path
+        text = f"{_FIGURES[figure]} in {PurePath(path).name} {100.0 * step:+.2g} % against the others"
+        return Finding(Outcome.RECORDS_DIFFER, {"change": step}, path, text)
 
 
-def _of_range(parts: Sequence[Strokes]) -> Iterator[Finding]:
-    """One amplitude, and displacements between those of the records."""
-    # The ends of a record cut its first and its last stroke.
-    lengths = np.concatenate([part.length[1:-1] if part.length.size > 2 else part.length for part in parts])
-    if lengths.min() >= FULL * lengths.max():
-        yield Finding(Outcome.ONE_AMPLITUDE, {"amplitude": 0.5 * float(lengths.max())})
-    reached, gaps = math.inf, []
-    for low, high in sorted(
-        (float(x.min()), float(x.max())) for part in parts for x in [part.record.displacement[part.usable]]
-    ):
-        if low > reached:
-            gaps.append(f"{1e3 * reached:.4g} to {1e3 * low:.4g} mm")
-        reached = high if reached == math.inf else max(reached, high)
+def _apart(parts: Sequence[Strokes]) -> Iterator[Finding]:
+    """Displacements between those of the records."""
+    x = [part.record.displacement[part.usable] for part in parts]
+    ranges = sorted((float(of.min()), float(of.max())) for of in x)
+    reached = np.maximum.accumulate([high for _, high in ranges])
+    gaps = [f"{1e3 * a:.4g} to {1e3 * b:.4g} mm" for a, (b, _) in zip(reached, ranges[1:], strict=False) if b > a]
     if gaps:
         yield Finding(Outcome.RANGE_WITH_GAPS, {"gaps": len(gaps)}, "", "; ".join(gaps))

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ..kernel.arrays import FloatArray
 from .bases import amplifier_columns, elastic_columns, fraction, inner_knots
 from .constrained import nonnegative
-from .noise import growing_variance, white_variance
+from .figures import growing_variance, white_variance
 from .samples import BoolArray, Samples
 
 # Of rho times half the range, sigma - 1/2 and n, as logarithms.

@@ -1,11 +1,14 @@
-"""What an identification gives: the spring, its figures and where it comes from; also as a model file."""
+"""What an identification gives: the spring, its figures, notes and where it comes from; also as a model file."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import PurePath
 from typing import Any
+
+import numpy as np
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
@@ -15,12 +18,27 @@ from ..model.names import identifier
 from ..model.outcomes import Finding, Outcome
 from ..records.record import Record
 from .certainty import Certainty
-from .figures import LoopEnergy, RecordFit, began_at_rest, both_figures, overall_figures
+from .figures import Followed, LoopEnergy, RecordFit, began_at_rest, overall_figures
+from .refined import RefinedOptions
+from .refusals import Strokes
+from .rig import unknown_effects
 from .verdict import Verdict
+
+# What rigs measure, and springs carry [m], [N], [N/m]. Sensors and fixtures yield by the first displacement, no rig
+# reaches the second, and the forces are those of load cells. A softer spring sags by 10 m under 1 kg, and no frame of a
+# rig is stiffer than the last.
+_USUAL = {"amplitude": (1e-6, 0.5, "m"), "force amplitude": (1e-3, 1e7, "N"), "stiffness": (1.0, 1e9, "N/m")}
+# Units that are mistaken, and what makes displacement and force right then.
+_MISTAKEN = {
+    "m read as mm": (1e3, 1.0),
+    "mm read as m": (1e-3, 1.0),
+    "kN read as N": (1.0, 1e3),
+    "N read as kN": (1.0, 1e-3),
+}
 
 
 @dataclass(frozen=True, eq=False)
-class IdentifiedModel:
+class IdentifiedModel(Followed):
     """An identified spring, its figures and its origin.
 
     Attributes
@@ -80,24 +98,9 @@ class IdentifiedModel:
         return {} if self.certainty is None else self.certainty.uncertainty
 
     @cached_property
-    def figures(self) -> dict[str, float]:
-        """rmse [N], rnl, energy and predicted_energy [J] of the spring alone over all records."""
-        return overall_figures(self.fits)
-
-    @cached_property
     def fitted_figures(self) -> dict[str, float]:
-        """The same with what the rig added."""
+        """`figures` with what the rig added."""
         return overall_figures(self.fitted)
-
-    @property
-    def rmse(self) -> float:
-        """Of the spring alone over all compared samples [N]."""
-        return self.figures["rmse"]
-
-    @property
-    def rnl(self) -> float:
-        """Likewise [-]."""
-        return self.figures["rnl"]
 
     @property
     def judgement(self) -> dict[str, Any]:
@@ -113,6 +116,49 @@ class IdentifiedModel:
             parts["small_loops"] = {name: getattr(unrecorded, name) for name in names}
             parts["lack_of_fit"] = asdict(self.certainty.lack)
         return parts
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is good to know of the records, but no reason for caution."""
+        effects = unknown_effects(self.records, self.effects)
+        return (*self._implausible_sizes(), *effects, *self._left_out(), *self._next_test())
+
+    def _implausible_sizes(self) -> Iterator[str]:
+        """A note on sizes that no rig measures, with the mistake in a unit that would explain them."""
+        sizes = [0.5 * max(float(np.ptp(getattr(r, name))) for r in self.records) for name in ("displacement", "force")]
+
+        def unusual(of_x: float = 1.0, of_r: float = 1.0) -> Iterator[str]:
+            amplitude, force = of_x * sizes[0], of_r * sizes[1]
+            values = (amplitude, force, force / amplitude)
+            for (name, (low, high, unit)), value in zip(_USUAL.items(), values, strict=True):
+                if not low <= value <= high:
+                    yield f"{name} {value:.3g} {unit}, usual are {low:g} to {high:g}"
+
+        if texts := "; ".join(unusual()):
+            causes = [name for name, factors in _MISTAKEN.items() if not list(unusual(*factors))]
+            cause = f"; {' or '.join(causes)} would explain it" if causes else ""
+            yield f"Check the units of displacement and force: {texts}{cause}."
+
+    def _left_out(self) -> Iterator[str]:
+        """Notes on records whose displacement rests, and on those whose times repeat or fall back."""
+        for record in self.records:
+            if count := sum(end - first for first, end in Strokes(record).dwells):
+                samples = f"{count} of {len(record)} samples"
+                yield f"{record.path}: {samples} were left out, because the displacement rests there"
+        for record in self.records if self.method == RefinedOptions.name else ():
+            if record.time is not None and record.rising_time is None:
+                count = int(np.sum(np.diff(record.time) <= 0.0))
+                yield (
+                    f"{record.path}: the time does not rise at {count} of {len(record) - 1} steps, so that neither a "
+                    "delay between the columns nor a viscous force was sought; check `time=...`, or record times with "
+                    "more digits"
+                )
+
+    def _next_test(self) -> Iterator[str]:
+        """A note with the findings that another test would settle; none for a spring of a wider class."""
+        settled = [outcome.name.lower() for outcome in self.outcomes if outcome.is_settled_by_a_test]
+        if settled and self.parameters.is_plain:
+            yield f"`plan()` chooses the test that would settle {', '.join(settled)}."
 
     def model_file(self, name: str = "spring", description: str = "") -> ModelFile:
         """The spring with its figures and provenance as the content of a model file.
@@ -138,14 +184,12 @@ class IdentifiedModel:
                 **self.judgement,
                 "outcomes": [_of_finding(finding) for finding in self.findings],
                 **({"effects": self.effects} if self.effects else {}),
-                "recorded_loops": [loop.as_json() for loop in self.recorded],
+                "recorded_loops": [
+                    {"amplitude": loop.amplitude, "energy": loop.measured, "predicted_energy": loop.predicted}
+                    for loop in self.recorded
+                ],
                 "records": [
-                    {
-                        "file": PurePath(fit.path).name,
-                        "samples": fit.samples,
-                        "first_sample": fit.first_sample,
-                        **both_figures(fit, fitted),
-                    }
+                    {"file": PurePath(fit.path).name, "first_sample": fit.first_sample, **fit.as_json(fitted)}
                     for fit, fitted in zip(self.fits, self.fitted, strict=True)
                 ],
             },

@@ -8,10 +8,9 @@ these, the likeliest first, and the first that meets its certificate is saved wi
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
@@ -26,41 +25,31 @@ from .figures import (
     LoopEnergy,
     RecordFit,
     chosen_samples,
+    figures_of,
     is_one_period,
     overall_figures,
     predict_record,
     recorded_energies,
+    rmse,
     twice,
 )
 from .findings import check
 from .identified import IdentifiedModel
 from .method import Fitted, Method, Stage, begin, checked_method
+from .predictions import has_one_amplitude
 from .refined import RefinedOptions
 from .rig import lagging
 from .samples import BoolArray, Samples
 
-_ROWS = 10_000  # that are fitted at most
-_MANY_COMMON = 16  # samples; parts one after the other share one
-_POOR_RNL = 0.9
-_APART = 0.05  # of the force's deviation, by which the spring alone may err more than with what the rig added
-_WORTH_ENERGY, _BEYOND_NOISE = 0.02, 3.0  # difference of a loop's energy that is named, and in its standard errors
 
-
+# For matrices as small as these more threads only cost, most of all on a busy computer.
+@one_thread()
 def identify_records(
     records: Sequence[Record], options: Method | None = None, save_anyway: bool = False
 ) -> IdentifiedModel:
-    """Identify one spring from one or more records.
+    """Identify one spring from one or more records, by the refined method with its defaults if `options` are None.
 
-    Parameters
-    ----------
-    records : sequence of Record
-    options : RefinedOptions, TwoStageOptions, PaperOptions, NiOptions or None
-        The method with its options; the refined method with its defaults if None.
-    save_anyway : bool    A spring that follows the records worse than a straight line is returned with a finding.
-
-    Returns
-    -------
-    IdentifiedModel
+    A spring that follows the records worse than a straight line is refused, or with `save_anyway` has a finding.
 
     Raises
     ------
@@ -76,48 +65,11 @@ def identify_records(
     if not group:
         raise ValueError("`records` must hold at least one record, got none.")
     _refuse_twins(group)
-    # For matrices as small as these more threads only cost, most of all on a busy computer.
-    with one_thread():
-        return _identified(group, method, save_anyway)
-
-
-def _refuse_twins(group: Sequence[Record]) -> None:
-    """Refuse the same samples twice: their noise would count as if it had been measured twice."""
-    for first, second in combinations(group, 2):
-        common = _common_samples(first, second)
-        if common == len(first) == len(second):
-            raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
-        if common >= _MANY_COMMON:
-            raise RecordError(
-                f"{second.path}: shares {common} samples with the part of {first.path} that is given too; select parts "
-                "that do not overlap."
-            )
-
-
-def _common_samples(first: Record, second: Record) -> int:
-    """Number of samples to fit that two records have in common; 0 if they differ wherever they overlap."""
-    begin = max(first.first_sample, second.first_sample)
-    end = min(first.first_sample + len(first), second.first_sample + len(second))
-    if begin >= end or (first.time is None) != (second.time is None):
-        return 0
-    common, other = (slice(begin - record.first_sample, end - record.first_sample) for record in (first, second))
-    for name in ("displacement", "force", "time"):
-        a, b = getattr(first, name), getattr(second, name)
-        if a is not None and not np.array_equal(a[common], b[other]):
-            return 0
-    compared = np.ones(end - begin, dtype=bool)
-    for record, part in ((first, common), (second, other)):
-        if record.compared is not None:
-            compared &= record.compared[part]
-    return int(compared.sum())
-
-
-def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) -> IdentifiedModel:
     begin(Stage.PREPARING)
     prepared = [method.prepare(record) for record in group]
-    checked = check(prepared, getattr(method, "state", "mean"))
-    ends = np.cumsum([len(record) for record in prepared])[:-1]
-    usable = np.split(checked.rows, ends)
+    refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
+    checked = check(prepared, refined.state)
+    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
     samples = _samples(prepared, usable)
     where = ", ".join(record.path for record in group)
     fitted, fits, failure = _certified(method, samples, group, usable, where)
@@ -130,20 +82,24 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
     judged = with_rig if is_known else fits
     recorded = recorded_energies(solver, group, judged)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, recorded, fits, with_rig, fitted)]
-    findings = [finding for finding in found if finding.kind not in _explained(method, fitted)]
+    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, judged, recorded)]
+    explained = {Outcome.SPIKES} if refined.robust else set()
+    if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
+        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
+    if fitted.certainty is None and has_one_amplitude(samples):
+        found.append(Finding(Outcome.ONE_AMPLITUDE))
     if failure:
-        findings.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
-    if _is_worse_than_a_line(group, judged):
-        if not save_anyway:
-            raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
-        findings.append(Finding(Outcome.WORSE_THAN_LINE))
+        found.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
+    if fitted.verdict is None and (of_all := overall_figures(fits)["rnl"]) < 0.9:
+        found.append(Finding(Outcome.POOR_FIT, {"rnl": of_all}, "", f"RNL {of_all:.3g}"))
+    if not save_anyway and any(finding.kind is Outcome.WORSE_THAN_LINE for finding in found):
+        raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
     return IdentifiedModel(
         parameters=fitted.parameters,
         records=group,
         fits=fits,
         fitted=with_rig,
-        findings=by_harm(_one_of_each(findings)),
+        findings=by_harm(_one_of_each([finding for finding in found if finding.kind not in explained])),
         verdict=fitted.verdict,
         certainty=fitted.certainty,
         effects=fitted.effects,
@@ -157,26 +113,39 @@ def _identified(group: tuple[Record, ...], method: Method, save_anyway: bool) ->
     )
 
 
-def _explained(method: Method, fitted: Fitted) -> set[Outcome]:
-    """What records show that the method withstands, or the spring explains."""
-    explained = {Outcome.SPIKES} if getattr(method, "robust", False) else set()
-    if fitted.parameters.branches and Outcome.LACK_OF_FIT not in {finding.kind for finding in fitted.findings}:
-        explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
-    return explained
+def _refuse_twins(group: Sequence[Record]) -> None:
+    """Refuse the same samples twice: their noise would count as if it had been measured twice."""
+    for first, second in combinations(group, 2):
+        common = _common_samples(first, second)
+        if common == len(first) == len(second):
+            raise RecordError(f"{second.path}: holds the same samples as {first.path}; give each record once.")
+        if common >= 16:  # parts one after the other share one
+            raise RecordError(
+                f"{second.path}: shares {common} samples with the part of {first.path} that is given too; select parts "
+                "that do not overlap."
+            )
+
+
+def _common_samples(first: Record, second: Record) -> int:
+    """Number of samples to fit that two records have in common; 0 if they differ wherever they overlap."""
+    both = (first, second)
+    begin, end = max(r.first_sample for r in both), min(r.first_sample + len(r) for r in both)
+    a, b = (slice(begin - r.first_sample, end - r.first_sample) for r in both)
+    if begin >= end or (first.time is None) != (second.time is None):
+        return 0
+    for name in ("displacement", "force", "time"):
+        one, other = getattr(first, name), getattr(second, name)
+        if one is not None and not np.array_equal(one[a], other[b]):
+            return 0
+    kept = [True if r.compared is None else r.compared[part] for r, part in zip(both, (a, b), strict=True)]
+    return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
 
 
 def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:
-    """The rows to fit; a record of one period is followed by itself, and fitted on its second pass."""
-    records, rows = [], []
-    for record, mask in zip(prepared, usable, strict=True):
-        if is_one_period(record):
-            again = twice(record)
-            records.append(again)
-            rows.append(np.concatenate([np.zeros(len(again) - len(record), bool), mask]))
-        else:
-            records.append(record)
-            rows.append(mask)
-    return Samples.of(records, _ROWS, np.concatenate(rows), prepared)
+    """The rows to fit, 10 000 at most; a record of one period is followed by itself, and fitted on its second pass."""
+    records = [twice(record) if is_one_period(record) else record for record in prepared]
+    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(records, usable, strict=True)]
+    return Samples.of(records, 10_000, np.concatenate(rows), prepared)
 
 
 def _certified(
@@ -186,7 +155,10 @@ def _certified(
     spoke against the first one, in words.
     """
     failure = ""
-    firsts = [int(np.argmax(mask)) for mask in _fitted_rows(samples, usable)]
+    firsts = []
+    for k, mask in enumerate(usable):
+        here = samples.rows[samples.record_of_row == k]
+        firsts.append(int(here[0] - samples.begins[k + 1] + mask.size if here.size else np.argmax(mask)))
     try:
         for fitted in method.candidates(samples, where):
             solver = PathSolver(fitted.parameters)
@@ -200,16 +172,6 @@ def _certified(
         if not failure:
             raise
     raise IdentificationError(Outcome.UNCERTIFIED, where, f" ({failure})")
-
-
-def _fitted_rows(samples: Samples, usable: Sequence[BoolArray]) -> list[BoolArray]:
-    """Which samples of each record are fitted, all between the first and the last row of `samples`."""
-    rows = []
-    for k, mask in enumerate(usable):
-        here = samples.rows[samples.record_of_row == k]
-        first = int(here[0] - (samples.begins[k + 1] - mask.size)) if here.size else 0
-        rows.append(mask & (np.arange(mask.size) >= max(first, 0)))
-    return rows
 
 
 def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
@@ -226,79 +188,63 @@ def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
 
 
 def _with_rig(
-    solver: PathSolver,
-    fitted: Fitted,
-    group: Sequence[Record],
-    prepared: Sequence[Record],
-    fits: Sequence[RecordFit],
+    solver: PathSolver, fitted: Fitted, group: Sequence[Record], prepared: Sequence[Record], fits: tuple[RecordFit, ...]
 ) -> tuple[RecordFit, ...]:
     """The predictions with what the rig added to each record: known, or found."""
     if not fitted.effects:
-        return tuple(fits)
+        return fits
     found = []
-    for record, known, fit, added in zip(
-        group, prepared, fits, fitted.nuisance or [np.zeros(1)] * len(group), strict=True
-    ):
+    added = fitted.nuisance or [np.zeros(len(record)) for record in group]
+    for record, known, fit, nuisance in zip(group, prepared, fits, added, strict=True):
         moved = lagging(known, fitted.delay)
         force = solver.force(moved.displacement, fit.omega_start, moved.rising_time)
-        force = force + added + (record.force - known.force)
-        found.append(fit.with_force(solver, record, force, "with what was removed"))
+        force = force + nuisance + record.force - known.force
+        words = f"{fit.compared}, with what was removed"
+        found.append(figures_of(solver, record, force, fit.first_sample, fit.omega_start, words))
     return tuple(found)
 
 
 def _of_saved(
     group: Sequence[Record],
-    recorded: Sequence[LoopEnergy],
     fits: Sequence[RecordFit],
     with_rig: Sequence[RecordFit],
-    fitted: Fitted,
-) -> list[Finding]:
+    judged: Sequence[RecordFit],
+    recorded: Sequence[LoopEnergy],
+) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
-    findings = []
-    forces = [record.force[chosen_samples(record, fit.first_sample)] for record, fit in zip(group, fits, strict=True)]
-    deviation = float(np.std(np.concatenate(forces)))
-    alone, best = overall_figures(fits), overall_figures(with_rig)
-    if alone["rmse"] - best["rmse"] > _APART * deviation:
-        numbers = {"alone": alone["rmse"] / deviation, "fitted": best["rmse"] / deviation}
-        text = f"error {100.0 * numbers['alone']:.2g} % of the force, {100.0 * numbers['fitted']:.2g} % as fitted"
-        findings.append(Finding(Outcome.SPRING_ALONE, numbers, "", text))
-    if fitted.verdict is None and alone["rnl"] < _POOR_RNL:
-        findings.append(Finding(Outcome.POOR_FIT, {"rnl": alone["rnl"]}, "", f"RNL {alone['rnl']:.3g}"))
-    texts, numbers = [], {}
+    columns = []
+    for record, *predictions in zip(group, fits, with_rig, judged, strict=True):
+        rows = np.stack([record.displacement, record.force, *(each.predicted for each in predictions)])
+        columns.append(rows[:, chosen_samples(record, predictions[0].first_sample)])
+    x, force, *predicted = np.concatenate(columns, axis=1)
+    predicted.append(np.polynomial.Polynomial.fit(x, force, 1)(x))
+    alone, fitted, of_judged, line = (rmse(force, each) / float(np.std(force)) for each in predicted)
+    if of_judged > line:
+        yield Finding(Outcome.WORSE_THAN_LINE)
+    if alone - fitted > 0.05:
+        text = f"error {100.0 * alone:.2g} % of the force, {100.0 * fitted:.2g} % as fitted"
+        yield Finding(Outcome.SPRING_ALONE, {"alone": alone, "fitted": fitted}, "", text)
+    texts: list[str] = []
+    numbers: dict[str, float] = {}
     for loop in recorded:
-        if abs(loop.difference) > max(_BEYOND_NOISE * loop.error / max(loop.measured, 1e-300), _WORTH_ENERGY):
-            size = f"{100.0 * loop.difference:+.0f} %" if math.isfinite(loop.difference) else "no loop was recorded"
-            texts.append(f"{size} at {1e3 * loop.amplitude:.3g} mm")
-            if math.isfinite(loop.difference):  # JSON has no infinity
-                numbers[f"{1e3 * loop.amplitude:.3g} mm"] = loop.difference
+        # A path that is not closed may take no energy at all, and JSON has no infinity.
+        difference = math.inf if loop.predicted > 0.0 else 0.0
+        if known := loop.measured > 0.0:
+            difference = loop.predicted / loop.measured - 1.0
+        # 2 % are named, if they are three standard errors.
+        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), 0.02):
+            size, amplitude = f"{100.0 * difference:+.0f} %", f"{1e3 * loop.amplitude:.3g} mm"
+            texts.append(f"{size if known else 'no loop was recorded'} at {amplitude}")
+            numbers |= {amplitude: difference} if known else {}
     if texts:
-        findings.append(Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts)))
-    return findings
-
-
-def _is_worse_than_a_line(group: Sequence[Record], fits: Sequence[RecordFit]) -> bool:
-    """Whether a straight line through all records, force over displacement, is closer to them than a prediction."""
-    columns: list[Any] = []
-    for record, fit in zip(group, fits, strict=True):
-        chosen = chosen_samples(record, fit.first_sample)
-        columns.append(np.stack([record.displacement[chosen], record.force[chosen], fit.predicted[chosen]]))
-    x, force, predicted = np.concatenate(columns, axis=1)
-    A = np.column_stack([np.ones(x.size), (x - x.mean()) / max(float(np.ptp(x)), 1e-300)])
-    line = A @ np.linalg.lstsq(A, force, rcond=None)[0]
-    return float(np.sum((force - predicted) ** 2)) > float(np.sum((force - line) ** 2))
+        yield Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts))
 
 
 def _one_of_each(findings: Sequence[Finding]) -> list[Finding]:
     """Findings of one kind on several records as one."""
-    kinds: dict[Outcome, list[Finding]] = {}
-    for finding in findings:
-        kinds.setdefault(finding.kind, []).append(finding)
     merged = []
-    for kind, of_kind in kinds.items():
-        first = of_kind[0]
-        if len(of_kind) > 1:
-            texts = [": ".join(filter(None, (each.where, each.detail))) for each in of_kind]
-            text = "; ".join(filter(None, texts))
-            first = Finding(kind, first.numbers, "", text)
-        merged.append(first)
+    for kind in dict.fromkeys(finding.kind for finding in findings):
+        first, *others = (finding for finding in findings if finding.kind is kind)
+        texts = filter(None, (": ".join(filter(None, (each.where, each.detail))) for each in (first, *others)))
+        merged.append(Finding(kind, first.numbers, "", "; ".join(texts)) if others else first)
     return merged

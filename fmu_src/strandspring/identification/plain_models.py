@@ -8,142 +8,86 @@ of rows.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import product
 
 import numpy as np
 
 from ..kernel.arrays import FloatArray
 from .constrained import nonnegative
-from .fit import HIGH, LOW
 from .samples import BoolArray, Samples
-
-_SPEED_LAG = 0.01  # of a cycle, by which speeds lag: differences of neighbouring samples would be noise
-# Bouc-Wen: rho times half the range, sigma and n of the grid; three steps from its best point leave no more to gain.
-_RATES, _SIGMAS, _EXPONENTS = np.geomspace(0.7, 90.0, 8), (0.55, 1.0, 2.0), (0.3, 1.0, 3.0)
-_STEPS = 3
-# Prandtl-Ishlinskii: number of stop operators, and their lowest threshold over half the shortest stroke.
-_STOPS, _LOWEST = 12, (0.005, 0.05)
-# Kernel regression: bandwidths of displacement, of reversals and of speed, over half the range and the largest speed.
-_BANDWIDTHS = ((0.015, 0.3, 0.05), (0.03, 0.3, 0.03), (0.06, 0.3, 0.05))
-_RIDGE = 1e-9  # of the largest diagonal element, which keeps normal equations solvable
 
 
 def bouc_wen(samples: Samples) -> FloatArray:
     """Linear spring, offset, dashpot and the hysteresis of Bouc and Wen, shape (F, P) [N].
 
     r = c_0 + c_1*x + c_2*v + kappa*omega(rho, sigma, n), without a dashpot where there are no times. Y.-K. Wen, Method
-    for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102, 1976, 249. For given rho, sigma, n the c
-    and kappa follow by linear least squares; the best point of a grid is improved by Gauss-Newton steps.
+    for random vibration of hysteretic systems, J. Eng. Mech. Div. ASCE 102, 1976, 249. Of a grid of rho, sigma and n
+    that point is taken whose c and kappa leave least.
     """
-    half, starts = _half(samples), np.zeros(len(samples.records))
     others = _linear_columns(samples)
-    shapes = list(product(_SIGMAS, _EXPONENTS))
-    omegas = np.concatenate([samples.points.omega_by_rate(_RATES / half, *shape) for shape in shapes])
-    grid = [np.log([rho, sigma - 0.5, n]) for sigma, n in shapes for rho in _RATES]
-    known: dict[bytes, FloatArray] = {}
-
-    def memory(q: FloatArray) -> FloatArray:
-        """omega and its derivatives by q, shape (4, P)."""
-        if q.tobytes() not in known:
-            rho, excess, n = np.exp(q).tolist()
-            omega, by = samples.points.omega(rho / half, 0.5 + excess, n, starts, coarse=True)
-            known[q.tobytes()] = np.stack([omega, by[0], by[1] * excess / (0.5 + excess), by[2]])
-        return known[q.tobytes()]
+    rates = np.geomspace(0.7, 90.0, 14) / _half(samples)
+    shapes = product((0.55, 1.0, 2.0), (0.2, 0.5, 1.0, 2.0))
+    omegas = np.concatenate([samples.points.omega_by_rate(rates, *shape) for shape in shapes])
 
     def predicted(kept: BoolArray) -> FloatArray:
-        measured = samples.r[kept]
         basis = np.linalg.qr(others[kept])[0]
         beside = omegas[:, kept] - omegas[:, kept] @ basis @ basis.T
-        gains = np.maximum(beside @ measured, 0.0) ** 2 / np.maximum(np.sum(beside**2, axis=1), 1e-12)
-        q, least, force = grid[int(np.argmax(gains))], np.inf, np.zeros(kept.size)
-        for _ in range(_STEPS + 1):
-            omega, *derivatives = memory(q)
-            columns = np.column_stack([others, omega])
-            c = np.linalg.lstsq(columns[kept], measured, rcond=None)[0]
-            residuals = measured - columns[kept] @ c
-            squares = float(residuals @ residuals)
-            if not squares < least:
-                break
-            least, force = squares, columns @ c
-            basis = np.linalg.qr(columns[kept])[0]
-            J = c[-1] * np.stack(derivatives, axis=1)[kept]
-            J = J - basis @ (basis.T @ J)
-            H = J.T @ J
-            damped = H + np.diag(0.03 * np.diag(H) + _RIDGE * H.max() + 1e-30)
-            q = np.clip(q + np.clip(np.linalg.solve(damped, J.T @ residuals), -1.0, 1.0), LOW, HIGH)
-        return force
+        gains = np.maximum(beside @ samples.r[kept], 0.0) ** 2 / np.maximum(np.sum(beside**2, axis=1), 1e-12)
+        columns = np.column_stack([others, omegas[int(np.argmax(gains))]])
+        return np.asarray(columns @ np.linalg.lstsq(columns[kept], samples.r[kept], rcond=None)[0])
 
-    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
+    return _of_folds(samples, predicted)
 
 
 def prandtl_ishlinskii(samples: Samples) -> FloatArray:
     """Polynomial of degree 3 and stop operators whose weights are 0 or above, shape (F, P) [N].
 
     P. Krejci, Hysteresis, Convexity and Dissipation in Hyperbolic Equations, 1996, ch. II. Thresholds grow
-    geometrically from a share of half the shortest stroke to nine tenths of half the longest; of two such shares that
-    which fits better is taken.
+    geometrically from a share of half the shortest stroke to nine tenths of half the longest.
     """
     half = _half(samples)
     y = (samples.x - samples.x.mean()) / half
     halves = 0.5 * np.abs(np.diff(samples.displacement[samples.strokes], axis=1))
     # A record may begin or end amid a stroke.
     shortest, longest = np.quantile(halves, [0.05, 1.0]).tolist()
-    thresholds = [np.geomspace(max(lowest * shortest, 1e-4 * half), 0.9 * longest, _STOPS) for lowest in _LOWEST]
-    stops = np.split(stop_operators(samples, np.concatenate(thresholds)), len(_LOWEST), axis=1)
-    choices = [np.column_stack([y[:, None] ** np.arange(4), some / some.std(axis=0)]) for some in stops]
-    free = np.arange(4 + _STOPS) < 4
+    stops = stop_operators(samples, np.geomspace(max(0.01 * shortest, 1e-4 * half), 0.9 * longest, 16))
+    columns = np.column_stack([y[:, None] ** np.arange(4), stops / stops.std(axis=0)])
+    free = np.arange(columns.shape[1]) < 4
 
     def predicted(kept: BoolArray) -> FloatArray:
-        least, force = np.inf, np.zeros(kept.size)
-        for columns in choices:
-            A, measured = columns[kept], samples.r[kept]
-            G = A.T @ A
-            G += _RIDGE * G.max() * np.eye(free.size)
-            c, _ = nonnegative(G, A.T @ measured, free)
-            squares = float(np.sum((A @ c - measured) ** 2))
-            if squares < least:
-                least, force = squares, columns @ c
-        return force
+        A = columns[kept]
+        G = A.T @ A
+        # Normal equations that are solvable.
+        G += 1e-9 * G.max() * np.eye(free.size)
+        return np.asarray(columns @ nonnegative(G, A.T @ samples.r[kept], free)[0])
 
-    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
+    return _of_folds(samples, predicted)
 
 
 def kernel_regression(samples: Samples) -> FloatArray:
     """Linear trend, and means of what it leaves at like states, weighted by a Gaussian kernel, shape (F, P) [N].
 
     E. A. Nadaraya, On estimating regression, and G. S. Watson, Smooth regression analysis, both 1964. The state is the
-    displacement, the direction, the displacements at the last two reversals and, where there are times, the speed. The
-    bandwidths are those with the least mean error at the rows of each stroke predicted from the others.
+    displacement, the direction, the displacements at the last two reversals and, where there are times, the speed, of
+    bandwidths over half the range and the largest speed.
     """
-    half, others, held = _half(samples), _linear_columns(samples), samples.folds
+    half, others, kept = _half(samples), _linear_columns(samples), ~samples.folds.T
     stroke = samples.stroke_of_row
     begins, ends = samples.displacement[samples.strokes].T
     record = np.searchsorted(samples.begins, samples.strokes[:, 0], side="right")
     before = np.where(np.diff(record, prepend=-1) == 0, np.roll(begins, 1), begins)
-    distances = [_squared(samples.x / half), _squared(begins[stroke] / half) + _squared(before[stroke] / half)]
-    distances += [_squared(column) for column in others.T[2:]]
+    state = [samples.x / half / 0.02, begins[stroke] / half / 0.3, before[stroke] / half / 0.3, *others.T[2:] / 0.05]
     direction = np.sign(ends - begins)[stroke]
-    same_direction = (direction[:, None] == direction).astype(np.float32)
-    other_stroke = (stroke[:, None] != stroke).astype(np.float32)
-    kept, measured = ~held.T, samples.r[:, None]
+    distance = sum((column[:, None] - column) ** 2 for column in np.array(state, np.float32))
+    weights = np.exp(np.float32(-0.5) * distance) * (direction[:, None] == direction)
     trends = np.empty(kept.shape)
     for k, rows in enumerate(kept.T):
         trends[:, k] = others @ np.linalg.lstsq(others[rows], samples.r[rows], rcond=None)[0]
-    known = np.hstack([np.where(kept, measured - trends, 0.0), kept]).astype(np.float32)
-
-    def means(weights: FloatArray) -> FloatArray:
-        """Predictions, the trend alone where no state is alike."""
-        sums, total = np.split((weights @ known).astype(np.float64), 2, axis=1)
-        return trends + sums / (total + 1e-6)
-
-    least, predicted = np.full(len(held), np.inf), trends
-    for bandwidths in _BANDWIDTHS:
-        exponents = sum(d * np.float32(-0.5 / b**2) for d, b in zip(distances, bandwidths, strict=False))
-        weights = np.exp(exponents) * same_direction
-        errors = np.sum(np.where(kept, np.abs(means(weights * other_stroke) - measured), 0.0), axis=0)
-        predicted = np.where(errors < least, means(weights), predicted)
-        least = np.minimum(errors, least)
-    return predicted.T
+    known = np.hstack([np.where(kept, samples.r[:, None] - trends, 0.0), kept]).astype(np.float32)
+    sums, total = np.split((weights @ known).astype(np.float64), 2, axis=1)
+    # Where no state is alike, the trend alone.
+    return np.asarray((trends + sums / (total + 1e-6)).T)
 
 
 PLAIN_MODELS = {
@@ -159,10 +103,15 @@ def held_out(samples: Samples) -> dict[str, FloatArray]:
     The means of the squares over each row are comparable with `Judged.errors`.
     """
     deviation = float(np.std(samples.r)) or 1.0
-    held = samples.folds
     return {
-        name: np.where(held, (model(samples) - samples.r) / deviation, np.nan) for name, model in PLAIN_MODELS.items()
+        name: np.where(samples.folds, (model(samples) - samples.r) / deviation, np.nan)
+        for name, model in PLAIN_MODELS.items()
     }
+
+
+def _of_folds(samples: Samples, predicted: Callable[[BoolArray], FloatArray]) -> FloatArray:
+    """What is predicted for each fold from the other rows, shape (F, P)."""
+    return np.array([predicted(~fold) for fold in samples.folds]).reshape(-1, samples.x.size)
 
 
 def stop_operators(samples: Samples, thresholds: FloatArray) -> FloatArray:
@@ -190,13 +139,7 @@ def _linear_columns(samples: Samples) -> FloatArray:
     """1, the displacement and, where there are times, the speed, all of the order of 1, shape (P, 2 or 3)."""
     columns = [np.ones(samples.x.size), (samples.x - samples.x.mean()) / _half(samples)]
     if samples.is_timed:
-        # A Maxwell branch whose time constant is short is a dashpot.
-        speed = samples.maxwell(_SPEED_LAG * samples.cycle_time)
+        # A Maxwell branch of a short time constant is a dashpot; differences of neighbouring samples would be noise.
+        speed = samples.maxwell(0.01 * samples.cycle_time)
         columns.append(speed[0] / (np.abs(speed[0]).max() or 1.0))
     return np.column_stack(columns)
-
-
-def _squared(values: FloatArray) -> FloatArray:
-    """Squared differences of all pairs, shape (P, P), single precision."""
-    single = values.astype(np.float32)
-    return np.asarray((single[:, None] - single) ** 2)

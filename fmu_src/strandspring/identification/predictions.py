@@ -25,8 +25,8 @@ from ..model.joint import LEVEL
 from ..records.record import Record
 from .bases import AMPLIFIER, ELASTIC, fraction, step_on
 from .choice import NO_WORSE, Allowed, Choice, Judged, Search, difference
+from .figures import autocorrelation_time, growing_variance, white_variance
 from .fit import NOISE_ONLY, Fit, Problem
-from .noise import autocorrelation_time, growing_variance, white_variance
 from .samples import BoolArray, IndexArray, Samples
 
 NORMAL_95 = 1.959964  # 97.5 % quantile

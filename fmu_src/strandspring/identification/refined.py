@@ -30,7 +30,7 @@ from .verdict import Verdict, digits, groups
 
 _SEARCHED = 900  # rows on which classes are compared
 _COARSE = 50  # samples a stroke, up to which reversals between them are sought
-_ONE_RATE = 1.5  # ratio of frequencies up to which there is one
+_ONE_RATE = 1.7  # ratio of frequencies up to which there is one: strokes between amplitudes seem quicker by 1.6
 _DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
 _MISSED = 0.03  # share of the force beyond noise that is named
 _EDGE = 1e-3  # distance of a logarithm from its bound, and share of the force, that is none

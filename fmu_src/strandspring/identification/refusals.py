@@ -26,14 +26,9 @@ from .samples import REVERSAL, BoolArray, IndexArray
 FULL = 0.9  # of the longest stroke, from which a stroke is a full one: tests repeat amplitudes more exactly
 SURE = 4.0  # standard errors that chance does not reach in thousands of tests
 RESOLVED = 5e-4  # of the range: noise above blurs reversals, and motion within four times that is a rest
-_BACK = 0.4  # of the longest stroke one way, that one the other way needs: with less half a loop is unknown
 _FEWEST = 8  # samples of a loop: noise turns after 1.5 samples and fills 3 or 4, smoothed noise twice as many
-_CLIPPED = 3  # times as many samples at an extreme force as at any other: a sine that is digitised has about 2
-_DWELL = 0.12  # of a stroke's samples, in which a sine still moves by four times what is a rest
 _NO_LOOP = 1e-4  # half height of a loop, of the force's range, that rounding of columns makes
 _SNAP = 0.2  # of a branch's range, by which it both rises and falls: no sensor's error is as large
-_CHATTER = 4  # such turns in one stroke: a snap has two
-_CROSSED = 0.1  # of the range where branches are crossed: less a fit with FA >= 0 follows
 _TWICE = math.log(2.0)  # ratio of loops' figures that only units explain; a quarter of it is agreement
 # Units that are mistaken for each other: column, how many of the second one the first is, and both.
 _UNITS = (
@@ -66,8 +61,7 @@ class Strokes:
         ends = x[self.turning]
         self.start, self.length = ends[:-1], np.abs(np.diff(ends))
         self.direction = np.where(np.diff(ends) >= 0.0, 1.0, -1.0)
-        number = np.searchsorted(self.turning, np.arange(x.size), side="left") - 1
-        self.of_sample = np.clip(number, 0, self.length.size - 1)
+        self.of_sample = np.searchsorted(self.turning[1:-1], np.arange(x.size), side="left")
         self.noise = noise_level(record.force, self.turning[1:-1])
         # Samples that were written twice are no noise.
         written = x[np.append(True, (np.diff(x) != 0.0) | (np.diff(record.force) != 0.0))]
@@ -82,7 +76,8 @@ class Strokes:
         # Dense records are thinned, or every step would look like a rest.
         stride = max(1, x.size // (200 * count))
         thinned, span = x[::stride], float(np.ptp(x))
-        window = max(_FEWEST, round(_DWELL * thinned.size / count))
+        # In that share of a stroke's samples a sine still moves by four times what is a rest.
+        window = max(_FEWEST, round(0.12 * thinned.size / count))
         still = 4.0 * RESOLVED * span + 2.0 * SURE * self.displacement_noise
         resting = np.zeros(x.size, bool)
         dwells: list[tuple[int, int]] = []
@@ -118,10 +113,9 @@ class Strokes:
         travel = np.clip(self.direction[of] * (self.record.displacement - self.start[of]), 0.0, self.length[of])
         return np.asarray(np.maximum.accumulate(self.begun[of] + travel)[self.usable])
 
-    def forces(self, strokes: IndexArray, travel: FloatArray, smooth: bool = False) -> FloatArray:
-        """Force of strokes at distances from their starts, shape of `travel`, (T, P) [N]; `smooth` without outliers."""
-        force = self.smooth if smooth else self.record.force
-        return np.interp(self.begun[strokes][:, None] + travel, self.way, force[self.usable])
+    def forces(self, strokes: IndexArray, travel: FloatArray) -> FloatArray:
+        """Force of strokes at distances from their starts, without outliers, shape of `travel`, (T, P) [N]."""
+        return np.interp(self.begun[strokes][:, None] + travel, self.way, self.smooth[self.usable])
 
     @cached_property
     def smooth(self) -> FloatArray:
@@ -129,8 +123,7 @@ class Strokes:
         r = self.record.force
         if self.samples_per_cycle < 4 * _FEWEST:
             return r
-        low, high = np.minimum(r[:-1], r[1:]), np.maximum(r[:-1], r[1:])
-        return np.concatenate([r[:1], np.maximum(low[:-1], np.minimum(high[:-1], r[2:])), r[-1:]])
+        return np.concatenate([r[:1], np.median([r[:-2], r[1:-1], r[2:]], axis=0), r[-1:]])
 
     def full(self, side: int) -> IndexArray:
         """Full strokes in a direction; of very many a part."""
@@ -161,8 +154,8 @@ class Strokes:
             x = self.record.displacement[self.usable]
             low, high = max(low, x.min()), max(low, min(high, x.max()))
         grid = np.asarray(low + (high - low) * (np.arange(100) + 0.5) / 100.0, np.float64)
-        loading = self.forces(up, grid - self.start[up][:, None], smooth=True)
-        unloading = self.forces(down, self.start[down][:, None] - grid, smooth=True)
+        loading = self.forces(up, grid - self.start[up][:, None])
+        unloading = self.forces(down, self.start[down][:, None] - grid)
         return Loop(grid, loading.mean(axis=0), unloading.mean(axis=0), is_paired)
 
 
@@ -191,11 +184,12 @@ class Loop:
 def clipped_samples(force: FloatArray) -> BoolArray:
     """Samples at an extreme of the force that comes far more often than any other, as at the end of a sensor's range.
 
-    A coarse sensor repeats every level, and a record without noise every force of a cycle.
+    A coarse sensor repeats every level, and a record without noise every force of a cycle; a sine that is digitised has
+    about twice as many.
     """
     _, number, counts = np.unique(force, return_inverse=True, return_counts=True)
     ends = np.array([0, counts.size - 1])
-    return np.isin(number, ends[counts[ends] > _CLIPPED * counts[1:-1].max(initial=1)])
+    return np.isin(number, ends[counts[ends] > 3 * counts[1:-1].max(initial=1)])
 
 
 def cut_all(records: Sequence[Record]) -> list[Strokes]:
@@ -206,12 +200,11 @@ def cut_all(records: Sequence[Record]) -> list[Strokes]:
     IdentificationError   TOO_FEW_STROKES, TOO_FEW_SAMPLES, UNDERSAMPLED or TOO_LITTLE_LEFT.
     """
     parts = [Strokes(record) for record in records]
-    backs = []
+    longest = [[part.length[part.direction == side].max(initial=0.0) for side in (1.0, -1.0)] for part in parts]
+    # With less of a way back, half a loop is unknown.
+    goes_back = any(min(both) > 0.4 * max(both) for both in longest)
     for part in parts:
-        longest = [part.length[part.direction == side].max(initial=0.0) for side in (1.0, -1.0)]
-        backs.append(min(longest) > _BACK * max(longest))
-    for part in parts:
-        if part.length.size < 2 or not any(backs):
+        if part.length.size < 2 or not goes_back:
             raise IdentificationError(Outcome.TOO_FEW_STROKES, part.record.path)
     left = sum(len(part.record) - 1 - int(part.turning[1]) for part in parts)
     if left < _FEWEST:
@@ -229,27 +222,19 @@ def cut_all(records: Sequence[Record]) -> list[Strokes]:
 def work(record: Record, noise: float) -> tuple[float, float]:
     """Work of the force from the first to the last passage of a displacement, and what may be none of it [J].
 
-    Nothing that depends on the displacement alone does work on that path. Of the middle and the quarters of the range
-    it is the displacement with the longest way between.
+    Nothing that depends on the displacement alone does work on that path. The displacement is that of the middle of the
+    range.
     """
     x, r = record.displacement, record.force
-    longest = 0.0, np.empty(0), np.empty(0)
-    for share in (0.5, 0.25, 0.75):
-        place = float((1.0 - share) * x.min() + share * x.max())
-        passes = np.flatnonzero((x[1:] >= place) != (x[:-1] >= place))
-        if passes.size < 2:
-            continue
-        first, last = int(passes[0]), int(passes[-1])
-        at = [r[k] + (place - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
-        path = np.concatenate([[place], x[first + 1 : last + 1], [place]])
-        way = float(np.abs(np.diff(path)).sum())
-        if way > 1.1 * longest[0]:
-            longest = way, path, np.concatenate([at[:1], r[first + 1 : last + 1], at[1:]])
-    way, path, force = longest
-    if not way:
+    middle = 0.5 * float(x.min() + x.max())
+    passes = np.flatnonzero((x[1:] >= middle) != (x[:-1] >= middle))
+    if passes.size < 2:
         return 0.0, math.inf
-    steps = np.diff(path)
-    doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * way
+    first, last = int(passes[0]), int(passes[-1])
+    ends = [r[k] + (middle - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
+    steps = np.diff(x[first + 1 : last + 1], prepend=middle, append=middle)
+    force = np.concatenate([ends[:1], r[first + 1 : last + 1], ends[1:]])
+    doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * float(np.abs(steps).sum())
     return float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
 
 
@@ -267,12 +252,11 @@ def correlation(record: Record) -> float:
 
     In a narrow range the hysteresis decides on it, and outside the range the force may snap through.
     """
+    kept = np.ones(len(record), bool) if record.compared is None else record.compared
     found = []
-    for selected in (slice(None), slice(None) if record.compared is None else record.compared):
-        x, r = record.displacement[selected], record.force[selected]
+    for x, r in ((record.displacement, record.force), (record.displacement[kept], record.force[kept])):
         if x.size and np.ptp(x) and np.ptp(r):
-            x, r = x - x.mean(), r - r.mean()
-            found.append(float(x @ r / np.sqrt((x @ x) * (r @ r))))
+            found.append(float(np.corrcoef(x, r)[0, 1]))
     return max(found, default=0.0)
 
 
@@ -283,14 +267,13 @@ def impossible(part: Strokes) -> IdentificationError | None:
     # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
     least = _SNAP * max(span, 3.0 * abs(loop.height))
     pieces = [slice(part.turning[k], part.turning[k + 1] + 1) for side in (1, -1) for k in part.full(side)]
-    # Noise reaches four standard deviations to either side.
+    # Noise reaches four standard deviations to either side. A snap is two such turns.
     turns = max(least, 2.0 * SURE * part.noise)
-    if np.median([turning_points(part.smooth[piece], turns).size - 2 for piece in pieces]) >= _CHATTER:
+    if np.median([turning_points(part.smooth[piece], turns).size - 2 for piece in pieces]) >= 4:
         return IdentificationError(Outcome.STICK_SLIP, record.path)
     for branch in (loop.loading, loop.unloading):
-        fall = np.max(np.maximum.accumulate(branch) - branch)
-        rise = np.max(branch - np.minimum.accumulate(branch))
-        if min(rise, fall) > least:
+        falls, rises = np.maximum.accumulate(branch) - branch, branch - np.minimum.accumulate(branch)
+        if min(falls.max(), rises.max()) > least:
             return IdentificationError(Outcome.SNAP_THROUGH, record.path)
     if correlation(record) < -0.5:
         return IdentificationError(Outcome.FORCE_REVERSED, record.path)
@@ -298,38 +281,34 @@ def impossible(part: Strokes) -> IdentificationError | None:
     if abs(energy) <= doubt < math.inf:
         return IdentificationError(Outcome.NO_LOOP, record.path)
     if (outcome := backwards(record)) is not None:
-        lag = least_lag(record) if outcome is Outcome.COLUMNS_SWAPPED else 0.0
+        time = record.rising_time
+        lag = _least_lag(record, time) if outcome is Outcome.COLUMNS_SWAPPED and time is not None else 0.0
         text = f" If the force lags, then by more than {1e3 * lag:.3g} ms." if lag > 0.0 else ""
         return IdentificationError(outcome, record.path, text)
     crossed = loop.unloading > loop.loading + max(SURE * part.noise, 0.02 * span)
-    if loop.is_paired and np.mean(crossed) > _CROSSED:
-        return IdentificationError(Outcome.BRANCHES_CROSS, record.path)
-    return None
+    # Where they are crossed on less of the range, a fit with FA >= 0 follows.
+    return IdentificationError(Outcome.BRANCHES_CROSS, record.path) if loop.is_paired and crossed.mean() > 0.1 else None
 
 
-def least_lag(record: Record) -> float:
-    """The lag of the force that makes its loops vanish [s]; 0 without rising times.
+def _least_lag(record: Record, time: FloatArray) -> float:
+    """The lag of the force that makes its loops vanish [s].
 
     A force of stiffness k that lags by d does the work -k d v dx, with the velocity v, on a step dx.
     """
-    if record.rising_time is None:
-        return 0.0
-    x, r = record.displacement, record.force
-    stiffness, offset = np.polyfit(x, r, 1).tolist()
-    left, steps = r - stiffness * x - offset, np.diff(x)
+    x, r, steps = record.displacement, record.force, np.diff(record.displacement)
+    line = np.polynomial.Polynomial.fit(x, r, 1)
+    left = r - line(x)
     lost = float(0.5 * (left[1:] + left[:-1]) @ steps)
-    return float(-lost / (stiffness * np.sum(steps**2 / np.diff(record.rising_time))))
+    return float(-lost / (line.deriv()(0.0) * np.sum(steps**2 / np.diff(time))))
 
 
 def differing_units(parts: Sequence[Strokes]) -> IdentificationError | None:
     """The record that agrees with most others only after a factor between units; of two the second."""
     loops, numbers = [part.loop for part in parts], range(len(parts))
-    # A record with another unit differs from its neighbours by amplitude: only such records are compared with all.
+    # Of records in a circle by their range each is compared with both neighbours.
     order = sorted(numbers, key=lambda k: float(np.ptp(loops[k].displacement)))
-    suspects = {k for pair in pairwise(order) if _unlike(*(loops[k] for k in pair))[0] > _TWICE for k in pair}
-    mistaken = {
-        (k, other): _factor_between(loops[k], loops[other]) for k in suspects for other in numbers if k != other
-    }
+    pairs = [*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])]
+    mistaken = {(k, other): _factor_between(loops[k], loops[other]) for k, other in pairs if k != other}
     votes = [sum(bool(factor) for (record, _), factor in mistaken.items() if record == k) for k in numbers]
     worst = max(numbers, key=lambda k: (votes[k], k))
     for (k, other), factor in mistaken.items():

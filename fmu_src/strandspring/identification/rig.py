@@ -12,24 +12,21 @@ the displacement at t - d.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from ..errors import RecordError
 from ..ground.arguments import number, optional_number
 from ..kernel.arrays import FloatArray
+from ..loops.strokes import turning_points
 from ..records.record import Record
 from .choice import flexible
 from .fit import Fit, Problem, SpringClass
 from .refusals import Strokes
-from .samples import Samples
+from .samples import REVERSAL, Samples
 
-_WORTH = 0.005  # change of the stiffness that is worth a note
-_MASS, _FIXTURE = 1.0, 1e7  # whose effects the note gives [kg], [N/m]
-_SMOOTHED = 0.04  # of a stroke, half the window of an acceleration: 0.2 % of a sine is lost
 _SMOOTH = SpringClass((3, 10), (5,))  # that should leave nothing but noise
 
 
@@ -53,31 +50,23 @@ class KnownRig:
     delay: float | None = None
 
     def __post_init__(self) -> None:
-        number("moving_mass", self.moving_mass, "kg")
-        number("fixture_stiffness", self.fixture_stiffness, "N/m")
-        optional_number("delay", self.delay, "s")
-        if not 0.0 <= self.moving_mass < math.inf:
-            raise ValueError(f"`moving_mass` must be finite and >= 0 [kg], got {self.moving_mass}.")
-        if not self.fixture_stiffness > 0.0:
-            raise ValueError(f"`fixture_stiffness` must be > 0 [N/m], got {self.fixture_stiffness}.")
-        if self.delay is not None and not math.isfinite(self.delay):
-            raise ValueError(f"`delay` must be finite [s], got {self.delay}.")
-
-    @classmethod
-    def from_effects(cls, effects: Mapping[str, Any], options: Mapping[str, Any]) -> KnownRig:
-        """What was given for an identification, by its effects and options."""
-        given = {name: effects[name] for name in ("moving_mass", "fixture_stiffness") if name in effects}
-        return cls(**given, delay=effects["delay"] if options.get("delay", "auto") != "auto" else None)
+        mass = number("moving_mass", self.moving_mass, "kg")
+        stiffness = number("fixture_stiffness", self.fixture_stiffness, "N/m")
+        delay = optional_number("delay", self.delay, "s")
+        for name, is_possible, must in (
+            ("moving_mass", 0.0 <= mass < math.inf, "finite and >= 0 [kg]"),
+            ("fixture_stiffness", stiffness > 0.0, "> 0 [N/m]"),
+            ("delay", delay is None or math.isfinite(delay), "finite [s]"),
+        ):
+            if not is_possible:
+                raise ValueError(f"`{name}` must be {must}, got {getattr(self, name)}.")
 
     @property
     def effects(self) -> dict[str, float]:
         """What is removed, by name, in SI units."""
-        taken = {
-            "moving_mass": self.moving_mass if self.moving_mass > 0.0 else None,
-            "fixture_stiffness": self.fixture_stiffness if self.fixture_stiffness < math.inf else None,
-            "delay": self.delay,
-        }
-        return {name: size for name, size in taken.items() if size is not None}
+        taken = {"moving_mass": self.moving_mass, "fixture_stiffness": self.fixture_stiffness, "delay": self.delay}
+        nothing = {"moving_mass": 0.0, "fixture_stiffness": math.inf}
+        return {name: size for name, size in taken.items() if size is not None and size != nothing.get(name)}
 
     def removed(self, record: Record) -> Record:
         """The record of the spring alone: at each sample its force, and the displacement where that force arose.
@@ -86,19 +75,36 @@ class KnownRig:
         ------
         RecordError   If mass or delay need times that the record does not have, or the delay is longer than a stroke.
         """
-        lag = self.delay or 0.0
-        if lag:
-            _refuse_delay(record, lag)
-        time, measured = record.rising_time, record.displacement
+        lag, time = self.delay or 0.0, record.rising_time
+        if lag and abs(lag) >= (stroke := _stroke(record, _times(record, "delay"))):
+            raise RecordError(
+                f"{record.path}: the given delay of {1e3 * lag:.6g} ms is longer than a stroke "
+                f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
+            )
         if self.fixture_stiffness < math.inf:
             force = record.force if time is None else np.interp(time + lag, time, record.force)
-            record = replace(record, displacement=measured - force / self.fixture_stiffness)
-        inertia = np.zeros(len(record))
+            record = replace(record, displacement=record.displacement - force / self.fixture_stiffness)
         if self.moving_mass > 0.0:
-            inertia = self.moving_mass * acceleration(record)
-            if lag and time is not None:
-                inertia = np.interp(time - lag, time, inertia)
-        return lagging(replace(record, force=record.force - inertia), lag)
+            time = _times(record, "moving_mass")
+            inertia = np.interp(time - lag, time, self.moving_mass * acceleration(record.displacement, time))
+            record = replace(record, force=record.force - inertia)
+        return lagging(record, lag)
+
+
+def _times(record: Record, option: str) -> FloatArray:
+    """The times; a RecordError if they do not rise."""
+    if record.rising_time is None:
+        lacking = "the record has none" if record.time is None else "they do not"
+        raise RecordError(
+            f"{record.path}: a {option.replace('_', ' ')} needs times that rise from sample to sample, and {lacking}; "
+            f"name the time column with `time=...`, or go without `{option}=...`."
+        )
+    return record.rising_time
+
+
+def _stroke(record: Record, time: FloatArray) -> float:
+    """Median duration of a stroke [s]."""
+    return float(np.median(np.diff(time[Strokes(record).turning])))
 
 
 def lagging(record: Record, lag: float) -> Record:
@@ -115,53 +121,21 @@ def lagging(record: Record, lag: float) -> Record:
     )
 
 
-def acceleration(record: Record) -> FloatArray:
-    """Acceleration at each sample, shape (K,) [m/s^2]: second derivatives of quadratics over a part of a stroke.
-
-    Raises
-    ------
-    RecordError   Without times that rise.
-    """
-    if record.time is None:
-        raise RecordError(
-            f"{record.path}: a moving mass needs times, and the record has none; name its time column with `time=...`, "
-            "or go without `moving_mass=...`."
-        )
-    if record.rising_time is None:
-        raise RecordError(
-            f"{record.path}: a moving mass needs the acceleration, and the times do not rise from sample to sample; "
-            "check the column with `time=...`."
-        )
-    samples = float(np.median(np.diff(Strokes(record).turning)))
-    half = min(max(2, round(_SMOOTHED * samples)), (len(record) - 1) // 2)
-    middle = np.clip(np.arange(len(record)), half, len(record) - 1 - half)
+def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
+    """Acceleration at each sample, shape (K,) [m/s^2]: second derivatives of quadratics over a part of a stroke."""
+    last = displacement.size - 1
+    turning = turning_points(displacement, REVERSAL * float(np.ptp(displacement)))
+    # Half the window is 0.04 of a stroke: 0.2 % of a sine is lost.
+    half = min(max(2, round(0.04 * float(np.median(np.diff(turning))))), last // 2)
+    middle = np.clip(np.arange(last + 1), half, last - half)
     moments, products = np.zeros((5, middle.size)), np.zeros((3, middle.size))
-    scale = record.time[middle + half] - record.time[middle - half]
+    scale = time[middle + half] - time[middle - half]
     for offset in range(-half, half + 1):
-        place = (record.time[middle + offset] - record.time[middle]) / scale
-        powers = place ** np.arange(5)[:, None]
+        powers = ((time[middle + offset] - time[middle]) / scale) ** np.arange(5)[:, None]
         moments += powers
-        products += powers[:3] * (record.displacement[middle + offset] - record.displacement[middle])
+        products += powers[:3] * (displacement[middle + offset] - displacement[middle])
     matrices = np.moveaxis(moments[np.add.outer(np.arange(3), np.arange(3))], 2, 0)
     return np.asarray(2.0 * np.linalg.solve(matrices, products.T[:, :, None])[:, 2, 0] / scale**2)
-
-
-def _refuse_delay(record: Record, lag: float) -> None:
-    if record.time is None:
-        raise RecordError(
-            f"{record.path}: a delay needs times, and the record has none; name its time column with `time=...`, "
-            "or go without `delay=...`."
-        )
-    if record.rising_time is None:
-        raise RecordError(
-            f"{record.path}: a delay needs times that rise from sample to sample, and they do not; check `time=...`."
-        )
-    stroke = float(np.median(np.diff(record.time[Strokes(record).turning])))
-    if abs(lag) >= stroke:
-        raise RecordError(
-            f"{record.path}: the given delay of {1e3 * lag:.6g} ms is longer than a stroke "
-            f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
-        )
 
 
 def likely_delay(samples: Samples) -> float:
@@ -190,47 +164,23 @@ def best_lag(samples: Samples, fit: Fit, lag: float, step: float) -> tuple[float
     return best[1], best[2].is_noise(best[3]), best[0]
 
 
-def unknown_effects(records: Sequence[Record], known: KnownRig) -> tuple[str, ...]:
-    """How much a mass or a fixture that was not given would change the stiffness, where it could matter.
-
-    Parameters
-    ----------
-    records : sequence of Record
-    known : KnownRig               What was given needs no sentence.
-    """
-    sentences = []
-    shares = [_inertia_share(record) for record in records if record.time is not None]
-    if known.moving_mass == 0.0 and shares:
-        share, frequency = max(shares)
-        if share > _WORTH:
-            sentences.append(
-                f"{_MASS:g} kg between load cell and spring would change the stiffness by {_percent(share)} at "
-                f"{frequency:.2g} Hz (`moving_mass=...`)."
-            )
-    share = max(map(_stiffness, records)) / _FIXTURE
-    if known.fixture_stiffness == math.inf and share > _WORTH:
-        sentences.append(
-            f"A fixture of {1e-6 * _FIXTURE:g} kN/mm would change the stiffness by {_percent(share)} "
-            "(`fixture_stiffness=...`)."
+def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterator[str]:
+    """How much a mass or a fixture that was not given would change the stiffness, where it could matter."""
+    stiffnesses = [float(np.polynomial.Polynomial.fit(r.displacement, r.force, 1).convert().coef[1]) for r in records]
+    share, frequency = 0.0, 0.0
+    for record, stiffness in zip(records, stiffnesses, strict=True):
+        stroke = 0.0 if record.time is None else _stroke(record, record.time)
+        if stroke > 0.0 and stiffness > 0.0:
+            share, frequency = max((share, frequency), ((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
+    worth = 0.005  # of the stiffness
+    if "moving_mass" not in known and share > worth:
+        yield (
+            f"1 kg between load cell and spring would change the stiffness by {_percent(share)} at {frequency:.2g} Hz "
+            "(`moving_mass=...`)."
         )
-    return tuple(sentences)
+    if "fixture_stiffness" not in known and (share := max(stiffnesses) / 1e7) > worth:
+        yield f"A fixture of 10 kN/mm would change the stiffness by {_percent(share)} (`fixture_stiffness=...`)."
 
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %" if share < 1.0 else "more than 100 %"
-
-
-def _inertia_share(record: Record) -> tuple[float, float]:
-    """Dynamic stiffness of the mass over that of the spring, and the frequency of the strokes [Hz]."""
-    if record.time is None:
-        return 0.0, 0.0
-    stroke = float(np.median(np.diff(record.time[Strokes(record).turning])))
-    stiffness = _stiffness(record)
-    share = _MASS * (math.pi / stroke) ** 2 / stiffness if stroke > 0.0 and stiffness > 0.0 else 0.0
-    return share, 0.5 / stroke if stroke > 0.0 else 0.0
-
-
-def _stiffness(record: Record) -> float:
-    """Slope of the force over the displacement by least squares [N/m]."""
-    x = record.displacement - np.mean(record.displacement)
-    return float(x @ record.force / (x @ x))

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kernel.arrays import FloatArray
+from ..loops.strokes import noise_level
 from .samples import BoolArray, IndexArray, Samples
 
 _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffness by as much
 _BEATEN = 0.10  # likewise where a plain model has half of it: the loops repeat, and the spring misses their form
 _LOOP = 0.5  # share of what a curve without a loop leaves, above which nothing is known of damping
-_MARGIN = 0.02  # of the range, by which a row may lie beyond fitted strokes: noise and overshoot
-_STROKES, _ROWS = 4, 20  # that a part has at least: two cycles, and an error that is 15 % off by chance
-_STEP = math.log(1.3)  # between amplitudes or frequencies of two parts: programmes step by more, sweeps by less
 
 
 @dataclass(frozen=True)
@@ -71,9 +69,7 @@ class Verdict:
         first = held & (np.cumsum(held, axis=0) == 1)
         passed = _passed(samples, held)
         counts = (first & passed).any(axis=0)
-        # Third differences hardly see a loop, and their median no jumps; they are sqrt(20) times the noise.
-        third = np.concatenate([np.diff(record.force, 3) for record in samples.records])
-        noise = float(np.median(np.abs(third))) / 0.6745 / math.sqrt(20.0) / deviation
+        noise = float(np.mean([noise_level(record.force) for record in samples.records])) / deviation
 
         def rms(of: FloatArray, rows: BoolArray) -> float:
             return float(np.sqrt(np.mean(of[rows] ** 2))) if rows.any() else 0.0
@@ -85,11 +81,12 @@ class Verdict:
             of_spring = math.sqrt(max(error**2 - (scale * noise) ** 2, 0.0))
             return Part(spans, error, of_spring, dict(zip(plain, others, strict=True)))
 
+        # At least two cycles, and an error that is 15 % off by chance.
         labels = np.stack([groups(of)[stroke] for of in cycles])
         cells = [counts & np.all(labels == label[:, None], axis=0) for label in np.unique(labels, axis=1).T]
-        large = [rows for rows in cells if rows.sum() >= _ROWS and np.unique(stroke[rows]).size >= _STROKES]
+        large = [rows for rows in cells if rows.sum() >= 20 and np.unique(stroke[rows]).size >= 4]
         return cls(
-            part(counts) if counts.sum() >= _ROWS else None,
+            part(counts) if counts.sum() >= 20 else None,
             tuple(sorted(map(part, large), key=lambda part: part.error)),
             rms(residuals, first & ~passed),
             rms(residuals, held & ~first & passed),
@@ -132,11 +129,8 @@ class Verdict:
 def _passed(samples: Samples, held: BoolArray) -> BoolArray:
     """Whether rows lie among those on strokes of their direction that a fold leaves, shape (F, P)."""
     x, (begins, ends) = samples.x, samples.displacement[samples.strokes].T
-    rises, passed, margin = (
-        (ends > begins)[samples.stroke_of_row],
-        np.zeros(held.shape, bool),
-        _MARGIN * float(np.ptp(samples.x)),
-    )
+    rises, passed = (ends > begins)[samples.stroke_of_row], np.zeros(held.shape, bool)
+    margin = 0.02 * float(np.ptp(samples.x))  # for noise and overshoot
     for same in (rises, ~rises):
         low = np.where(~held & same, x, np.inf).min(axis=1, keepdims=True)
         high = np.where(~held & same, x, -np.inf).max(axis=1, keepdims=True)
@@ -145,9 +139,12 @@ def _passed(samples: Samples, held: BoolArray) -> BoolArray:
 
 
 def groups(values: FloatArray) -> IndexArray:
-    """Number of the group of each stroke, divided where none lies for a step."""
+    """Number of the group of each stroke, divided where none lies for a factor of 1.3.
+
+    Programmes step by more from part to part, sweeps by less.
+    """
     order = np.sort(np.maximum(values, 1e-300))
-    return np.searchsorted(order[1:][np.diff(np.log(order)) >= _STEP], values, side="right")
+    return np.searchsorted(order[1:][np.diff(np.log(order)) >= math.log(1.3)], values, side="right")
 
 
 def _places(parts: Sequence[Part], others: Sequence[Part]) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 from .._version import __version__
 from ..identification.identified import IdentifiedModel
-from ..identification.notes import notes_on
 from ..identification.predictions import ForceInterval
 from ..loops.campaign import campaign_verdicts
 from ..loops.loop import relaxed_branches
@@ -277,7 +276,7 @@ def _assumptions(evaluation: Evaluation) -> Iterator[Block]:
     for view in evaluation.views[:_LISTED]:
         if view.record.notes:
             pairs.append((view.name, "; ".join(map(evaluation.without_folders, view.record.notes))))
-    notes = [evaluation.prose(note) for note in notes_on(whole)]
+    notes = [evaluation.prose(note) for note in whole.notes]
     if notes:
         pairs.append(("Not considered", " ".join(notes)))
     yield Facts(tuple(pairs))

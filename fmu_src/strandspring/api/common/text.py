@@ -56,13 +56,6 @@ def outside_range(p: SpringParameters) -> str:
     )
 
 
-def fit_json(fit: RecordFit, fitted: RecordFit | None = None) -> dict[str, Any]:
-    """One entry of `records` in the JSON output, with the figures of the fit where there is one."""
-    figures = {"samples": fit.samples, **fit.figures, "omega_start": fit.omega_start, "compared": fit.compared}
-    beside = {} if fitted is None else {"fitted": {**fitted.figures, "compared": fitted.compared}}
-    return {"path": fit.path, **figures, **beside}
-
-
 def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
     """A verdict on a test campaign as JSON."""
     if finding is None:

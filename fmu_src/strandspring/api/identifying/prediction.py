@@ -17,7 +17,7 @@ from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn
-from ...identification.figures import RecordFit, overall_figures, predict_record
+from ...identification.figures import Followed, RecordFit, predict_record
 from ...identification.predictions import ForceInterval
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
@@ -35,7 +35,7 @@ from ..common.caution_text import (
 )
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import PlottedResult
-from ..common.text import brief_fit_lines, fit_json, fit_lines
+from ..common.text import brief_fit_lines, fit_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -53,7 +53,7 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(PlottedResult):
+class Prediction(Followed, PlottedResult):
     """Predicted forces of one or more records.
 
     Attributes
@@ -75,21 +75,6 @@ class Prediction(PlottedResult):
     fits: tuple[RecordFit, ...]
     cautions: tuple[str, ...]
     interval: tuple[ForceInterval, JointCovariance] | None
-
-    @property
-    def rmse(self) -> float:
-        """Root mean square error over all records [N]."""
-        return self.figures["rmse"]
-
-    @property
-    def rnl(self) -> float:
-        """RNL over all records [-]: 1 for a perfect prediction."""
-        return self.figures["rnl"]
-
-    @cached_property
-    def figures(self) -> dict[str, float]:
-        """rmse [N], rnl, energy and predicted_energy [J] over all records."""
-        return overall_figures(self.fits)
 
     @cached_property
     def half_widths(self) -> tuple[FloatArray, ...] | None:
@@ -131,7 +116,11 @@ class Prediction(PlottedResult):
 
     def as_json(self) -> dict[str, Any]:
         """The figures as an object for JSON, in SI units."""
-        return {**self.figures, "records": list(map(fit_json, self.fits)), "cautions": self.cautions}
+        return {
+            **self.figures,
+            "records": [{"path": fit.path, **fit.as_json()} for fit in self.fits],
+            "cautions": self.cautions,
+        }
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all samples with the number of their record; displacements in mm.

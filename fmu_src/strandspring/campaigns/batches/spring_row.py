@@ -16,7 +16,6 @@ from ...ground.strict_json import finite
 from ...identification.identified import IdentifiedModel
 from ...identification.identify import identify_records
 from ...identification.method import Method
-from ...identification.notes import notes_on
 from ...loops.selection import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.names import check_name
@@ -166,7 +165,7 @@ class BatchWork:
             reason = f"An error of the program ({type(problem).__name__}: {str(problem)[:200]})"
             return Finished(replace(row, status=FAILED, reason=f"{reason}; please report it with the file."), None)
         row = replace(row, **_figures(identified), model_sha256=hashlib.sha256(text.encode()).hexdigest())
-        notes = (_without_path(note, shown) for note in notes_on(identified))
+        notes = (_without_path(note, shown) for note in identified.notes)
         return Finished(replace(row, status=IDENTIFIED, notes=(*record.notes, *notes)), text)
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...identification.noise import autocorrelation_time
+from ...identification.figures import autocorrelation_time
 from ...kernel.arrays import FloatArray
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, joined, visible
 from ..content.quantities import NUMBER, DisplayUnit, S, number, percent, unit_of
