@@ -14,11 +14,11 @@ from scipy.stats import t as student
 from rig import draw_experiment, draw_spring, simulate
 from strandspring import Record, RefinedOptions, Spring, SpringParameters, identify
 from strandspring.core.branches import MaxwellBranch, Mechanism
-from strandspring.identification.certainty import Certainty, certainty
+from strandspring.identification.certainty import Certainty, certainty, resolution
 from strandspring.identification.choice import Choice, Judged
 from strandspring.identification.fit import Fit, Problem, SpringClass
 from strandspring.identification.noise import autocorrelation_time, growing_variance
-from strandspring.identification.predictions import resolution, student_95
+from strandspring.identification.predictions import student_95
 from strandspring.identification.samples import Samples
 from strandspring.identification.spring import spring_of
 from strandspring.model.joint import JointCovariance, names_of

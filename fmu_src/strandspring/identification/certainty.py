@@ -32,7 +32,7 @@ from .bases import AMPLIFIER, ELASTIC, amplifier_columns, step_on
 from .choice import Choice
 from .fit import Fit, Linear, Problem, SpringClass
 from .noise import autocorrelation_time
-from .predictions import LackOfFit, Unrecorded, force_interval, resolution, student_95
+from .predictions import LackOfFit, Unrecorded, force_interval, student_95
 from .spring import spring_of
 
 NAMES = ("kappa_omega", "rho", "sigma", "n")
@@ -61,14 +61,7 @@ class Certainty:
 
 
 def certainty(choice: Choice, problem: Problem, spring: SpringParameters) -> Certainty:
-    """That of the spring that was saved of the best fit of a choice.
-
-    Parameters
-    ----------
-    choice : Choice             What was judged; its problem has few rows, on which rivals are sought.
-    problem : Problem           To which `choice.best` was fitted in the end.
-    spring : SpringParameters   As saved.
-    """
+    """That of the spring that was saved of the best fit of a choice, which was fitted to a problem of more rows."""
     linear = Linearised(problem, choice.best.fit)
     lack = LackOfFit.of(problem, choice.best.fit)
     errors = problem.deviation * np.linalg.norm(linear.jacobian @ linear.root, axis=1) / problem.roots
@@ -170,6 +163,12 @@ class Linearised:
         moves, base = steps * np.eye(at.size), moved(at)
         columns = [(moved(at + moves[k]) - base) / steps[k] for k in self.felt]
         return np.asarray(np.stack(columns, axis=1) @ self.root[self.felt])
+
+
+def resolution(path: FloatArray) -> float:
+    """Least distance between two displacements that are not the same: the step of those in steps, else hardly any."""
+    apart = np.diff(np.unique(path))
+    return float(np.min(apart, initial=float(np.ptp(path)), where=apart > 1e-9 * np.ptp(path)))
 
 
 def _values(spring: SpringParameters) -> FloatArray:
@@ -283,7 +282,7 @@ class _Held(Problem):
     """A problem with one of its q held."""
 
     def __init__(self, problem: Problem, place: int, value: float) -> None:
-        self.__dict__.update(problem.__dict__)
+        self.__dict__ |= problem.__dict__
         self._place, self._value = place, value
 
     def bounds(self, c: SpringClass) -> tuple[FloatArray, FloatArray]:
@@ -315,6 +314,7 @@ def _end(few: Problem, best: Fit, k: int, side: int, reach: float) -> tuple[floa
         if outside is None:
             step *= 1.6
         elif abs(rise - 1.0) < 0.1:
+            fit.q[place] = best.q[place] + side * step / rise
             break
         else:  # the root of the rise is nearly a straight line
             step = inside[0] + (outside[0] - inside[0]) * (1.0 - inside[1]) / (outside[1] - inside[1])

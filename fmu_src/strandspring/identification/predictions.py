@@ -33,7 +33,7 @@ POWERS = (1.0, 2.5)
 _STEPS = 60  # of a stroke: energies are right to 0.2 %
 _WHITE = 2.0  # autocorrelation time up to which residuals are white: neighbours correlate by a third
 _THERE = 0.25  # share of the misfit that lies in one place beside an even one, from which it is named
-Forces = Callable[[Fit, Linear], FloatArray]
+Spread = Callable[[Callable[[Fit, Linear], FloatArray]], FloatArray]
 _PLACES = {
     "turns": "after turns", "ends": "at the ends of the range", "cycles": "from cycle to cycle",
     "speed": "with the speed", "record": "in one record",
@@ -106,9 +106,7 @@ class Unrecorded:
         )
 
     @classmethod
-    def of(
-        cls, choice: Choice, problem: Problem, lack: LackOfFit, spread: Callable[[Forces], FloatArray]
-    ) -> Unrecorded:
+    def of(cls, choice: Choice, problem: Problem, lack: LackOfFit, spread: Spread) -> Unrecorded:
         """By a choice, the problem to which its best was fitted in the end, the misfit, which may be part of small
         loops, and the root of the covariance of what a function makes of the fit.
         """
@@ -119,10 +117,8 @@ class Unrecorded:
         rivals = [other for other, mean, error in worse if mean <= max(error, NO_WORSE)]
         ties = [path.force(rival, few.linear(rival.spring_class, rival.q), few) for rival in rivals]
         amplitude, energy = AMPLITUDE * problem.half, float(path.small @ force)
-        # Of a displacement in steps the amplitude is known to half a step, and the energy grows with its square.
-        steps = max(resolution(record.displacement) for record in problem.samples.records)
         unsure = NORMAL_95 * float(np.linalg.norm(path.small @ errors)) + 4.0 * amplitude * lack.missed * few.deviation
-        unsure += (steps / amplitude + 0.002) * abs(energy)
+        unsure += 0.002 * abs(energy)  # of the path's steps
         energies = [energy, *(float(path.small @ other) for other in ties)]
         low, high = min(energies) - unsure, max(energies) + unsure
         c, one_amplitude = fit.spring_class, has_one_amplitude(problem.samples)
@@ -175,13 +171,6 @@ def has_one_amplitude(samples: Samples) -> bool:
     if not length.size:
         return True
     return bool(length.max() < 1.5 * np.median(length) and np.quantile(length, 0.2) > 0.7 * length.max())
-
-
-def resolution(path: FloatArray) -> float:
-    """The step of displacements in steps, of which all distances are multiples; 0 of others."""
-    apart = np.diff(np.unique(path))
-    step = float(np.min(apart, initial=float(np.ptp(path)), where=apart > 1e-9 * np.ptp(path)))
-    return step if np.allclose(apart / step, np.round(apart / step), rtol=0.0, atol=0.05) else 0.0
 
 
 @dataclass(frozen=True)
