@@ -41,7 +41,7 @@ from strandspring import (
     read_record,
 )
 from strandspring.errors import StrandspringError
-from strandspring.identification.predictions import NORMAL_95
+from strandspring.model.joint import NORMAL_95
 
 ROOT = Path(__file__).resolve().parents[2]
 # Of the paper's spring alone, whose force needs no times.

@@ -84,14 +84,8 @@ def test_the_range_of_small_loops_of_one_amplitude_holds_another_class(name: str
     assert holds(name, 0)
 
 
-# The range over springs that predict as well is too narrow for these, mostly at one amplitude (issue 54, item 4).
-NARROW = ("preisach", "generalised bouc-wen", "vaiana-rosati")
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.xfail(strict=False)] if name in NARROW else []) for name in DRAWS]
-)
+@pytest.mark.parametrize("name", DRAWS)
 def test_the_range_of_small_loops_holds_what_mounts_of_other_classes_do(name: str) -> None:
     """Of one to three amplitudes, without and with a fault of the rig."""
     held = [holds(name, index) for index in range(6)]

@@ -7,13 +7,13 @@ import math
 from ..core.branches import MaxwellBranch, Mechanism
 from ..core.parameters import SpringParameters
 from .bases import Shape, inner_knots
-from .fit import Fit, Problem
+from .fit import Fit, Linear, Problem
 
 _LEAST = 1e-9  # share of the force's span below which a mechanism or a branch is none
 FLOOR = 1e-6  # of the largest FA, below which no FA may fall: the saved one is positive everywhere
 
 
-def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0) -> SpringParameters:
+def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear | None = None) -> SpringParameters:
     """The spring of a fit; mechanisms and branches without force are left out.
 
     Parameters
@@ -21,9 +21,10 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0) -> SpringParamet
     problem : Problem
     fit : Fit
     drifted : float   Of the force from the middle of the test to the moment that is described [N].
+    solved : Linear   The linear problem at the fit, solved for if None.
     """
     c, q, frame = fit.spring_class, fit.q, problem.frame
-    solved = problem.linear(c, q)
+    solved = problem.linear(c, q) if solved is None else solved
     coefficients = solved.coefficients * problem.deviation
     elastic = coefficients[: solved.terms].copy()
     elastic[1:] -= solved.fall

@@ -10,17 +10,21 @@ with an FA that is not positive is no spring, and is drawn again.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import asdict, dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 from ..core.branches import TIME_CONSTANT_RANGE, MaxwellBranch, Mechanism
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..errors import ModelError
 from ..ground.result_columns import ResultColumn
 
+if TYPE_CHECKING:
+    from ..kernel.arrays import FloatArray
+
 LEVEL = 0.95  # of intervals in model files
+NORMAL_95 = 1.959964  # 97.5 % quantile
 # The parameters of the hysteresis, whose logarithms have the covariance; and their units.
 HYSTERETIC_PARAMETERS = (
     ResultColumn("kappa_omega", "N", "saturated hysteretic force at mid-range", "kappa_omega", "N"),
@@ -35,6 +39,8 @@ LARGEST_SPREAD = 1e30
 _RANGES = {"sigma": SIGMA_RANGE, "n": N_RANGE, "time_constant": TIME_CONSTANT_RANGE}
 # Standard error over value beyond which a parameter counts as undetermined.
 _LARGEST_RELATIVE = 10.0
+# Of differences for standard errors, in standard deviations; the small ones are for an FA of nearly zero somewhere.
+_STEPS = (0.01, 1e-4, 1e-6)
 _TRIES = 1000  # draws before a covariance is refused that hardly holds a spring
 
 
@@ -45,6 +51,59 @@ class Quantiles:
     low: float
     median: float
     high: float
+
+
+@dataclass(frozen=True)
+class ForceInterval:
+    """95 % interval of a measured force F: +- sqrt(q^2*(a^2 + (b*F)^2) + z^2*max(0, e^2 - m^2)).
+
+    a and b are the parts of the residuals, noise and misfit together, that do not grow and that grow with the force, q
+    is calibrated on blocks of strokes that were held out, and the last term, of the standard error e of the prediction
+    and the largest one m along the records, widens it where a path asks for more than these have shown.
+
+    Attributes
+    ----------
+    factor, additive, relative : float   q [-], a [N], b [-].
+    error : float                        m, the largest standard error of the prediction along the records [N].
+    half_width : float                   Root mean square over the records [N].
+    held_out_coverage : float or None    Share of the samples of each held-out block inside the interval that the others
+                                         give; None without blocks.
+    held_out_cycles : float              Number of cycles that were held out, block by block.
+    """
+
+    factor: float
+    additive: float
+    relative: float
+    error: float
+    half_width: float
+    held_out_coverage: float | None
+    held_out_cycles: float
+
+    @property
+    def sentence(self) -> str:
+        """The interval with what it held, in words."""
+        share, held = self.held_out_coverage, "not tried on held-out strokes"
+        if share is not None:
+            held = f"holds {100.0 * share:.0f} % of held-out strokes{': it is too narrow' if share < 0.9 else ''}"
+        return f"95 % prediction interval +- {self.half_width:.2g} N, {held}"
+
+    def reach(self, force: FloatArray, error: FloatArray) -> FloatArray:
+        """Half-width [N] at predicted forces [N] of these standard errors [N]."""
+        import numpy as np  # model files are read without it
+
+        scale = self.additive**2 + (self.relative * force) ** 2
+        beyond = np.maximum(error**2 - self.error**2, 0.0)
+        return np.asarray(np.sqrt(self.factor**2 * scale + NORMAL_95**2 * beyond))
+
+    def as_json(self) -> dict[str, Any]:
+        """Content of the model file's field `uncertainty.prediction_interval`."""
+        return {"level": LEVEL, **asdict(self)}
+
+    @classmethod
+    def from_uncertainty(cls, uncertainty: Mapping[str, Any]) -> ForceInterval | None:
+        """The interval in a checked `uncertainty` of a model file; None if it holds none."""
+        given = uncertainty.get("prediction_interval")
+        return given and cls(**{field.name: given.get(field.name) for field in fields(cls)})
 
 
 @dataclass(frozen=True)
@@ -137,6 +196,29 @@ class JointCovariance:
             f"None of {_TRIES} springs drawn from the model's uncertainty is physically possible (FA > 0); identify "
             "from records that determine FA, or with a lower degree of FA."
         )
+
+    def errors(self, spring: SpringParameters, of: Callable[[SpringParameters], FloatArray]) -> FloatArray:
+        """Standard errors of what a function makes of a spring, by differences.
+
+        Raises
+        ------
+        ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
+        """
+        import numpy as np  # model files are read without it
+
+        changes = []
+        for unit in np.eye(len(self.root)):
+            for step in _STEPS:
+                with suppress(ValueError):  # FA not positive: no spring
+                    up, down = (of(self.moved(spring, (side * step * unit).tolist())) for side in (1.0, -1.0))
+                    changes.append((up - down) / (2.0 * step))
+                    break
+            else:
+                raise ModelError(
+                    f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring '
+                    'there is no other; identify the spring again, or remove the field "uncertainty.joint".'
+                )
+        return np.asarray(np.linalg.norm(changes, axis=0))
 
     def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:
         """The spring at L*direction from the identified one; n and sigma are kept within the ranges of the model.

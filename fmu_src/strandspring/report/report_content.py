@@ -8,9 +8,9 @@ from typing import Any
 
 from .._version import __version__
 from ..identification.identified import IdentifiedModel
-from ..identification.predictions import ForceInterval
 from ..loops.campaign import campaign_verdicts
 from ..loops.loop import relaxed_branches
+from ..model.joint import ForceInterval
 from ..model.modelfile import ModelFile
 from ..model.outcomes import Finding, Outcome
 from ..model.stated_figures import Figures, differ, effects_in_words, energy_ratio

@@ -8,9 +8,8 @@ from typing import Any
 from ..core.parameters import SpringParameters
 from ..ground.result_columns import ResultColumn
 from ..identification.figures import RecordFit
-from ..identification.predictions import NORMAL_95
 from ..loops.loop import PANELS, LoopFigures
-from ..model.joint import HYSTERETIC_PARAMETERS
+from ..model.joint import HYSTERETIC_PARAMETERS, NORMAL_95
 from ..model.stated_figures import energy_ratio
 from .charts.engineering import KINDS, NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
 from .charts.evaluation import Evaluation

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
-from ...model.joint import HYSTERETIC_PARAMETERS
+from ...model.joint import HYSTERETIC_PARAMETERS, ForceInterval
 from ...model.stated_figures import Figures, differ, in_words
 
 if TYPE_CHECKING:
@@ -135,8 +135,6 @@ def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[st
     lines.append(
         f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
     )
-    from ...identification.predictions import ForceInterval  # slow to import
-
     interval = ForceInterval.from_uncertainty(uncertainty)
     if interval is not None:
         lines.append(f"  {interval.sentence}")

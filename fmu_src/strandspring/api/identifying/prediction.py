@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -18,10 +17,9 @@ from ...errors import ModelError
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn
 from ...identification.figures import Followed, RecordFit, predict_record
-from ...identification.predictions import ForceInterval
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...model.joint import JointCovariance
+from ...model.joint import ForceInterval, JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
 from ...records.given import Source, given_records
@@ -41,8 +39,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-# Of the differences for standard errors, in standard deviations; the small ones are for an FA of nearly zero somewhere.
-_STEPS = (0.01, 1e-4, 1e-6)
 _COLUMNS = (
     ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
     ResultColumn("force", "N", "force", "force", "N"),
@@ -234,20 +230,5 @@ def prediction_error(
     ------
     ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
     """
-    changes = [_change(spring, joint, unit, record, omega_start) for unit in np.eye(len(joint.root))]
-    return np.asarray(np.linalg.norm(changes, axis=0))
-
-
-def _change(
-    spring: SpringParameters, joint: JointCovariance, unit: FloatArray, record: Record, omega_start: float
-) -> FloatArray:
-    """Change of the force by one standard deviation in a direction of the covariance, shape (K,) [N]."""
-    for step in _STEPS:
-        with suppress(ValueError):  # FA not positive: no spring
-            ends = [joint.moved(spring, (side * step * unit).tolist()) for side in (1.0, -1.0)]
-            forces = [PathSolver(end).force(record.displacement, omega_start, record.rising_time) for end in ends]
-            return np.asarray((forces[0] - forces[1]) / (2.0 * step))
-    raise ModelError(
-        f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring there is no '
-        'other; identify the spring again, or remove the field "uncertainty.joint".'
-    )
+    x, time = record.displacement, record.rising_time
+    return joint.errors(spring, lambda moved: PathSolver(moved).force(x, omega_start, time))

@@ -10,9 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...identification.predictions import NORMAL_95
 from ...kernel.arrays import FloatArray
-from ...model.joint import HYSTERETIC_UNITS, names_of
+from ...model.joint import HYSTERETIC_UNITS, NORMAL_95, names_of
 from .blocks import Range
 from .forces import force_along
 from .knowledge import Knowledge

@@ -9,13 +9,13 @@ from functools import cached_property
 
 import numpy as np
 
+from ...errors import ModelError
 from ...identification.identified import IdentifiedModel
-from ...identification.predictions import NORMAL_95
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle, FigureSpread, spread_of
 from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop_figures
-from ...model.joint import JointCovariance
+from ...model.joint import NORMAL_95, JointCovariance
 from ...model.outcomes import Outcome
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly
 from ..content.quantities import NUMBER, number, percent, unit_of
@@ -29,7 +29,6 @@ _TRENDS = (FIGURES[0], FIGURES[1], ("mean_force", "mean force", "force"))
 _TREND_CYCLES = 400  # of a record, in the trend
 _TREND_RANGE = 0.1  # least height of a trend, share of the mean
 _NEARLY = 0.9  # share of an amplitude that counts as that amplitude
-_STEP = 0.01  # of the differences for the model's intervals, in standard deviations
 _SHARES = np.linspace(0.05, 1.0, 20)  # amplitudes of the model's curve, of half the identified range
 _MOST = 12  # amplitudes in the table
 
@@ -147,14 +146,10 @@ class EngineeringFigures:
         joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
         if joint is None:
             return None
-        variance = np.zeros((len(ends), len(NAMES)))
         try:
-            for unit in np.eye(len(joint.root)) * _STEP:
-                up, down = (_figures(PathSolver(joint.moved(whole.parameters, side * unit)), ends) for side in (1, -1))
-                variance += ((up - down) / (2.0 * _STEP)) ** 2
-        except ValueError:  # a hundredth of a standard deviation away there is no spring any more
+            reach = NORMAL_95 * joint.errors(whole.parameters, lambda moved: _figures(PathSolver(moved), ends))
+        except ModelError:  # next to it there is no spring any more
             return None
-        reach = np.asarray(NORMAL_95 * np.sqrt(variance))
         if {Outcome.SMALL_LOOPS, Outcome.ONE_AMPLITUDE} & {*whole.outcomes}:
             amplitudes = np.array([0.5 * (high - low) for low, high in ends])
             reach[amplitudes < self.smallest_measured] = np.nan

@@ -5,13 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ...kernel.arrays import FloatArray
-from ...model.joint import HYSTERETIC_UNITS, JointCovariance, names_of
+from ...kernel.path import PathSolver
+from ...model.joint import HYSTERETIC_UNITS, NORMAL_95, ForceInterval, JointCovariance, names_of
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace
 from ..content.quantities import NUMBER, number, span
 from .evaluation import Evaluation
 from .fit_charts import over_cycles
 
 _POINTS = 401
+_CLOSED = 0.05  # difference of the ends of a closed loop, share of its stroke
 
 
 def _parts(evaluation: Evaluation) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -123,23 +125,33 @@ def correlations(evaluation: Evaluation) -> Chart | None:
 
 
 def band(evaluation: Evaluation) -> Chart | None:
-    """The last closed loop with the uncertainty of its prediction; None if it is unknown."""
-    if evaluation.identification.certainty is None:
+    """The last closed loop of the last record with the uncertainty of its prediction; None if it is unknown."""
+    whole, view = evaluation.identification, evaluation.views[-1]
+    interval = ForceInterval.from_uncertainty(whole.uncertainty)
+    joint = JointCovariance.from_uncertainty(whole.parameters, whole.uncertainty)
+    if interval is None or joint is None:
         return None
-    prediction = evaluation.identification.certainty.band
-    x, force = prediction.displacement * evaluation.length.factor, prediction.force
-    factor, half = evaluation.force.factor, 0.5 * (prediction.high - prediction.low)
-    up = np.gradient(prediction.displacement) >= 0.0
+    path, start, time = view.record.displacement, view.fit.omega_start, view.record.rising_time
+    turning = view.strokes.turning
+    ends = path[turning]
+    closed = [k for k in range(ends.size - 2) if abs(ends[k] - ends[k + 2]) < _CLOSED * abs(ends[k] - ends[k + 1])]
+    first = closed[-1] if closed else max(ends.size - 3, 0)
+    loop = slice(turning[first], turning[min(first + 2, ends.size - 1)] + 1)
+    predicted = view.fit.predicted[loop]
+    errors = joint.errors(whole.parameters, lambda moved: PathSolver(moved).force(path, start, time)[loop])
+    sure, reaching = NORMAL_95 * errors, interval.reach(predicted, errors)
+    x, force, factor = path[loop] * evaluation.length.factor, predicted, evaluation.force.factor
+    up = np.gradient(path[loop]) >= 0.0
     traces = [
         Trace(name, x[stroke], (force + reach)[stroke] * factor, role, ChartForm.BAND,
               low=(force - reach)[stroke] * factor)
         for stroke in (up, ~up)
         for name, role, reach in (
-            ("95 % prediction interval of a measured force", Role.PREDICTION, prediction.reach),
-            ("95 % confidence band of the mean", Role.MODEL, half),
+            ("95 % prediction interval of a measured force", Role.PREDICTION, reaching),
+            ("95 % confidence band of the mean", Role.MODEL, sure),
         )
     ]  # fmt: skip
-    reach, width = (f"{evaluation.residual.text(float(np.median(values)), 2)}" for values in (prediction.reach, half))
+    reach, width = (f"{evaluation.residual.text(float(np.median(values)), 2)}" for values in (reaching, sure))
     return Chart(
         "band", "Last loop with the uncertainty of its prediction", Axis("displacement", evaluation.length),
         Axis("force", evaluation.force), (*traces, Trace("model", x, force * factor, Role.MODEL)),
