@@ -142,11 +142,11 @@ def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
 def likely_delay(choice: Choice) -> float:
     """The lag of the force with which a simple spring follows the records best [s]; 0 if that can be no delay.
 
-    A flexible FE imitates a delay, so that FE is a cubic at most while it is sought. It can be none where one mechanism
-    of the richest class leaves more there than the best class did without it.
+    A flexible FE imitates a delay, so that FE is of degree 4 at most while it is sought. It can be none where one
+    mechanism of the richest class leaves more there than the best class did without it.
     """
     problem, c = choice.problem, choice.best.fit.spring_class
-    simple = SpringClass(min(c.elastic, ELASTIC[2]), (min(max(c.amplifiers[0], 1), 2),))
+    simple = SpringClass(c.elastic if c.elastic in ELASTIC[:3] else ELASTIC[3], (min(max(c.amplifiers[0], 1), 2),))
     richest = SpringClass(ELASTIC[-1], AMPLIFIER[-1:], may_fall=True)
 
     def at(lag: float, start: Fit, iterations: int, c: SpringClass = simple) -> tuple[float, float, Fit]:
