@@ -78,11 +78,9 @@ def identify_records(
     begin(Stage.CHECKING)
     solver = PathSolver(fitted.parameters)
     with_rig = _with_rig(solver, fitted, group, prepared, fits)
-    # A spring is not judged by what the user knows to be the rig's.
-    is_known = any(one is not other for one, other in zip(prepared, group, strict=True))
-    judged = with_rig if is_known else fits
-    recorded = recorded_energies(solver, group, judged)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, judged, recorded)]
+    # A spring is not judged by what is the rig's.
+    recorded = recorded_energies(solver, group, with_rig)
+    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
     explained = {Outcome.SPIKES} if refined.robust else set()
     if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
         explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
@@ -208,18 +206,17 @@ def _of_saved(
     group: Sequence[Record],
     fits: Sequence[RecordFit],
     with_rig: Sequence[RecordFit],
-    judged: Sequence[RecordFit],
     recorded: Sequence[LoopEnergy],
 ) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
     columns = []
-    for record, *predictions in zip(group, fits, with_rig, judged, strict=True):
+    for record, *predictions in zip(group, fits, with_rig, strict=True):
         rows = np.stack([record.displacement, record.force, *(each.predicted for each in predictions)])
         columns.append(rows[:, chosen_samples(record, predictions[0].first_sample)])
     x, force, *predicted = np.concatenate(columns, axis=1)
     predicted.append(np.polynomial.Polynomial.fit(x, force, 1)(x))
-    alone, fitted, of_judged, line = (rmse(force, each) / float(np.std(force)) for each in predicted)
-    if of_judged > line:
+    alone, fitted, line = (rmse(force, each) / float(np.std(force)) for each in predicted)
+    if fitted > line:
         yield Finding(Outcome.WORSE_THAN_LINE)
     if alone - fitted > 0.05:
         text = f"error {100.0 * alone:.2g} % of the force, {100.0 * fitted:.2g} % as fitted"
