@@ -69,25 +69,39 @@ def kernel_regression(samples: Samples) -> FloatArray:
     """Linear trend, and means of what it leaves at like states, weighted by a Gaussian kernel, shape (F, P) [N].
 
     E. A. Nadaraya, On estimating regression, and G. S. Watson, Smooth regression analysis, both 1964. The state is the
-    displacement, the direction, the displacements at the last two reversals and, where there are times, the speed, of
-    bandwidths over half the range and the largest speed.
+    displacement, the direction, the displacements at the last two reversals and, where there are times, the speed. The
+    bandwidths are those with the least mean error at the rows of each stroke predicted from the others.
     """
-    half, others, kept = _half(samples), _linear_columns(samples), ~samples.folds.T
+    half, others, held = _half(samples), _linear_columns(samples), samples.folds
     stroke = samples.stroke_of_row
     begins, ends = samples.displacement[samples.strokes].T
     record = np.searchsorted(samples.begins, samples.strokes[:, 0], side="right")
     before = np.where(np.diff(record, prepend=-1) == 0, np.roll(begins, 1), begins)
-    state = [samples.x / half / 0.02, begins[stroke] / half / 0.3, before[stroke] / half / 0.3, *others.T[2:] / 0.05]
+    distances = [_squared(samples.x / half), _squared(begins[stroke] / half) + _squared(before[stroke] / half)]
+    distances += [_squared(column) for column in others.T[2:]]
     direction = np.sign(ends - begins)[stroke]
-    distance = sum((column[:, None] - column) ** 2 for column in np.array(state, np.float32))
-    weights = np.exp(np.float32(-0.5) * distance) * (direction[:, None] == direction)
+    same_direction = (direction[:, None] == direction).astype(np.float32)
+    other_stroke = (stroke[:, None] != stroke).astype(np.float32)
+    kept, measured = ~held.T, samples.r[:, None]
     trends = np.empty(kept.shape)
     for k, rows in enumerate(kept.T):
         trends[:, k] = others @ np.linalg.lstsq(others[rows], samples.r[rows], rcond=None)[0]
-    known = np.hstack([np.where(kept, samples.r[:, None] - trends, 0.0), kept]).astype(np.float32)
-    sums, total = np.split((weights @ known).astype(np.float64), 2, axis=1)
-    # Where no state is alike, the trend alone.
-    return np.asarray((trends + sums / (total + 1e-6)).T)
+    known = np.hstack([np.where(kept, measured - trends, 0.0), kept]).astype(np.float32)
+
+    def means(weights: FloatArray) -> FloatArray:
+        """Predictions, the trend alone where no state is alike."""
+        sums, total = np.split((weights @ known).astype(np.float64), 2, axis=1)
+        return trends + sums / (total + 1e-6)
+
+    least, predicted = np.full(len(held), np.inf), trends
+    # Of displacement, of reversals and of speed, over half the range and the largest speed.
+    for bandwidths in ((0.015, 0.3, 0.05), (0.03, 0.3, 0.03), (0.06, 0.3, 0.05)):
+        exponents = sum(d * np.float32(-0.5 / b**2) for d, b in zip(distances, bandwidths, strict=False))
+        weights = np.exp(exponents) * same_direction
+        errors = np.sum(np.where(kept, np.abs(means(weights * other_stroke) - measured), 0.0), axis=0)
+        predicted = np.where(errors < least, means(weights), predicted)
+        least = np.minimum(errors, least)
+    return predicted.T
 
 
 PLAIN_MODELS = {
@@ -143,3 +157,9 @@ def _linear_columns(samples: Samples) -> FloatArray:
         speed = samples.maxwell(0.01 * samples.cycle_time)
         columns.append(speed[0] / (np.abs(speed[0]).max() or 1.0))
     return np.column_stack(columns)
+
+
+def _squared(values: FloatArray) -> FloatArray:
+    """Squared differences of all pairs, shape (P, P), single precision."""
+    single = values.astype(np.float32)
+    return np.asarray((single[:, None] - single) ** 2)
