@@ -16,6 +16,7 @@ import pytest
 
 from strandspring import Spring
 from strandspring.cli.main import COMMANDS, main
+from strandspring.model import outcomes
 from strandspring.model.modelfile import load_model
 from synthetic import record_of, sine, spring_of
 from terminal import unfolded
@@ -179,7 +180,9 @@ def test_predict_writes_the_path_that_it_used(run: Any, tmp_path: Path) -> None:
 def test_a_spring_worse_than_a_line_is_refused_unless_saved_anyway(
     run: Any, loop: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("strandspring.identification.identify._is_worse_than_a_line", lambda *_: True)
+    # No record is known of which a fit is worse than a line.
+    worse = outcomes.Finding(outcomes.Outcome.WORSE_THAN_LINE)
+    monkeypatch.setattr("strandspring.identification.identify._of_saved", lambda *_: iter([worse]))
     assert "--save-anyway" in run("identify", loop, "-o", "m.json").refusal
     assert not Path("m.json").exists()
     assert "--save-anyway" in run("build", loop, "--models", "kept").refusal
