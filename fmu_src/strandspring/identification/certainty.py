@@ -23,10 +23,9 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import FloatArray, IndexArray
 from ..model.joint import further_names, names_of
 from .bases import AMPLIFIER, ELASTIC, amplifier_columns, step_on
 from .choice import Choice
@@ -92,7 +91,7 @@ class Linearised:
         return np.hstack([solved.columns * solved.inside, by_q])
 
     @cached_property
-    def felt(self) -> NDArray[np.intp]:
+    def felt(self) -> IndexArray:
         """The columns of the Jacobian that are not 0."""
         return np.flatnonzero(np.any(self.jacobian != 0.0, axis=0))
 

@@ -13,13 +13,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from ..kernel.path import PathSolver
 from ..loops.strokes import noise_level
 from ..model.stated_figures import NAMES
 from ..records.record import Record
 from .refusals import FULL, SURE, Strokes, clipped_samples
-from .samples import BoolArray
 
 _CLOSED = 0.02  # distance between the ends of a cycle that is closed, share of its stroke
 

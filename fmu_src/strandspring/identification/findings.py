@@ -14,12 +14,11 @@ from typing import Literal
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, impossible
-from .samples import BoolArray, IndexArray
 
 State = Literal["first", "mean", "last"]
 

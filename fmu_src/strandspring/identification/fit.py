@@ -18,13 +18,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from .bases import amplifier_columns, elastic_columns, fraction, inner_knots
 from .constrained import nonnegative
 from .figures import growing_variance, white_variance
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 # Of rho times half the range, sigma - 1/2 and n, as logarithms.
 LOW, HIGH = np.log([0.6, 1e-3, 0.05]), np.log([1000.0, 60.0, 12.0])
@@ -404,7 +403,7 @@ class Linear:
     """
 
     coefficients: FloatArray
-    inside: NDArray[np.bool_]
+    inside: BoolArray
     columns: FloatArray
     residuals: FloatArray
     terms: int

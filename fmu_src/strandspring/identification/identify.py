@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.one_thread import one_thread
+from ..kernel.arrays import BoolArray
 from ..kernel.path import PathSolver
 from ..model.certificate import Driven, ForceRange, shortcoming
 from ..model.outcomes import Finding, IdentificationError, Outcome, by_harm
@@ -39,7 +40,7 @@ from .method import Fitted, Method, Stage, begin, checked_method
 from .predictions import has_one_amplitude
 from .refined import RefinedOptions
 from .rig import lagging
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 
 # For matrices as small as these more threads only cost, most of all on a busy computer.

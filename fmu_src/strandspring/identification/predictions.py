@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from ..loops.strokes import noise_level
 from ..model.joint import LEVEL, NORMAL_95, ForceInterval
 from ..records.record import Record
@@ -23,7 +23,7 @@ from .bases import fraction
 from .choice import NO_WORSE, Choice, difference
 from .figures import autocorrelation_time, growing_variance, white_variance
 from .fit import NOISE_ONLY, Fit, Linear, Problem
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 AMPLITUDE = 0.3  # of small loops, share of half the range: engine idle beside the full stroke
 BEYOND = 1.2  # where the force beyond the range is judged, in halves of it: what a stop lets through

@@ -17,11 +17,12 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..ground.gravity import STANDARD_GRAVITY
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
+from ..loops import strokes
 from ..loops.strokes import noise_level, path_noise, turning_points
 from ..model.outcomes import IdentificationError, Outcome
 from ..records.record import Record
-from .samples import REVERSAL, BoolArray, IndexArray
+from .samples import REVERSAL
 
 FULL = 0.9  # of the longest stroke, from which a stroke is a full one: tests repeat amplitudes more exactly
 SURE = 4.0  # standard errors that chance does not reach in thousands of tests
@@ -37,7 +38,7 @@ _UNITS = (
 )  # fmt: skip
 
 
-class Strokes:
+class Strokes(strokes.Strokes):
     """A record cut at its reversals, and its usable samples.
 
     Clipped forces and dwells but for their first sample are not usable, nor is what is not selected.
@@ -45,10 +46,6 @@ class Strokes:
     Attributes
     ----------
     record : Record
-    turning : ndarray of int, shape (S + 1,)      First sample, reversals, last sample.
-    start, length : ndarray, shape (S,)           Displacement at the start of each stroke, and its length [m].
-    direction : ndarray, shape (S,)               +1 loading, -1 unloading.
-    of_sample : ndarray of int, shape (K,)        The stroke that leads to each sample.
     usable, clipped, resting : ndarray of bool, shape (K,)
     dwells : list of (int, int)                   First and last sample of each rest within the test.
     noise, displacement_noise : float             Standard deviations of white noise [N], [m].
@@ -56,12 +53,8 @@ class Strokes:
 
     def __init__(self, record: Record) -> None:
         x = record.displacement
-        self.record = record
-        self.turning = turning_points(x, REVERSAL * float(np.ptp(x)))
-        ends = x[self.turning]
-        self.start, self.length = ends[:-1], np.abs(np.diff(ends))
-        self.direction = np.where(np.diff(ends) >= 0.0, 1.0, -1.0)
-        self.of_sample = np.searchsorted(self.turning[1:-1], np.arange(x.size), side="left")
+        super().__init__(x, turning_points(x, REVERSAL * float(np.ptp(x))))
+        self.record, self.start = record, self.ends[:-1]
         self.noise = noise_level(record.force, self.turning[1:-1])
         # Samples that were written twice are no noise.
         written = x[np.append(True, (np.diff(x) != 0.0) | (np.diff(record.force) != 0.0))]
@@ -72,7 +65,7 @@ class Strokes:
 
     def _rests(self) -> tuple[BoolArray, list[tuple[int, int]]]:
         """Samples of rests but their first, and `dwells`."""
-        x, count = self.record.displacement, self.length.size
+        x, count = self.path, self.count
         # Dense records are thinned, or every step would look like a rest.
         stride = max(1, x.size // (200 * count))
         thinned, span = x[::stride], float(np.ptp(x))
@@ -240,8 +233,7 @@ def work(record: Record, noise: float) -> tuple[float, float]:
 
 def backwards(record: Record) -> Outcome | None:
     """Why a record gives energy away: FORCE_REVERSED or COLUMNS_SWAPPED; None if it does not."""
-    turns = turning_points(record.displacement, REVERSAL * float(np.ptp(record.displacement)))[1:-1]
-    energy, doubt = work(record, noise_level(record.force, turns))
+    energy, doubt = work(record, Strokes(record).noise)
     if energy >= -doubt:
         return None
     return Outcome.FORCE_REVERSED if correlation(record) < 0.0 else Outcome.COLUMNS_SWAPPED

@@ -13,16 +13,12 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..kernel.branches import maxwell_columns
 from ..kernel.points import RecordPoints
-from ..loops.strokes import turning_points
+from ..loops.strokes import Strokes, turning_points
 from ..records.record import Record
-
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 REVERSAL = 0.05  # of a record's range, from which motion back is a stroke: ten times the noise of a poor sensor
 _FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
@@ -181,23 +177,16 @@ class Samples:
     @cached_property
     def points(self) -> RecordPoints:
         """The rows on the strokes of the path as recorded, where each change of direction begins one."""
-        firsts, first_points, lengths, directions, strokes, travels = [0], [0], [], [], [], []
+        firsts, first_points, columns = [0], [0], []
         for k, record in enumerate(self.records):
-            turning, of_sample = _raw_strokes(record.displacement)
+            raw = Strokes(record.displacement, turning_points(record.displacement, 0.0))
             here = self.rows[self.record_of_row == k] - self.begins[k]
-            stroke = of_sample[here]
-            path = record.displacement
-            lengths.append(np.abs(np.diff(path[turning])))
-            directions.append(np.sign(np.diff(path[turning])).astype(np.int64))
-            strokes.append(stroke + firsts[-1])
-            travels.append(np.abs(path[here] - path[turning[stroke]]))
-            firsts.append(firsts[-1] + turning.size - 1)
+            stroke = raw.of_sample[here]
+            travel = np.abs(raw.path[here] - raw.ends[stroke])
+            columns.append((raw.direction, raw.length, stroke + firsts[-1], travel))
+            firsts.append(firsts[-1] + raw.count)
             first_points.append(first_points[-1] + here.size)
-        direction = np.concatenate(directions)
-        return RecordPoints(
-            np.array(firsts), np.array(first_points), np.where(direction == 0, 1, direction), np.concatenate(lengths),
-            np.concatenate(strokes), np.concatenate(travels),
-        )  # fmt: skip
+        return RecordPoints(np.array(firsts), np.array(first_points), *map(np.concatenate, zip(*columns, strict=True)))
 
     def maxwell(self, time_constant: float) -> FloatArray:
         """Force of a branch of 1 N/m at the rows, and its derivative by ln(tau), shape (2, P) [m]."""
@@ -262,17 +251,3 @@ def _turns_between(x: FloatArray, top: IndexArray, corners: bool) -> tuple[Index
             beyond = (near - far) ** 2 / (8.0 * bend)
     turns = beyond > 0.0
     return (top + later)[turns], side[turns] * (y[2] + beyond)[turns]
-
-
-def _raw_strokes(path: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """First sample, each change of direction and the last sample; and the stroke that leads to each sample."""
-    direction = np.sign(np.diff(path))
-    moving = np.flatnonzero(direction)
-    if not moving.size:
-        return np.array([0, path.size - 1]), np.zeros(path.size, np.intp)
-    last = np.maximum.accumulate(np.where(direction != 0.0, np.arange(direction.size), moving[0]))
-    direction = direction[last]
-    changes = np.flatnonzero(direction[1:] != direction[:-1]) + 1
-    turning = np.concatenate([[0], changes, [path.size - 1]])
-    of_sample = np.searchsorted(changes, np.arange(path.size) - 1, side="right")
-    return turning, np.maximum(of_sample, 0)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..loops.strokes import noise_level
-from .samples import BoolArray, IndexArray, Samples
+from .samples import Samples
 
 _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffness by as much
 _BEATEN = 0.10  # likewise where a plain model has half of it: the loops repeat, and the spring misses their form

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.files import read_text, readable
 from ..ground.strict_toml import parse_toml
+from ..kernel.arrays import BoolArray
 from ..records.reading import check_reverse, check_skipping, read_record
 from ..records.record import Record, is_finite_number
 from ..records.units import Quantity, unit_factor
@@ -146,7 +146,7 @@ def _window(record: Record, ends: Bounds, keep: slice) -> tuple[slice, str]:
     return slice(keep.start + begin, keep.start + end), words
 
 
-def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
+def _inside(record: Record, ends: Bounds) -> tuple[BoolArray, str]:
     """Which samples are compared and lie within a range of displacement, and a note."""
     low, high, words = _described_ends(ends, "displacement", "mm", 1e3)
     x = record.displacement

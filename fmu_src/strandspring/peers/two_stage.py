@@ -31,8 +31,8 @@ from ..core.polynomials import least_value
 from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
-from ..identification.samples import IndexArray, Samples
-from ..kernel.arrays import FloatArray
+from ..identification.samples import Samples
+from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
 
