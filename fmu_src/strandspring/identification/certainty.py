@@ -255,9 +255,9 @@ def _intervals(linear: Linearised, few: Problem, spring: SpringParameters, error
     reaches = linear.quantile * np.hypot(errors, np.log(_law(linear.problem, richer) / law))
     around = [_around(getattr(spring, name), float(reach)) for name, reach in zip(NAMES, reaches, strict=True)]
     lows, highs = [around[0][0] or 0.0], [around[0][1] or math.inf]
-    best = few.local(c, q, 8, 1e-6)
+    best = Linearised(few, few.local(c, q, 8, 1e-6))
     for k in (k for k in (1, 2, 3) if not 0.0 < errors[k] <= _CURVED):
-        ends = [_end(few, best, k, side, float(reaches[k])) for side in (-1, 1)]
+        ends = [_end(best, k, side, float(reaches[k])) for side in (-1, 1)]
         around[k] = ends[0][0], ends[1][0]
         for value, kappa in ends:
             is_open = value is None and abs(math.log(kappa / law[0])) > _CURVED
@@ -290,11 +290,11 @@ class _Held(Problem):
         return low, high
 
 
-def _end(few: Problem, best: Fit, k: int, side: int, reach: float) -> tuple[float | None, float]:
+def _end(linear: Linearised, k: int, side: int, reach: float) -> tuple[float | None, float]:
     """An end of the interval of a parameter of `_law`: where the misfit, all else fitted again, has risen by what a
     linear one allows, None if it does not; and the kappa_omega there [N].
     """
-    c, place, linear = best.spring_class, k - 1, Linearised(few, best)
+    few, best, c, place = linear.problem, linear.fit, linear.fit.spring_class, k - 1
     allowed = linear.quantile**2 * linear.variance / linear.solved.residuals.size
     room = side * float(few.bounds(c)[side > 0][place] - best.q[place])
     inside, outside, fit, step = (0.0, 0.0), None, best, min(max(reach, 0.05), 1.0)

@@ -1,8 +1,8 @@
 """Whether a spring is usable: its error on held-out strokes, beside those of plain models on the same.
 
 A row counts where it is held out first, which is with a block of consecutive strokes, and where fitted strokes of the
-same direction pass: beyond them the fit extrapolates, as at the largest amplitude, and that error is a figure of its
-own. So is that of the other folds, which hold out all strokes of like amplitude, or a record.
+same direction pass: beyond them the fit extrapolates, as at the largest amplitude. The error of the other folds, which
+hold out all strokes of like amplitude, or a record, is a figure of its own.
 """
 
 from __future__ import annotations
@@ -47,15 +47,14 @@ class Verdict:
     ----------
     whole : Part or None           All rows that count; None if there are too few.
     parts : tuple of Part          By amplitude and frequency, the best first.
-    extrapolated : float           Error where no fitted stroke passes over the deviation of all the force; 0 if all do.
-    unseen : float                 Likewise where all strokes of like amplitude, or a record, are held out.
+    unseen : float                 Error over the deviation of all the force where all strokes of like amplitude, or a
+                                   record, are held out.
     loop : float                   Likewise what a curve of displacement without a loop leaves.
     in_parts : bool                Whether parts of strokes are held out, as there are few.
     """
 
     whole: Part | None
     parts: tuple[Part, ...]
-    extrapolated: float
     unseen: float
     loop: float
     in_parts: bool
@@ -88,7 +87,6 @@ class Verdict:
         return cls(
             part(counts) if counts.sum() >= 20 else None,
             tuple(sorted(map(part, large), key=lambda part: part.error)),
-            rms(residuals, first & ~passed),
             rms(residuals, held & ~first & passed),
             float(np.std(r - np.polynomial.Polynomial.fit(samples.x, r, 5)(samples.x))) / deviation,
             any(np.isin(stroke[fold], stroke[~fold]).any() for fold in held),
