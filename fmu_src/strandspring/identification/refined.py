@@ -15,7 +15,7 @@ from ..core.parameters import SpringParameters
 from ..errors import RecordError
 from ..ground.arguments import flag, whole
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import Finding, IdentificationError, Outcome
+from ..model.outcomes import Finding, Outcome
 from ..records.record import Record
 from .certainty import Certainty, certainty
 from .choice import Allowed, Choice, Judged, Search, choose, flexible
@@ -145,11 +145,7 @@ class RefinedOptions(Method):
         begin(Stage.REFINING)
         problem, fit = choice.problem.refined(choice.best.fit, samples, self.robust)
         offsets, drift = problem.nuisances(fit)
-        try:
-            spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
-        except ValueError as beyond:
-            where = ", ".join(record.path for record in samples.measured)
-            raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({beyond})") from None
+        spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
         begin(Stage.UNCERTAINTY)
         final = replace(choice, best=Judged(fit, choice.best.held_out))
         known = certainty(final, problem, spring)

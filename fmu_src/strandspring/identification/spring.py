@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from ..core.branches import MaxwellBranch, Mechanism
 from ..core.parameters import SpringParameters
+from ..model.outcomes import IdentificationError, Outcome
 from .bases import Shape, inner_knots
 from .fit import Fit, Linear, Problem
 
@@ -47,7 +49,8 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         if stiffness > _LEAST * problem.span
     ]
     first = mechanisms[0]
-    return SpringParameters(
+    return possible_spring(
+        ", ".join(record.path for record in problem.samples.measured),
         **{"kE": (), **shape.elastic_parameters()},
         kA=first.kA,
         kappa_omega=first.kappa_omega,
@@ -60,3 +63,11 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         second=mechanisms[1] if len(mechanisms) > 1 else None,
         branches=tuple(branches),
     )
+
+
+def possible_spring(where: str, **parameters: Any) -> SpringParameters:
+    """The spring of some parameters; an IdentificationError if they are beyond the limits of one."""
+    try:
+        return SpringParameters(**parameters)
+    except ValueError as problem:
+        raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

@@ -47,8 +47,7 @@ from ..kernel.path import PathSolver, as_path
 from ..kernel.steady import steady_omega
 from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
-from .periods import one_record, whole_periods
-from .two_stage import Hysteresis, spring_of
+from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 
 
 @dataclass(frozen=True)
@@ -286,6 +285,6 @@ class NiOptions(Method):
         wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
         FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
         h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
-        spring = spring_of(where, (low, high), middle, 1e-3 * half, FE, G, h)
+        spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)
         findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)
         return Fitted(spring, findings, {"degrees": degrees})

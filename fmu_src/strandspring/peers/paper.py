@@ -31,8 +31,8 @@ from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
-from .periods import one_record, whole_periods
-from .two_stage import Hysteresis, moving_mean, spring_of
+from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
+from .two_stage import moving_mean
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class PaperOptions(Method):
             travel, u = (side * y)[:: int(side)], u[:: int(side)]
             read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.levels)
         h = read._replace(sigma=max(read.sigma, 0.5))
-        spring = spring_of(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
+        spring = polynomial_spring(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
         # "usually less than 4"
         findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > 3 else []
         findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []
