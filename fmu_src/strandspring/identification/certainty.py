@@ -30,7 +30,7 @@ from ..model.joint import further_names, names_of
 from .bases import AMPLIFIER, ELASTIC, amplifier_columns, step_on
 from .choice import Choice
 from .figures import autocorrelation_time
-from .fit import Fit, Linear, Problem, SpringClass
+from .fit import Fit, Linear, Problem
 from .predictions import LackOfFit, Unrecorded, force_interval, student_95
 from .spring import spring_of
 
@@ -277,19 +277,6 @@ def _law(problem: Problem, fit: Fit) -> FloatArray:
     return np.array([max(kappa, 1e-300), rate / problem.half, 0.5 + excess, n])
 
 
-class _Held(Problem):
-    """A problem with one of its q held."""
-
-    def __init__(self, problem: Problem, place: int, value: float) -> None:
-        self.__dict__ |= problem.__dict__
-        self._place, self._value = place, value
-
-    def bounds(self, c: SpringClass) -> tuple[FloatArray, FloatArray]:
-        low, high = super().bounds(c)
-        low[self._place] = high[self._place] = self._value
-        return low, high
-
-
 def _end(linear: Linearised, k: int, side: int, reach: float) -> tuple[float | None, float]:
     """An end of the interval of a parameter of `_law`: where the misfit, all else fitted again, has risen by what a
     linear one allows, None if it does not; and the kappa_omega there [N].
@@ -302,7 +289,7 @@ def _end(linear: Linearised, k: int, side: int, reach: float) -> tuple[float | N
         step = min(step, room)
         start = fit.q.copy()
         start[place] = best.q[place] + side * step
-        fit = _Held(few, place, float(start[place])).local(c, start, 5, 1e-3)
+        fit = few.local(c, start, 5, 1e-3, held=place)
         rise = math.sqrt(max(fit.squares - best.squares, 0.0) / allowed)
         if rise >= 1.0:
             outside = step, rise

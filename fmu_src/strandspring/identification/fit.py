@@ -268,8 +268,10 @@ class Problem:
         """Mean squared residual with these q."""
         return float(np.mean(self.linear(c, q).residuals ** 2))
 
-    def local(self, c: SpringClass, start: FloatArray, iterations: int = 12, tolerance: float = 1e-4) -> Fit:
-        """The minimum near a start by Gauss-Newton steps with damping, within the bounds."""
+    def local(
+        self, c: SpringClass, start: FloatArray, iterations: int = 12, tolerance: float = 1e-4, held: int | None = None
+    ) -> Fit:
+        """The minimum near a start by Gauss-Newton steps with damping, within the bounds; one q may be held."""
         low, high = self.bounds(c)
         q = np.clip(start, low, high)
         solved = self.linear(c, q)
@@ -278,7 +280,7 @@ class Problem:
         for _ in range(iterations):
             J = self.derivatives(c, q, solved)
             H, slope = J.T @ J, J.T @ solved.residuals
-            moves = ~((q <= low) & (slope > 0.0) | (q >= high) & (slope < 0.0))
+            moves = ~((q <= low) & (slope > 0.0) | (q >= high) & (slope < 0.0)) & (np.arange(q.size) != held)
             if not moves.any():
                 break
             trial = None

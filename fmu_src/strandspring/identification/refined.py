@@ -107,10 +107,6 @@ class RefinedOptions(Method):
             )
         return self.known.removed(record)
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
-        """The spring of the class that predicts best."""
-        return next(self.candidates(samples, where))
-
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
         """The springs of the classes by their held-out errors, the best first."""
         begin(Stage.SEARCHING)

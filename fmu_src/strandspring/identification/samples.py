@@ -62,9 +62,8 @@ class Samples:
             if is_loaded and turning.size - 1 > _FEW_STROKES:
                 used[begin : turning[1]] = False
         all_rows = np.flatnonzero(used)
-        chosen = np.linspace(0, all_rows.size - 1, min(all_rows.size, most)).astype(np.intp)
         x = samples.displacement[all_rows]
-        return replace(samples, rows=all_rows[chosen], reach=(float(x.min()), float(x.max())))
+        return replace(samples, rows=all_rows, reach=(float(x.min()), float(x.max()))).thinned(most)
 
     def thinned(self, most: int) -> Samples:
         """The same with so many of the rows at most, spread evenly."""

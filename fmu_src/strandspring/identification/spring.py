@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 from ..core.branches import MaxwellBranch, Mechanism
@@ -48,15 +49,10 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         for stiffness, log_tau in zip(coefficients[at:], q[3 * c.mechanisms :], strict=False)
         if stiffness > _LEAST * problem.span
     ]
-    first = mechanisms[0]
     return possible_spring(
         ", ".join(record.path for record in problem.samples.measured),
         **{"kE": (), **shape.elastic_parameters()},
-        kA=first.kA,
-        kappa_omega=first.kappa_omega,
-        rho=first.rho,
-        sigma=first.sigma,
-        n=first.n,
+        **asdict(mechanisms[0]),
         displacement_offset=0.5 * (frame.low + frame.high),
         displacement_min=frame.low,
         displacement_max=frame.high,

@@ -177,11 +177,6 @@ def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
     return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
 
 
-def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigures:
-    """Figures of `steady_loop`."""
-    return steady_loop(solver, low, high).figures
-
-
 def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:
     """What has to be said of the figures of a spring's loops: a caution if it has Maxwell branches, else nothing."""
     slow = "Loops of the model are slow: its Maxwell branches have relaxed."

@@ -31,6 +31,7 @@ Units are the paper's own, unlike elsewhere in this package: displacement in mm,
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import ClassVar, NamedTuple
 
@@ -262,7 +263,7 @@ class NiOptions(Method):
 
     start: NiParameters | None = None
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """Ni's method on one periodic record.
 
         Raises
@@ -287,4 +288,4 @@ class NiOptions(Method):
         h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
         spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)
         findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)
-        return Fitted(spring, findings, {"degrees": degrees})
+        yield Fitted(spring, findings, {"degrees": degrees})

@@ -57,11 +57,10 @@ class TwoStageOptions(Method):
 
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """The spring, then such of lower degrees unless they are given."""
-        yield self.fit(samples, where)
-        for degrees in () if self.degrees else reversed(_DEGREES[:-2]):
-            yield replace(self, degrees=degrees).fit(samples, where)
+        for degrees in (self.degrees,) if self.degrees else (None, *reversed(_DEGREES[:-2])):
+            yield replace(self, degrees=degrees)._fit(samples, where)
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
+    def _fit(self, samples: Samples, where: str) -> Fitted:
         """Identify without start values."""
         least = sum(self.degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
         if samples.rows.size < least:
