@@ -35,11 +35,8 @@ from .predictions import LackOfFit, Unrecorded, force_interval, student_95
 from .spring import spring_of
 
 NAMES = ("kappa_omega", "rho", "sigma", "n")
-_AT_BOUND = 1e-3  # distance of a q from its bound that counts as none
+AT_BOUND = 1e-3  # distance of a q from its bound that counts as none
 _CURVED = 0.1  # standard error of a logarithm from which the misfit is not taken as parabolic: 10 % of the parameter
-_POINTS = 8  # of a profile at most: 1.6^8 is 40 times the linear interval
-_CORRELATED = 0.98  # from which parameters are called indistinct: errors are 5 times those of each alone
-_UNCERTAIN = 0.5  # relative standard error from which a parameter is called hardly known
 Interval = tuple[float | None, float | None]
 
 
@@ -79,7 +76,7 @@ class Linearised:
         self.problem, self.fit = problem, fit
         self.solved = problem.linear(fit.spring_class, fit.q)
         low, high = problem.bounds(fit.spring_class)
-        self.free = (fit.q > low + _AT_BOUND) & (fit.q < high - _AT_BOUND)
+        self.free = (fit.q > low + AT_BOUND) & (fit.q < high - AT_BOUND)
         self.time = autocorrelation_time(self.solved.residuals)
 
     @cached_property
@@ -285,7 +282,7 @@ def _end(linear: Linearised, k: int, side: int, reach: float) -> tuple[float | N
     allowed = linear.quantile**2 * linear.variance / linear.solved.residuals.size
     room = side * float(few.bounds(c)[side > 0][place] - best.q[place])
     inside, outside, fit, step = (0.0, 0.0), None, best, min(max(reach, 0.05), 1.0)
-    for _ in range(_POINTS if room > _AT_BOUND else 0):
+    for _ in range(8 if room > AT_BOUND else 0):  # 1.6^8 is 40 times the linear interval
         step = min(step, room)
         start = fit.q.copy()
         start[place] = best.q[place] + side * step
@@ -322,11 +319,11 @@ def _indistinct(
             sentences.append(f"{name} > {low:.2g}: these records bound it from below only (95 %)")
         elif low is None:
             sentences.append(f"{name} < {high:.2g}: these records bound it from above only (95 %)")
-        elif known[name] > _UNCERTAIN:
+        elif known[name] > 0.5:
             sentences.append(f"{name} is known to lie between {low:.2g} and {high:.2g} only (95 %)")
     for pair, value in correlation.items():
         a, b = pair.split(",")
-        # What is known to 2 % is distinct.
-        if value is not None and abs(value) > _CORRELATED and max(known[a], known[b]) > 0.02:
+        # What is known to 2 % is distinct. At 0.98 errors are 5 times those of each alone.
+        if value is not None and abs(value) > 0.98 and max(known[a], known[b]) > 0.02:
             sentences.append(f"{a} and {b} are strongly correlated in these records ({value:.3f})")
     return sentences

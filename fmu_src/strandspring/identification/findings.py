@@ -15,6 +15,7 @@ from typing import Literal
 import numpy as np
 
 from ..kernel.arrays import BoolArray, FloatArray, IndexArray
+from ..loops.loop import ALIKE
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from ..records.spikes import spikes_of
@@ -22,7 +23,6 @@ from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, i
 
 State = Literal["first", "mean", "last"]
 
-_LEAST = 0.03  # change of a loop that is named, and difference of strokes that counts as none
 _TURNS = 0.01  # of the force's deviation, that reversals between samples falsify
 _FLAT = 0.15  # slope in a gap, of the mean slope: no knee is as flat between steep parts
 _CELLS = 50  # of a stroke, for its slopes; a gap is three of them at least
@@ -157,7 +157,7 @@ def _relaxed(part: Strokes) -> float:
     if not changes:
         return 0.0
     change, error = abs(float(np.mean(changes))), math.sqrt(np.sum(variances)) / len(changes)
-    return change if change > max(SURE * error, _LEAST / 3.0 * float(np.std(force))) else 0.0
+    return change if change > max(SURE * error, ALIKE / 3.0 * float(np.std(force))) else 0.0
 
 
 def _lost_at_reversals(part: Strokes) -> float:
@@ -176,7 +176,7 @@ def _first_cycle(part: Strokes) -> int:
     ends = part.record.displacement[part.turning]
 
     def difference(a: int, b: int) -> float:
-        near = 0.5 * _LEAST * float(part.length.max())
+        near = 0.5 * ALIKE * float(part.length.max())
         if b >= part.length.size or max(abs(ends[a] - ends[b]), abs(ends[a + 1] - ends[b + 1])) > near:
             return 0.0
         one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None])
@@ -184,7 +184,7 @@ def _first_cycle(part: Strokes) -> int:
         return float(np.sqrt(np.mean(np.convolve(one - other, np.full(5, 0.2), "valid") ** 2)))
 
     for k in (1, 0):
-        if difference(k, k + 2) - 2.0 * difference(k + 2, k + 4) > 0.5 * _LEAST * np.ptp(part.record.force):
+        if difference(k, k + 2) - 2.0 * difference(k + 2, k + 4) > 0.5 * ALIKE * np.ptp(part.record.force):
             full = part.length[k + 1 :] >= FULL * part.length.max()
             return k + 1 if np.unique(part.direction[k + 1 :][full]).size == 2 else 0
     return 0
@@ -269,7 +269,7 @@ class Cycles:
         rows, begun = [np.empty((0, 9))], 0.0
         weights = (_SHARES - 0.5) / ((_SHARES - 0.5) @ (_SHARES - 0.5))
         for number, part in enumerate(parts):
-            alike = np.abs(np.diff(part.length)) <= _LEAST * part.length[1:]
+            alike = np.abs(np.diff(part.length)) <= ALIKE * part.length[1:]
             valid = np.flatnonzero(alike[:-1] & alike[1:]) + 1
             # Every second one of those that follow each other.
             runs = valid[np.diff(valid, prepend=-2) > 1]
@@ -291,7 +291,7 @@ class Cycles:
         while (amplitude < 0).any():
             one = int(np.argmin(amplitude))
             apart = np.maximum(np.abs(length - length[one]), np.abs(middle - middle[one]))
-            amplitude[(apart <= 0.5 * _LEAST * length[one]) & (amplitude < 0)] = amplitude.max() + 1
+            amplitude[(apart <= 0.5 * ALIKE * length[one]) & (amplitude < 0)] = amplitude.max() + 1
         figures, errors = np.stack([height, stiffness]), np.stack([2.5 * noise, 4.0 * noise])
         return cls(record.astype(np.intp), stroke.astype(np.intp), amplitude, place, frequency, figures, errors)
 
@@ -349,7 +349,7 @@ class Cycles:
         within = self.amplitude * len(parts) + self.record
         for figure, kind in enumerate((Outcome.FRICTION_WEAR, Outcome.STIFFNESS_WEAR)):
             change, error = self.effect(figure, self.place, within)
-            if abs(change) > max(_LEAST, SURE * error):
+            if abs(change) > max(ALIKE, SURE * error):
                 change /= float(np.ptp(self.place))
                 yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
         if beside := (self._of_rate() if self.rates_differ else None) or self._of_records(parts):
@@ -360,11 +360,11 @@ class Cycles:
         f, squares = self.frequency, self.frequency**2
         change, error = self.effect(1, np.log(f), self.amplitude)
         by_mass, error_by_mass = self.effect(1, squares, self.amplitude)
-        if -by_mass > max(_LEAST, SURE * error_by_mass) and error_by_mass < 0.5 * error:
+        if -by_mass > max(ALIKE, SURE * error_by_mass) and error_by_mass < 0.5 * error:
             mass = -by_mass / np.ptp(squares) * float(np.mean(self.figures.sum(axis=0))) / (2.0 * math.pi) ** 2
             text = f"{mass:.3g} kg, {-100.0 * by_mass:.2g} % of the stiffness at {f.max():.3g} Hz"
             return Finding(Outcome.INERTIA, {"mass": mass}, "", text)
-        if abs(change) > max(_LEAST, SURE * error):
+        if abs(change) > max(ALIKE, SURE * error):
             text = f"stiffness {100.0 * change:+.2g} % at {f.max():.3g} Hz against {f.min():.3g} Hz"
             return Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
         return None
@@ -382,7 +382,7 @@ class Cycles:
                 step, error = shared.effect(figure, (shared.record == number).astype(np.float64), shared.amplitude)
                 by_rate, error_by_rate = shared.effect(figure, shared.frequency, shared.amplitude)
                 # A delay and a dashpot make a height that is linear in the frequency.
-                if abs(step) > max(_LEAST, SURE * error, abs(by_rate) * error / error_by_rate):
+                if abs(step) > max(ALIKE, SURE * error, abs(by_rate) * error / error_by_rate):
                     steps.append((abs(step), step, figure, number))
         if not steps:
             return None

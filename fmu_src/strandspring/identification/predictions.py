@@ -31,8 +31,6 @@ BEYOND = 1.2  # where the force beyond the range is judged, in halves of it: wha
 # (Segalman, J. Appl. Mech. 72, 2005); mounts of all kinds have 0.9 to 2.6 from 0.3 of their range on.
 POWERS = (1.0, 2.8)
 _STEPS = 60  # of a stroke: energies are right to 0.2 %
-_WHITE = 2.0  # autocorrelation time up to which residuals are white: neighbours correlate by a third
-_THERE = 0.25  # share of the misfit that lies in one place beside an even one, from which it is named
 Spread = Callable[[Callable[[Fit, Linear], FloatArray]], FloatArray]
 _PLACES = {
     "turns": "after turns", "ends": "at the ends of the range", "cycles": "from cycle to cycle",
@@ -222,8 +220,8 @@ class LackOfFit:
 
     @property
     def is_structured(self) -> bool:
-        """Whether more than noise is left."""
-        return self.not_noise > NOISE_ONLY and self.autocorrelation_time > _WHITE
+        """Whether more than noise is left; of white residuals, neighbours correlate by less than a third."""
+        return self.not_noise > NOISE_ONLY and self.autocorrelation_time > 2.0
 
     @property
     def sentence(self) -> str:
@@ -237,7 +235,7 @@ class LackOfFit:
     @property
     def where(self) -> list[str]:
         """The places in which much of the misfit lies, the first one first."""
-        return sorted((name for name, share in self.places.items() if share > _THERE), key=lambda n: -self.places[n])
+        return sorted((name for name, share in self.places.items() if share > 0.25), key=lambda n: -self.places[n])
 
 
 def _white_noise(samples: Samples) -> float:

@@ -28,8 +28,6 @@ FULL = 0.9  # of the longest stroke, from which a stroke is a full one: tests re
 SURE = 4.0  # standard errors that chance does not reach in thousands of tests
 RESOLVED = 5e-4  # of the range: noise above blurs reversals, and motion within four times that is a rest
 _FEWEST = 8  # samples of a loop: noise turns after 1.5 samples and fills 3 or 4, smoothed noise twice as many
-_NO_LOOP = 1e-4  # half height of a loop, of the force's range, that rounding of columns makes
-_SNAP = 0.2  # of a branch's range, by which it both rises and falls: no sensor's error is as large
 _TWICE = math.log(2.0)  # ratio of loops' figures that only units explain; a quarter of it is agreement
 # Units that are mistaken for each other: column, how many of the second one the first is, and both.
 _UNITS = (
@@ -227,7 +225,8 @@ def work(record: Record, noise: float) -> tuple[float, float]:
     ends = [r[k] + (middle - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
     steps = np.diff(x[first + 1 : last + 1], prepend=middle, append=middle)
     force = np.concatenate([ends[:1], r[first + 1 : last + 1], ends[1:]])
-    doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * float(np.abs(steps).sum())
+    # Rounding of columns makes loops of a ten-thousandth of the force.
+    doubt = SURE * noise * float(np.linalg.norm(steps)) + 1e-4 * float(np.ptp(r)) * float(np.abs(steps).sum())
     return float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
 
 
@@ -256,8 +255,8 @@ def impossible(part: Strokes) -> IdentificationError | None:
     """Why no spring can have made a record."""
     record, loop = part.record, part.loop
     span = float(max(np.ptp(loop.loading), np.ptp(loop.unloading)))
-    # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
-    least = _SNAP * max(span, 3.0 * abs(loop.height))
+    # Rise and fall within one branch: a snap is both, whatever the sign convention, and larger than sensors' errors.
+    least = 0.2 * max(span, 3.0 * abs(loop.height))
     pieces = [slice(part.turning[k], part.turning[k + 1] + 1) for side in (1, -1) for k in part.full(side)]
     # Noise reaches four standard deviations to either side. A snap is two such turns.
     turns = max(least, 2.0 * SURE * part.noise)

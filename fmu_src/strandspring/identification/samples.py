@@ -21,7 +21,6 @@ from ..loops.strokes import Strokes, turning_points
 from ..records.record import Record
 
 REVERSAL = 0.05  # of a record's range, from which motion back is a stroke: ten times the noise of a poor sensor
-_FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
 _MOST_BLOCKS = 6  # of consecutive strokes among the folds
 _PARTS = 10  # of each stroke, where there are few
 
@@ -53,13 +52,13 @@ class Samples:
     ) -> Samples:
         """At most so many rows of some records, of those that are usable, shape (K,), all if None.
 
-        Left out are first strokes of records that begin under load, as their memory is unknown.
+        Left out are first strokes of records that begin under load, as their memory is unknown; of three or more.
         """
         measured = tuple(records if measured is None else measured)
         samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), measured)
         used = np.ones(samples.displacement.size, bool) if usable is None else usable.copy()
         for begin, turning, is_loaded in zip(samples.begins[:-1], samples.turning, samples.are_loaded, strict=True):
-            if is_loaded and turning.size - 1 > _FEW_STROKES:
+            if is_loaded and turning.size > 3:
                 used[begin : turning[1]] = False
         all_rows = np.flatnonzero(used)
         x = samples.displacement[all_rows]

@@ -13,7 +13,6 @@ from .bases import Shape, inner_knots
 from .fit import Fit, Linear, Problem
 
 _LEAST = 1e-9  # share of the force's span below which a mechanism or a branch is none
-FLOOR = 1e-6  # of the largest FA, below which no FA may fall: the saved one is positive everywhere
 
 
 def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear | None = None) -> SpringParameters:
@@ -39,7 +38,7 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         at += degree + 1
         rho, excess, n = (math.exp(value) for value in q[3 * k : 3 * k + 3])
         if amplifier.max() > _LEAST * problem.span:
-            amplifier = amplifier.clip(FLOOR * amplifier.max())
+            amplifier = amplifier.clip(1e-6 * amplifier.max())  # the saved one is positive everywhere
             parameters = shape.amplifier_parameters(amplifier)
             mechanisms.append(Mechanism(**parameters, rho=rho / problem.half, sigma=0.5 + excess, n=n))
     if not mechanisms:

@@ -18,8 +18,6 @@ from ..loops.strokes import noise_level
 from .samples import Samples
 
 _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffness by as much
-_BEATEN = 0.10  # likewise where a plain model has half of it: the loops repeat, and the spring misses their form
-_LOOP = 0.5  # share of what a curve without a loop leaves, above which nothing is known of damping
 
 
 @dataclass(frozen=True)
@@ -98,9 +96,9 @@ class Verdict:
 
     @property
     def _limit(self) -> float:
-        """Error of a usable spring."""
+        """Error of a usable spring; less where a plain model has half of it, as the loops repeat."""
         beaten = self.whole is not None and min(self.whole.plain.values(), default=math.inf) < 0.5 * self.whole.error
-        return _BEATEN if beaten else _USABLE
+        return 0.10 if beaten else _USABLE
 
     @property
     def is_usable(self) -> bool | None:
@@ -114,7 +112,7 @@ class Verdict:
         good, bad = ([part for part in self.parts if (part.of_spring <= limit) is usable] for usable in (True, False))
         unseen = f"; {digits(100.0 * self.unseen)} % at other amplitudes or records" if self.unseen > _USABLE else ""
         if self.whole.of_spring <= limit and not bad:
-            if self.whole.of_spring > _LOOP * self.loop:
+            if self.whole.of_spring > 0.5 * self.loop:  # nothing is known of damping
                 loop = digits(100.0 * self.loop)
                 return f"usable for stiffness only: {self._error(self.whole)}, {loop} % without a loop"
             return f"usable: {self._error(self.whole)}{unseen}"
