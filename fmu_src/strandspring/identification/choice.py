@@ -73,21 +73,6 @@ class Choice:
     seen: tuple[Judged, ...]
     problem: Problem
 
-    @cached_property
-    def is_noise(self) -> bool:
-        """Whether the best class leaves nothing but noise."""
-        return self.problem.is_noise(self.best.fit)
-
-    @property
-    def criterion(self) -> float:
-        """That of the best class, see `Problem.criterion`."""
-        return self.problem.criterion(self.best.fit)
-
-    @property
-    def is_simple(self) -> bool:
-        """Whether one mechanism without branches leaves nothing but noise."""
-        return self.is_noise and self.best.fit.spring_class.nonlinear == 3
-
 
 def difference(one: Judged, other: Judged) -> tuple[float, float]:
     """Mean and standard error over the folds of ln(error of one/error of other)."""

@@ -303,14 +303,10 @@ class Problem:
                 break
         return Fit(c, q, cost / solved.residuals.size)
 
-    def not_white(self, fit: Fit) -> float:
-        """Share of the squared misfit that is not noise, by the differences of neighbouring residuals."""
-        residuals = self.linear(fit.spring_class, fit.q).residuals
-        return 1.0 - white_variance(residuals) / max(float(np.mean(residuals**2)), 1e-300)
-
     def is_noise(self, fit: Fit) -> bool:
-        """Whether nothing but noise is left, or hardly anything."""
-        return fit.squares < NOTHING or self.not_white(fit) < NOISE_ONLY
+        """Whether nothing but noise is left, by the differences of neighbouring residuals, or hardly anything."""
+        residuals = self.linear(fit.spring_class, fit.q).residuals
+        return fit.squares < NOTHING or white_variance(residuals) > (1.0 - NOISE_ONLY) * float(np.mean(residuals**2))
 
     def criterion(self, fit: Fit) -> float:
         """K*ln(S) + 2*p*ln(ln(K)) of K rows, squares S, p parameters (Hannan and Quinn, J. R. Stat. Soc. B 41, 1979).

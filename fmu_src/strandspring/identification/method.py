@@ -118,14 +118,7 @@ class Stage(Enum):
 
     @property
     def words(self) -> str:
-        """The stage with its place among all.
-
-        Examples
-        --------
-        >>> from strandspring.identification.method import Stage
-        >>> Stage.REFINING.words
-        'refining (3 of 5)'
-        """
+        """The stage with its place among all, such as "refining (3 of 5)"."""
         return f"{self.value} ({[*Stage].index(self) + 1} of {len(Stage)})"
 
 

@@ -109,8 +109,11 @@ class RefinedOptions(KnownRig):
         delay = likely_delay(few) if self.delay is None and few.is_timed else 0.0
         if delay:
             other = self._choose(few.on([lagging(record, delay) for record in few.records]))
-            if other.is_simple and (not choice.is_noise or other.criterion < choice.criterion):
-                delay = best_lag(few, other.best.fit, delay, 0.1 * delay)[0]
+            was, now = ((each.problem, each.best.fit) for each in (choice, other))
+            # One mechanism without branches leaves nothing but noise.
+            is_simple = now[0].is_noise(now[1]) and now[1].spring_class.nonlinear == 3
+            if is_simple and (not was[0].is_noise(was[1]) or now[0].criterion(now[1]) < was[0].criterion(was[1])):
+                delay = best_lag(few, now[1], delay, 0.1 * delay)[0]
                 return self._choose(few.on([lagging(record, delay) for record in few.records])), delay
         return choice, 0.0
 

@@ -8,6 +8,7 @@ depends on the displacement alone has done none, and by the mean branches of the
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -230,12 +231,12 @@ def work(record: Record, noise: float) -> tuple[float, float]:
     return float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
 
 
-def backwards(record: Record) -> Outcome | None:
+def backwards(part: Strokes) -> Outcome | None:
     """Why a record gives energy away: FORCE_REVERSED or COLUMNS_SWAPPED; None if it does not."""
-    energy, doubt = work(record, Strokes(record).noise)
+    energy, doubt = work(part.record, part.noise)
     if energy >= -doubt:
         return None
-    return Outcome.FORCE_REVERSED if correlation(record) < 0.0 else Outcome.COLUMNS_SWAPPED
+    return Outcome.FORCE_REVERSED if correlation(part.record) < 0.0 else Outcome.COLUMNS_SWAPPED
 
 
 def correlation(record: Record) -> float:
@@ -271,7 +272,7 @@ def impossible(part: Strokes) -> IdentificationError | None:
     energy, doubt = work(record, part.noise)
     if abs(energy) <= doubt < math.inf:
         return IdentificationError(Outcome.NO_LOOP, record.path)
-    if (outcome := backwards(record)) is not None:
+    if (outcome := backwards(part)) is not None:
         time = record.rising_time
         lag = _least_lag(record, time) if outcome is Outcome.COLUMNS_SWAPPED and time is not None else 0.0
         text = f" If the force lags, then by more than {1e3 * lag:.3g} ms." if lag > 0.0 else ""
@@ -295,20 +296,18 @@ def _least_lag(record: Record, time: FloatArray) -> float:
 
 def differing_units(parts: Sequence[Strokes]) -> IdentificationError | None:
     """The record that agrees with most others only after a factor between units; of two the second."""
-    loops, numbers = [part.loop for part in parts], range(len(parts))
+    loops = [part.loop for part in parts]
     # Of records in a circle by their range each is compared with both neighbours.
-    order = sorted(numbers, key=lambda k: float(np.ptp(loops[k].displacement)))
-    pairs = [*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])]
-    mistaken = {(k, other): _factor_between(loops[k], loops[other]) for k, other in pairs if k != other}
-    votes = [sum(bool(factor) for (record, _), factor in mistaken.items() if record == k) for k in numbers]
-    worst = max(numbers, key=lambda k: (votes[k], k))
-    for (k, other), factor in mistaken.items():
-        if k == worst and factor:
-            column, value, units = factor
-            agrees = f"times {value:.6g} agrees with {parts[other].record.path} ({units})"
-            text = f" Its {column} {agrees}: set its {column}_unit."
-            return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, text)
-    return None
+    order = sorted(range(len(parts)), key=lambda k: float(np.ptp(loops[k].displacement)))
+    pairs = dict.fromkeys([*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])])
+    mistaken = {pair: factor for pair in pairs if (factor := _factor_between(*(loops[k] for k in pair)))}
+    if not mistaken:
+        return None
+    votes = Counter(k for k, _ in mistaken)
+    k, other = max(mistaken, key=lambda pair: (votes[pair[0]], pair[0]))
+    column, value, units = mistaken[k, other]
+    text = f" Its {column} times {value:.6g} agrees with {parts[other].record.path} ({units}): set its {column}_unit."
+    return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, text)
 
 
 def _unlike(loop: Loop, other: Loop) -> tuple[float, float]:
