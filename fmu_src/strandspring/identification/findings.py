@@ -32,29 +32,21 @@ _SHARES = np.linspace(0.05, 0.95, 31)  # of a stroke, where cycles are compared
 _LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
 
 
-@dataclass(frozen=True, eq=False)
-class Checked:
-    """Records that a spring may have made.
-
-    Attributes
-    ----------
-    rows : ndarray of bool, shape (K,)      Samples that may be fitted, of all records one after the other.
-    findings : tuple of Finding
-    refusal : IdentificationError or None   To be raised unless a delay between the columns is found.
-    """
-
-    rows: BoolArray
-    findings: tuple[Finding, ...]
-    refusal: IdentificationError | None
-
-
-def check(records: Sequence[Record], state: State = "mean") -> Checked:
+def check(
+    records: Sequence[Record], state: State = "mean"
+) -> tuple[list[BoolArray], list[Finding], IdentificationError | None]:
     """Check records before a fit.
 
     Parameters
     ----------
     records : sequence of Record       Of one spring.
     state : "first", "mean" or "last"  Of the cycles of one amplitude the first third is fitted, all, or the last third.
+
+    Returns
+    -------
+    usable : list of ndarray of bool, shape (K,)   Samples of each record that may be fitted.
+    findings : list of Finding
+    refusal : IdentificationError or None          To be raised unless a delay between the columns is found.
 
     Raises
     ------
@@ -76,15 +68,15 @@ def check(records: Sequence[Record], state: State = "mean") -> Checked:
     except IdentificationError as refusal:
         raise explained(refusal, records) from None
     cycles = Cycles.of(parts)
-    rows, findings = [], []
+    usable, findings = [], []
     for number, part in enumerate(parts):
         first, of_state = _first_cycle(part), cycles.of_state(state, number, part.length.size)
-        rows.append(part.usable & (part.of_sample >= first) & of_state[part.of_sample])
+        usable.append(part.usable & (part.of_sample >= first) & of_state[part.of_sample])
         findings += [*_spikes(part.record), *_of_record(part)]
         if first:
             findings.append(Finding(Outcome.FIRST_CYCLE_DIFFERS, {"strokes": first}, part.record.path))
     findings += [*_play(parts), *cycles.findings(parts), *_apart(parts)]
-    return Checked(np.concatenate(rows), tuple(findings), refusals[0] if refusals else None)
+    return usable, findings, refusals[0] if refusals else None
 
 
 def explained(refusal: IdentificationError, records: Sequence[Record]) -> IdentificationError:

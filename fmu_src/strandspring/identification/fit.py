@@ -35,21 +35,12 @@ NOISE_ONLY = 0.1  # share of the squared misfit that is not white, up to which n
 
 @dataclass(frozen=True)
 class SpringClass:
-    """A class of springs.
+    """A class of springs; zeros of the force of further records, and its linear drift, are the rig's."""
 
-    Attributes
-    ----------
-    elastic : (int, int)        Degree of FE, and its knots within the range.
-    amplifiers : tuple of int   Degree of the FA of each mechanism.
-    branches : int
-    may_fall : bool             FE need not rise.
-    zeros, drift : bool         Zeros of the force of further records, and its linear drift, which are the rig's.
-    """
-
-    elastic: tuple[int, int] = (3, 0)
-    amplifiers: tuple[int, ...] = (0,)
+    elastic: tuple[int, int] = (3, 0)  # degree of FE, and its knots within the range
+    amplifiers: tuple[int, ...] = (0,)  # degree of the FA of each mechanism
     branches: int = 0
-    may_fall: bool = False
+    may_fall: bool = False  # FE need not rise
     zeros: bool = False
     drift: bool = False
 
@@ -80,18 +71,11 @@ class Frame:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A class fitted.
-
-    Attributes
-    ----------
-    spring_class : SpringClass
-    q : ndarray          ln(rho*h), ln(sigma - 1/2), ln(n) of each mechanism, then ln(tau) of each branch.
-    squares : float      Mean squared residual over the variance of the force.
-    """
+    """A class fitted."""
 
     spring_class: SpringClass
-    q: FloatArray
-    squares: float
+    q: FloatArray  # ln(rho*h), ln(sigma - 1/2), ln(n) of each mechanism, then ln(tau) of each branch
+    squares: float  # mean squared residual over the variance of the force
 
 
 class Problem:
@@ -387,24 +371,13 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """Solution of the linear problem at some q.
+    """Solution of the linear problem at some q."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (p,)     Over the force's deviation, those of FE beyond its falling line.
-    inside : ndarray of bool, shape (p,)   Those not held at 0.
-    columns : ndarray, shape (P, p)
-    residuals : ndarray, shape (P,)        Predicted minus measured force, over its deviation.
-    terms : int                            Columns of FE.
-    base, fall : float                     Of the falling line [N].
-    normal : ndarray, shape (p, p)
-    """
-
-    coefficients: FloatArray
-    inside: BoolArray
-    columns: FloatArray
-    residuals: FloatArray
-    terms: int
-    base: float
+    coefficients: FloatArray  # over the force's deviation, those of FE beyond its falling line, shape (p,)
+    inside: BoolArray  # those not held at 0
+    columns: FloatArray  # shape (P, p)
+    residuals: FloatArray  # predicted minus measured force, over its deviation, shape (P,)
+    terms: int  # columns of FE
+    base: float  # of the falling line [N]
     fall: float
-    normal: FloatArray
+    normal: FloatArray  # shape (p, p)

@@ -69,19 +69,18 @@ def identify_records(
     begin(Stage.PREPARING)
     prepared = [method.prepare(record) for record in group]
     refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
-    checked = check(prepared, refined.state)
-    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
+    usable, found, refusal = check(prepared, refined.state)
     samples = _samples(prepared, usable)
     where = ", ".join(record.path for record in group)
     fitted, fits, failure = _certified(method, samples, group, usable, where)
-    if checked.refusal is not None and not fitted.delay:
-        raise checked.refusal
+    if refusal is not None and not fitted.delay:
+        raise refusal
     begin(Stage.CHECKING)
     solver = PathSolver(fitted.parameters)
     with_rig = _with_rig(solver, fitted, group, prepared, fits)
     # A spring is not judged by what is the rig's.
     recorded = recorded_energies(solver, group, with_rig)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
+    found += [*fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
     explained = {Outcome.SPIKES} if refined.robust else set()
     if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
         explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
@@ -132,10 +131,9 @@ def _common_samples(first: Record, second: Record) -> int:
     a, b = (slice(begin - r.first_sample, end - r.first_sample) for r in both)
     if begin >= end or (first.time is None) != (second.time is None):
         return 0
-    for name in ("displacement", "force", "time"):
-        one, other = getattr(first, name), getattr(second, name)
-        if one is not None and not np.array_equal(one[a], other[b]):
-            return 0
+    columns = ("displacement", "force", "time")[: 2 + (first.time is not None)]
+    if not all(np.array_equal(getattr(first, name)[a], getattr(second, name)[b]) for name in columns):
+        return 0
     kept = [True if r.compared is None else r.compared[part] for r, part in zip(both, (a, b), strict=True)]
     return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
 
