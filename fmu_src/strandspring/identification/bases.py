@@ -79,20 +79,13 @@ def amplifier_columns(y: FloatArray, degree: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Shape:
-    """FE and FA of a fit as they are saved.
-
-    Attributes
-    ----------
-    low, high : float                 Range [m].
-    degree, knots                     Of FE.
-    elastic : ndarray                 Coefficients of its columns [N].
-    """
+    """FE and FA of a fit as they are saved, over a range [m]."""
 
     low: float
     high: float
-    degree: int
+    degree: int  # of FE
     knots: FloatArray
-    elastic: FloatArray
+    elastic: FloatArray  # coefficients of its columns [N]
 
     def elastic_parameters(self) -> dict[str, tuple[float, ...]]:
         """FE as `SpringParameters` takes it: a polynomial of x - offset, or a table of forces."""

@@ -246,19 +246,12 @@ def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class LoopEnergy:
-    """Loops of about one amplitude.
+    """Loops of about one amplitude."""
 
-    Attributes
-    ----------
-    amplitude : float             Mean [m].
-    measured, predicted : float   Mean energy of a cycle, and that of the saved spring along the same path [J].
-    error : float                 Standard error of the measured one by the noise of the force [J].
-    """
-
-    amplitude: float
-    measured: float
-    predicted: float
-    error: float
+    amplitude: float  # mean [m]
+    measured: float  # mean energy of a cycle [J]
+    predicted: float  # likewise of the saved spring along the same path
+    error: float  # standard error of the measured one by the noise of the force [J]
 
 
 def recorded_energies(

@@ -63,11 +63,6 @@ class Frame:
     high: float
     places: FloatArray
 
-    @classmethod
-    def of(cls, x: FloatArray, low: float, high: float) -> Frame:
-        """That of some displacements."""
-        return cls(low, high, fraction(x, low, high))
-
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -92,7 +87,7 @@ class Problem:
         self.samples = samples
         self.roots = np.ones(samples.rows.size) if roots is None else roots
         self.starts = np.zeros(len(samples.records)) if starts is None else starts
-        self.frame = Frame.of(samples.x, *samples.reach)
+        self.frame = Frame(*samples.reach, fraction(samples.x, *samples.reach))
         self.half = 0.5 * (self.frame.high - self.frame.low)
         # Their range without outliers.
         low, high = np.quantile(samples.force, [5e-4, 1.0 - 5e-4]).tolist()
@@ -349,7 +344,8 @@ class Problem:
                 H + np.diag(0.03 * np.diag(H) + 1e-6 * kept.sum()), J[kept].T @ solved.residuals[kept]
             )
             x = self.samples.x[kept]
-            frame = Frame.of(x, float(x.min()), float(x.max()))
+            ends = float(x.min()), float(x.max())
+            frame = Frame(*ends, fraction(x, *ends))
             least = float(np.mean(solved.residuals[kept] ** 2))
             for place in (np.clip(q + np.clip(step, -0.7, 0.7), low, high), q):
                 residuals = self.linear(c, place, frame, kept).residuals

@@ -70,7 +70,10 @@ def identify_records(
     prepared = [method.prepare(record) for record in group]
     refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
     usable, found, refusal = check(prepared, refined.state)
-    samples = _samples(prepared, usable)
+    # A record of one period is followed by itself, and fitted on its second pass.
+    followed = [twice(record) if is_one_period(record) else record for record in prepared]
+    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(followed, usable, strict=True)]
+    samples = Samples.of(followed, 10_000, np.concatenate(rows), prepared)
     where = ", ".join(record.path for record in group)
     fitted, fits, failure = _certified(method, samples, group, usable, where)
     if refusal is not None and not fitted.delay:
@@ -138,13 +141,6 @@ def _common_samples(first: Record, second: Record) -> int:
     return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
 
 
-def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:
-    """The rows to fit, 10 000 at most; a record of one period is followed by itself, and fitted on its second pass."""
-    records = [twice(record) if is_one_period(record) else record for record in prepared]
-    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(records, usable, strict=True)]
-    return Samples.of(records, 10_000, np.concatenate(rows), prepared)
-
-
 def _certified(
     method: Method, samples: Samples, group: Sequence[Record], usable: Sequence[BoolArray], where: str
 ) -> tuple[Fitted, tuple[RecordFit, ...], str]:
@@ -202,10 +198,7 @@ def _with_rig(
 
 
 def _of_saved(
-    group: Sequence[Record],
-    fits: Sequence[RecordFit],
-    with_rig: Sequence[RecordFit],
-    recorded: Sequence[LoopEnergy],
+    group: Sequence[Record], fits: Sequence[RecordFit], with_rig: Sequence[RecordFit], recorded: Sequence[LoopEnergy]
 ) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
     columns = []

@@ -44,18 +44,13 @@ class Samples:
 
     @classmethod
     def of(
-        cls,
-        records: Sequence[Record],
-        most: int,
-        usable: BoolArray | None = None,
-        measured: Sequence[Record] | None = None,
+        cls, records: Sequence[Record], most: int, usable: BoolArray | None = None, measured: Sequence[Record] = ()
     ) -> Samples:
-        """At most so many rows of some records, of those that are usable, shape (K,), all if None.
+        """At most so many rows of some records as measured, of those that are usable, shape (K,), all if None.
 
         Left out are first strokes of records that begin under load, as their memory is unknown; of three or more.
         """
-        measured = tuple(records if measured is None else measured)
-        samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), measured)
+        samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), tuple(measured or records))
         used = np.ones(samples.displacement.size, bool) if usable is None else usable.copy()
         for begin, turning, is_loaded in zip(samples.begins[:-1], samples.turning, samples.are_loaded, strict=True):
             if is_loaded and turning.size > 3:

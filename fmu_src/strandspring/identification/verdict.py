@@ -22,19 +22,12 @@ _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffne
 
 @dataclass(frozen=True)
 class Part:
-    """Root mean squares on some rows over the deviation of the force there.
+    """Root mean squares on some rows over the deviation of the force there."""
 
-    Attributes
-    ----------
-    spans : ndarray, shape (1 or 2, 2)   Middle half of the amplitudes [mm], frequencies [Hz] if timed.
-    error, of_spring : float             Error of the spring, and what white noise of the force leaves of it.
-    plain : dict of str to float         Errors of plain models.
-    """
-
-    spans: FloatArray
-    error: float
-    of_spring: float
-    plain: Mapping[str, float]
+    spans: FloatArray  # middle half of the amplitudes [mm], frequencies [Hz] if timed, shape (1 or 2, 2)
+    error: float  # of the spring
+    of_spring: float  # what white noise of the force leaves of it
+    plain: Mapping[str, float]  # errors of plain models
 
 
 @dataclass(frozen=True)

@@ -38,11 +38,7 @@ _WINDOW = re.compile(rf"\s*({_NUMBER})?\s*:\s*({_NUMBER})?\s*")
 
 
 def select(
-    record: Record,
-    *,
-    cycles: Bounds | None = None,
-    time: Bounds | None = None,
-    displacement: Bounds | None = None,
+    record: Record, *, cycles: Bounds | None = None, time: Bounds | None = None, displacement: Bounds | None = None
 ) -> Record:
     """Part of a record.
 
