@@ -84,14 +84,14 @@ def test_very_many_cycles_are_fitted_as_well_as_few() -> None:
     assert errors[1] < errors[0] + 0.1  # N of 120 N; two-fifths of a newton without whole strokes
 
 
-def test_an_amplifier_that_would_turn_negative_ends_at_zero() -> None:
+def test_an_amplifier_that_would_turn_negative_is_lowered_until_positive() -> None:
     """The loop closes and crosses over the last few per cent of the range, too little to be refused."""
     path = sine()
     omega = Spring(spring_of(1.0, 1.0, 3.0)).omega(path)
     record = Record(path, 3000.0 * path + 10.0 * omega * (1.0 - 1.06 * (path - MEAN) / AMPLITUDE))
     found = identify_records([record], TwoStageOptions((3, 1)))
-    assert found.degrees == (3, 1)
-    assert 1.0 + found.parameters.kA[1] * found.parameters.x_max == pytest.approx(0.0, abs=0.01)  # 0.03 if it is free
+    assert Outcome.AMPLIFIER_REDUCED in found.outcomes
+    assert found.options["degrees"] == found.degrees == (3, 0)
 
 
 def test_short_strokes_are_named() -> None:

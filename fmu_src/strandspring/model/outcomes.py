@@ -198,6 +198,10 @@ class Outcome(Enum):
         "The 95 % prediction interval holds less than 90 % of the cycles left out: expect cycles outside it, and "
         "compare the recorded ones."
     )
+    AMPLIFIER_REDUCED = (
+        "The amplifier FA of the wanted degree was not positive over the whole range; its degree was lowered until it "
+        "was."
+    )
     FIRST_CYCLE_DIFFERS = "The first cycle differs from the later ones and was left out."
 
     @property

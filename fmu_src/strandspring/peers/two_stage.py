@@ -13,7 +13,7 @@ along the strokes: with u = omega in the direction of motion and the way s,
 
 which is linear in a, b and the u(0) of each stroke for a given n, and n comes from a scan of its whole range. Where the
 steady section begins is not known: both stages are run for a few distances from the reversal, and a closing linear fit
-with each omega gives FE and G >= 0 from all rows and says which is best.
+with each omega gives FE and G from all rows and says which is best.
 """
 
 from __future__ import annotations
@@ -27,16 +27,15 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from ..core.parameters import SIGMA_RANGE
-from ..identification.bases import fraction
-from ..identification.fit import Fit, Problem, SpringClass
+from ..core.polynomials import least_value
+from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
 from ..identification.samples import Samples
-from ..identification.spring import spring_of
 from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
-from .periods import Hysteresis
+from .periods import Hysteresis, polynomial_spring
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
 _STEADY = (0.1, 0.25, 0.45, 0.65, 0.8)  # where the steady section may begin, of the longest stroke
@@ -61,7 +60,7 @@ class TwoStageOptions(Method):
             yield replace(self, degrees=degrees)._fit(samples, where)
 
     def _fit(self, samples: Samples, where: str) -> Fitted:
-        """Identify without start values."""
+        """Identify without start values; the degree of FA is lowered until FA is positive."""
         least = sum(self.degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
         if samples.rows.size < least:
             detail = f" Found {samples.rows.size} samples to fit; {least} are needed at least."
@@ -71,9 +70,21 @@ class TwoStageOptions(Method):
         solution = stages.solve(self.degrees) if self.degrees else stages.choose()
         if solution is None:
             raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
-        c = solution.fit.spring_class
-        choices = {"degrees": (c.elastic[0], c.amplifiers[0]), "steady_section_from": solution.share}
-        return Fitted(spring_of(stages.problem, solution.fit), tuple(stages.findings(solution)), choices)
+        elastic, amplifier = solution.degrees
+        low, high = samples.reach
+        for degree in range(amplifier, -1, -1):
+            solved = _solved(stages.matrix((elastic, degree), solution.omega), samples.r)
+            FE, G = (np.asarray(legendre.leg2poly(part), np.float64) for part in np.split(solved, [elastic + 1]))
+            if least_value(tuple(G.tolist()), -1.0, 1.0)[0] > 1e-3 * abs(float(G[0])):  # a margin for rounding
+                break
+        else:
+            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        spring = polynomial_spring(where, (low, high), middle, half, FE, G, solution.hysteresis)
+        findings = [*stages.findings(solution)]
+        if degree < amplifier:
+            findings.append(Finding(Outcome.AMPLIFIER_REDUCED, {"degree": degree}))
+        return Fitted(spring, tuple(findings), {"degrees": (elastic, degree), "steady_section_from": solution.share})
 
 
 def _on_whole_strokes(samples: Samples) -> Samples:
@@ -89,9 +100,10 @@ def _on_whole_strokes(samples: Samples) -> Samples:
 
 
 class _Solution(NamedTuple):
-    """Both stages, where the steady section begins, and omega at the rows."""
+    """Both stages at some degrees; `error` is the rms of the closing fit [N]."""
 
-    fit: Fit
+    error: float
+    degrees: tuple[int, int]
     share: float
     hysteresis: Hysteresis
     omega: FloatArray
@@ -101,7 +113,7 @@ class _Stages:
     """The rows of records on their strokes, and both stages on them."""
 
     def __init__(self, samples: Samples) -> None:
-        self.samples, self.problem = samples, Problem(samples)
+        self.samples = samples
         stroke, ends = samples.stroke_of_row, samples.displacement[samples.strokes]
         length = np.abs(ends[:, 1] - ends[:, 0])
         begun = (np.cumsum(length) - length)[stroke]
@@ -123,28 +135,30 @@ class _Stages:
         self.turns = later[is_next & ~np.isin(samples.strokes[of_cell[later], 0], samples.begins)]
         self.turn_way = (np.cumsum(length) - length)[of_cell[self.turns]]
 
+    def matrix(self, degrees: tuple[int, int], omega: FloatArray) -> FloatArray:
+        """Columns of FE and G: Legendre polynomials of the place in the range, well conditioned."""
+        low, high = self.samples.reach
+        columns = legendre.legvander((2.0 * self.samples.x - low - high) / (high - low), max(degrees))
+        return np.hstack([columns[:, : degrees[0] + 1], omega[:, None] * columns[:, : degrees[1] + 1]])
+
     def solve(self, degrees: tuple[int, int]) -> _Solution | None:
         """Both stages for each steady section, the best one by the closing fit; None if there is none."""
-        solutions, r, terms = [], self.samples.r, degrees[0] + 1
-        spring_class = SpringClass((degrees[0], 0), (degrees[1],), may_fall=True)
-        columns = legendre.legvander(fraction(self.samples.x, *self.samples.reach), max(degrees))
-        matrix = np.hstack([columns[:, :terms], self.side[:, None] * columns[:, : degrees[1] + 1]])
+        solutions = []
+        r, matrix, terms = self.samples.r, self.matrix(degrees, self.side), degrees[0] + 1
         for share in _STEADY:
             steady = self.travel >= share * self.length.max()
             if np.count_nonzero(steady) < 2 * matrix.shape[1]:
                 continue
-            A = matrix[steady]
-            # By the normal equations, quick where rows are many; the branches may hardly overlap.
-            solved = np.linalg.lstsq(A.T @ A, A.T @ r[steady], rcond=1e-6)[0]
+            solved = _solved(matrix[steady], r[steady], 1e-6)  # the branches may hardly overlap
             G = self.side * (matrix[:, terms:] @ solved[terms:])
             if (read := self._second_stage(matrix[:, :terms] @ solved[:terms], G)) is None:
                 continue
             omega = self.samples.points.omega_by_rate(np.array([read.rho]), read.sigma, read.n)[0]
             if min(omega.max(), -omega.min()) >= 0.6:  # less does not tell FE from FA
-                q = np.log([read.rho * self.problem.half, max(read.sigma - 0.5, 1e-9), read.n])
-                closing = Fit(spring_class, q, self.problem.squares(spring_class, q))
-                solutions.append(_Solution(closing, share, read, omega))
-        return min(solutions, key=lambda solution: solution.fit.squares, default=None)
+                closing = self.matrix(degrees, omega)
+                error = rmse(r, closing @ _solved(closing, r))
+                solutions.append(_Solution(error, degrees, share, read, omega))
+        return min(solutions, key=lambda solution: solution.error, default=None)
 
     def _second_stage(self, FE: FloatArray, G: FloatArray) -> Hysteresis | None:
         """rho, sigma, n; None without a positive loop or a rho > 0."""
@@ -176,11 +190,12 @@ class _Stages:
         What counts is the median over the folds: the mean would be that of amplitudes left out, where polynomials
         extrapolate. An error of half a per cent is as good as none: richer degrees would imitate the hysteresis.
         """
+        r, floor = self.samples.r, 0.005 * float(np.std(self.samples.r))
         best, least = None, math.inf
         for solution in filter(None, map(self.solve, _DEGREES)):
-            fit, folds = solution.fit, self.samples.folds
-            left = [self.problem.linear(fit.spring_class, fit.q, kept=~held).residuals[held] for held in folds]
-            error = max(float(np.median([np.mean(residuals**2) for residuals in left])) ** 0.5, 0.005)
+            matrix = self.matrix(solution.degrees, solution.omega)
+            fits = ((held, _solved(matrix[~held], r[~held])) for held in self.samples.folds)
+            error = max(float(np.median([rmse(r[held], matrix[held] @ solved) for held, solved in fits])), floor)
             if error < 0.95 * least:
                 best, least = solution, error
         return best
@@ -194,6 +209,13 @@ class _Stages:
             yield Finding(Outcome.N_AT_BOUND, {"n": solution.hysteresis.n})
         if solution.hysteresis.sigma in SIGMA_RANGE:
             yield Finding(Outcome.SIGMA_AT_BOUND, {"sigma": solution.hysteresis.sigma})
+
+
+def _solved(matrix: FloatArray, target: FloatArray, rcond: float = 1e-13) -> FloatArray:
+    """Linear least squares by the normal equations, quick where rows are many, without eigenvalues below `rcond` of the
+    largest, which are noise.
+    """
+    return np.asarray(np.linalg.lstsq(matrix.T @ matrix, matrix.T @ target, rcond=rcond)[0])
 
 
 def _line(first: IndexArray, way: FloatArray, u: FloatArray, root: FloatArray, n: FloatArray) -> Sequence[float]:

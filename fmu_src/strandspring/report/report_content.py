@@ -31,7 +31,7 @@ _RESIDUALS = ("residuals-time", "residuals-displacement", "residuals-velocity", 
 # Findings that say that the model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
 # Findings that leave the model as good as it would be without them.
-_HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS})
+_HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
 _LISTED = 200  # records whose assumptions are listed
 
 Progress = Callable[[str], None]
