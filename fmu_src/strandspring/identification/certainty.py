@@ -42,18 +42,11 @@ Interval = tuple[float | None, float | None]
 
 @dataclass(frozen=True, eq=False)
 class Certainty:
-    """What is known of a spring.
+    """What is known of a spring."""
 
-    Attributes
-    ----------
-    uncertainty : dict           Content of the model file's field.
-    unrecorded : Unrecorded      What loops may do that were not recorded.
-    lack : LackOfFit             What the spring misses.
-    """
-
-    uncertainty: dict[str, Any]
-    unrecorded: Unrecorded
-    lack: LackOfFit
+    uncertainty: dict[str, Any]  # content of the model file's field
+    unrecorded: Unrecorded  # what loops may do that were not recorded
+    lack: LackOfFit  # what the spring misses
 
 
 def certainty(choice: Choice, problem: Problem, spring: SpringParameters) -> Certainty:

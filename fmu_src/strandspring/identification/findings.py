@@ -237,23 +237,15 @@ def _rest(branch: FloatArray) -> tuple[int, float]:
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """Pairs of strokes of one length that follow a third, C in all records.
+    """Pairs of strokes of one length that follow a third, C in all records; arrays are of shape (C,) or (2, C)."""
 
-    Attributes
-    ----------
-    record, stroke, amplitude : ndarray of int, shape (C,)   Number of record, of first stroke in it, of amplitude.
-    place : ndarray, shape (C,)                              Cycles since the beginning of the first record.
-    frequency : ndarray, shape (C,)                          [Hz]; 0 without times.
-    figures, errors : ndarray, shape (2, C)                  Height over the stroke and stiffness [N/m]; by noise alone.
-    """
-
-    record: IndexArray
-    stroke: IndexArray
-    amplitude: IndexArray
-    place: FloatArray
-    frequency: FloatArray
-    figures: FloatArray
-    errors: FloatArray
+    record: IndexArray  # its number
+    stroke: IndexArray  # number of the first one in the record
+    amplitude: IndexArray  # its number
+    place: FloatArray  # cycles since the beginning of the first record
+    frequency: FloatArray  # [Hz]; 0 without times
+    figures: FloatArray  # height over the stroke and stiffness [N/m]
+    errors: FloatArray  # of these by noise alone
 
     @classmethod
     def of(cls, parts: Sequence[Strokes]) -> Cycles:

@@ -73,23 +73,15 @@ def force_interval(choice: Choice, force_error: float, time: float) -> ForceInte
 
 @dataclass(frozen=True)
 class Unrecorded:
-    """What loops may do that were not recorded, by all fits that predict held-out strokes as well.
+    """What loops may do that were not recorded, by all fits that predict held-out strokes as well."""
 
-    Attributes
-    ----------
-    amplitude, energy, low, high : float   Of small loops about mid-range [m], their energy a cycle and its range [J].
-    beyond : list of [x, force, low, high]    Force beyond either end of the range [m], [N].
-    one_amplitude : bool           Whether all recorded loops are of about one amplitude, which leave small ones open.
-    by_powers : bool               Whether the range is that of what mounts do, as the spring is not settled.
-    """
-
-    amplitude: float
-    energy: float
-    low: float
+    amplitude: float  # of small loops about mid-range [m]
+    energy: float  # of theirs a cycle [J]
+    low: float  # of its range [J]
     high: float
-    beyond: list[list[float]]
-    one_amplitude: bool
-    by_powers: bool
+    beyond: list[list[float]]  # x, force, low and high beyond either end of the range [m], [N]
+    one_amplitude: bool  # whether all recorded loops are of about one amplitude, which leave small ones open
+    by_powers: bool  # whether the range is that of what mounts do, as the spring is not settled
 
     @property
     def sentence(self) -> str:
