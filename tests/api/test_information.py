@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from strandspring import Record, Spring, info, synthesize
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.campaign import RateVerdict
-from strandspring.loops.loop import steady_loop_figures
+from strandspring.loops.loop import steady_loop
 from synthetic import MEAN, record_of, sine, spring_of
 
 SPRING = Spring(spring_of(1.0, 1.0), "mount", "a mount")
@@ -23,7 +23,7 @@ def test_one_row_for_each_loop() -> None:
     frame = information.to_frame()
     assert frame["source"].tolist() == ["model", "<mount>", "model", "<mount>", "model"]
     assert frame["from"].tolist() == ["", "", "<mount>", "", "<mount>"]
-    expected = steady_loop_figures(PathSolver(SPRING.parameters), MEAN - 0.005, MEAN + 0.005)
+    expected = steady_loop(PathSolver(SPRING.parameters), MEAN - 0.005, MEAN + 0.005).figures
     assert frame.loc[0, "energy_per_cycle"] == pytest.approx(expected.energy_per_cycle, rel=1e-9)  # another zero
     # 0.5 % noise; the mean over some cycles and hundreds of samples leaves less than 1 %.
     for measured, model in ((1, 2), (3, 4)):

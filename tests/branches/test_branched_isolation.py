@@ -14,7 +14,7 @@ from spring_oracle import OracleSpring
 from strandspring import Spring, SpringParameters
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.loop import steady_loop_figures
+from strandspring.loops.loop import steady_loop
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
@@ -136,8 +136,8 @@ def test_springs_side_by_side_and_in_series_scale_all_parts() -> None:
 
 def test_slow_loops_are_those_without_branches() -> None:
     p = SPRINGS["both"]
-    slow = steady_loop_figures(PathSolver(p), 0.04, 0.06)
-    assert slow == steady_loop_figures(PathSolver(SPRINGS["second"]), 0.04, 0.06)
+    slow = steady_loop(PathSolver(p), 0.04, 0.06).figures
+    assert slow == steady_loop(PathSolver(SPRINGS["second"]), 0.04, 0.06).figures
     # Of both mechanisms, after cycles that repeat.
     path = np.tile(np.concatenate([np.linspace(0.04, 0.06, 200), np.linspace(0.06, 0.04, 200)[1:-1]]), 12)
     energy = PathSolver(SPRINGS["second"]).absorbed_energy(path)

@@ -10,7 +10,7 @@ import pytest
 from springs import TABLE
 from strandspring import Spring
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.loop import steady_loop_figures
+from strandspring.loops.loop import steady_loop
 from synthetic import AMPLITUDE, MEAN, spring_of
 from terminal import Terminal
 
@@ -66,7 +66,7 @@ def test_without_records_the_quarters_of_the_range(terminal: Terminal) -> None:
     for loop in told["loops"]:
         assert set(loop) == {"source", *FIGURES}
         assert loop["source"] == "model"
-        expected = steady_loop_figures(solver, MEAN - loop["amplitude"], MEAN + loop["amplitude"])
+        expected = steady_loop(solver, MEAN - loop["amplitude"], MEAN + loop["amplitude"]).figures
         for name in FIGURES:
             assert loop[name] == pytest.approx(getattr(expected, name), rel=1e-9), name
     assert told["rate_independence"] is None

@@ -124,18 +124,15 @@ class Absurd(Method):
 
     name = "absurd"
 
-    def fit(self, samples, where):  # type: ignore[no-untyped-def]
-        """The refined fit, with 100 times the force at a degree of its own."""
-        fitted = RefinedOptions(degrees=(1, 0)).fit(samples, where)
+    def candidates(self, samples, where):  # type: ignore[no-untyped-def]
+        """The refined fit with 100 times the force at a degree of its own, twice, before it as it is."""
+        fitted = next(RefinedOptions(degrees=(1, 0)).candidates(samples, where))
         p = fitted.parameters
         swing = 100.0 * p.kappa_omega / p.x_max**2
-        return replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
-
-    def candidates(self, samples, where):  # type: ignore[no-untyped-def]
-        """Two absurd ones first."""
-        yield from (self.fit(samples, where) for _ in range(2))
+        absurd = replace(fitted, parameters=replace(p, kE=(p.kE[0] - swing * p.x_max**2, *p.kE[1:2], swing)))
+        yield from (absurd, absurd)
         if self.degrees is None:
-            yield RefinedOptions(degrees=(1, 0)).fit(samples, where)
+            yield fitted
 
 
 def test_the_next_class_is_saved_and_said_or_the_records_are_refused() -> None:

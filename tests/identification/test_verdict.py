@@ -73,13 +73,6 @@ def test_sentences(samples: Samples, size: float | FloatArray, plain: float, sen
     assert ("; not at 3 mm, 0.1 Hz: " in verdict) is (" at 8 " in sentence)
 
 
-def test_extrapolation_is_a_figure_of_its_own() -> None:
-    samples = record([4.0, 7.0, 12.0], cycles=1)
-    verdict = Verdict.of(samples, errors(samples, np.where(large(samples, 0.0075), 2.0, 0.02)), {})
-    assert verdict.extrapolated == pytest.approx(2.0, rel=0.1)  # rows by the margin of 2 % are not beyond
-    assert verdict.unseen < 2.0
-
-
 # -- at the door
 
 

@@ -24,7 +24,7 @@ from strandspring.loops.campaign import (
     rate_independence,
 )
 from strandspring.loops.cycles import find_cycles, measured_loops
-from strandspring.loops.loop import LoopFigures, steady_loop, steady_loop_figures
+from strandspring.loops.loop import LoopFigures, steady_loop
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 FIGURES = ("secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force", "min_force", "max_force")
@@ -36,7 +36,7 @@ def plain(kappa_omega: float, rho: float, n: float = 1.0, sigma: float = 1.0) ->
 
 
 def loop_of(parameters: SpringParameters, amplitude: float, mean: float = MEAN) -> LoopFigures:
-    return steady_loop_figures(PathSolver(parameters), mean - amplitude, mean + amplitude)
+    return steady_loop(PathSolver(parameters), mean - amplitude, mean + amplitude).figures
 
 
 def assert_alike(found: LoopFigures, expected: LoopFigures, rel: float) -> None:
@@ -87,7 +87,7 @@ def test_the_steady_loop_is_where_many_cycles_end(n: float, sigma: float, steady
     up = low + (high - low) * 0.5 * (1.0 - np.cos(np.linspace(0.0, np.pi, 20_001)))
     path = np.concatenate([up, up[-2::-1]])
     force = solver.force(path, -omega)
-    figures = steady_loop_figures(solver, low, high)
+    figures = steady_loop(solver, low, high).figures
     assert figures.energy_per_cycle == pytest.approx(np.trapezoid(force, path), rel=1e-5)  # the cusp of n = 0.22
     middle = np.trapezoid(force, np.concatenate([up, 2.0 * high - up[-2::-1]])) / (2.0 * (high - low))
     assert figures.mean_force == pytest.approx(middle, rel=1e-6)
@@ -114,7 +114,7 @@ def test_a_loop_without_a_rising_secant_has_no_loss_factor_and_turning_points_ar
     assert math.isnan(figures.damping_ratio)
     for low, high in ((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0), (0.0, math.inf)):
         with pytest.raises(ValueError, match="`low` must be below `high`"):
-            steady_loop_figures(PathSolver(plain(1.0, 100.0)), low, high)
+            steady_loop(PathSolver(plain(1.0, 100.0)), low, high)
 
 
 def test_a_loop_drawn_by_hand() -> None:

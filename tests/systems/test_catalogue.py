@@ -17,7 +17,7 @@ from strandspring import SpringParameters, isolate_system, simulate
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.loop import steady_loop_figures
+from strandspring.loops.loop import steady_loop
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.parts import Tolerance, scaled
 from strandspring.vibration.catalogue.catalogue_spring import CatalogueValues, spring_from_catalogue
@@ -141,7 +141,7 @@ def test_a_static_curve_runs_through_its_points_and_rises(catalogue: dict[str, A
 def test_small_vibration_has_the_stated_stiffness() -> None:
     for catalogue, stiffness in ((LINEAR, 80.0), (LINEAR, 300.0), (CURVE, 200.0)):
         spring = spring_of({**catalogue, "vibration_stiffness": f"{stiffness} N/mm"})
-        figures = steady_loop_figures(PathSolver(spring), -1e-8, 1e-8)
+        figures = steady_loop(PathSolver(spring), -1e-8, 1e-8).figures
         assert figures.secant_stiffness == pytest.approx(1e3 * stiffness, rel=1e-4)  # of a loop of +-0.01 um
 
 
@@ -174,7 +174,7 @@ def test_values_make_a_spring_of_that_loop_or_are_refused(
         assert refusal.startswith(("`vibration_stiffness` must", "the damping must"))
         return
     assert spring.kE[1] > 0.0
-    figures = steady_loop_figures(PathSolver(spring), -A, A)
+    figures = steady_loop(PathSolver(spring), -A, A).figures
     assert figures.secant_stiffness == pytest.approx(K, rel=1e-9)
     if not is_share:
         assert figures.loss_factor == pytest.approx(loss, rel=1e-6)  # energy is a small difference at small rho*A

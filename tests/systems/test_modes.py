@@ -14,7 +14,7 @@ from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
 from strandspring.errors import MountedSystemError
 from strandspring.kernel.path import PathSolver
-from strandspring.loops.loop import steady_loop_figures
+from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops
@@ -146,7 +146,7 @@ def test_damping_of_one_axis() -> None:
     assert stiffness == pytest.approx(1.5 * PathSolver(MOUNT).stiffness(np.array([0.05]))[0], rel=1e-12)
     assert tangent.frequency == pytest.approx(math.sqrt(stiffness / 5.0) / (2.0 * math.pi), rel=1e-12)
     assert tangent.damping == pytest.approx(40.0 / (2.0 * math.sqrt(stiffness * 5.0)), rel=1e-12)
-    loop = steady_loop_figures(PathSolver(MOUNT), 0.05 - 0.006, 0.05 + 0.006)
+    loop = steady_loop(PathSolver(MOUNT), 0.05 - 0.006, 0.05 + 0.006).figures
     assert 0.2 * system.laws.free_travel(motion.springs) == pytest.approx([0.012], rel=1e-12)
     (secant,) = modes(motion, system.laws.secants(motion.springs, np.array([0.012])))
     k = 1.5 * loop.secant_stiffness

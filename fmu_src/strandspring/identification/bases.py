@@ -21,7 +21,6 @@ T = TypeVar("T")
 # Degree of FE and number of knots within the range, from the simplest on.
 ELASTIC = ((1, 0), (2, 0), (3, 0), (4, 0), (5, 0), (3, 3), (3, 6), (3, 10), (3, 21))
 AMPLIFIER = (0, 1, 2, 3, 5, 8)  # degree of FA
-_DISTINCT = 4  # displacements that a knot interval holds at least
 
 
 def step_on(ladder: Sequence[T], place: T, step: int = 1) -> T:
@@ -39,7 +38,7 @@ def inner_knots(number: int, y: FloatArray) -> FloatArray:
     distinct = np.unique(np.round(500.0 * y)) / 500.0
     while number > 0:
         ends = np.linspace(-1.0, 1.0, number + 2)
-        if np.histogram(distinct, ends)[0].min() >= _DISTINCT:
+        if np.histogram(distinct, ends)[0].min() >= 4:
             return ends[1:-1]
         number -= 1
     return np.empty(0)
@@ -80,20 +79,13 @@ def amplifier_columns(y: FloatArray, degree: int) -> FloatArray:
 
 @dataclass(frozen=True)
 class Shape:
-    """FE and FA of a fit as they are saved.
-
-    Attributes
-    ----------
-    low, high : float                 Range [m].
-    degree, knots                     Of FE.
-    elastic : ndarray                 Coefficients of its columns [N].
-    """
+    """FE and FA of a fit as they are saved, over a range [m]."""
 
     low: float
     high: float
-    degree: int
+    degree: int  # of FE
     knots: FloatArray
-    elastic: FloatArray
+    elastic: FloatArray  # coefficients of its columns [N]
 
     def elastic_parameters(self) -> dict[str, tuple[float, ...]]:
         """FE as `SpringParameters` takes it: a polynomial of x - offset, or a table of forces."""

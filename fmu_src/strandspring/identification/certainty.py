@@ -23,41 +23,30 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..core.parameters import SpringParameters
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import FloatArray, IndexArray
 from ..model.joint import further_names, names_of
 from .bases import AMPLIFIER, ELASTIC, amplifier_columns, step_on
 from .choice import Choice
 from .figures import autocorrelation_time
-from .fit import Fit, Linear, Problem, SpringClass
+from .fit import Fit, Linear, Problem
 from .predictions import LackOfFit, Unrecorded, force_interval, student_95
 from .spring import spring_of
 
 NAMES = ("kappa_omega", "rho", "sigma", "n")
-_AT_BOUND = 1e-3  # distance of a q from its bound that counts as none
+AT_BOUND = 1e-3  # distance of a q from its bound that counts as none
 _CURVED = 0.1  # standard error of a logarithm from which the misfit is not taken as parabolic: 10 % of the parameter
-_POINTS = 8  # of a profile at most: 1.6^8 is 40 times the linear interval
-_CORRELATED = 0.98  # from which parameters are called indistinct: errors are 5 times those of each alone
-_UNCERTAIN = 0.5  # relative standard error from which a parameter is called hardly known
 Interval = tuple[float | None, float | None]
 
 
 @dataclass(frozen=True, eq=False)
 class Certainty:
-    """What is known of a spring.
+    """What is known of a spring."""
 
-    Attributes
-    ----------
-    uncertainty : dict           Content of the model file's field.
-    unrecorded : Unrecorded      What loops may do that were not recorded.
-    lack : LackOfFit             What the spring misses.
-    """
-
-    uncertainty: dict[str, Any]
-    unrecorded: Unrecorded
-    lack: LackOfFit
+    uncertainty: dict[str, Any]  # content of the model file's field
+    unrecorded: Unrecorded  # what loops may do that were not recorded
+    lack: LackOfFit  # what the spring misses
 
 
 def certainty(choice: Choice, problem: Problem, spring: SpringParameters) -> Certainty:
@@ -80,7 +69,7 @@ class Linearised:
         self.problem, self.fit = problem, fit
         self.solved = problem.linear(fit.spring_class, fit.q)
         low, high = problem.bounds(fit.spring_class)
-        self.free = (fit.q > low + _AT_BOUND) & (fit.q < high - _AT_BOUND)
+        self.free = (fit.q > low + AT_BOUND) & (fit.q < high - AT_BOUND)
         self.time = autocorrelation_time(self.solved.residuals)
 
     @cached_property
@@ -92,7 +81,7 @@ class Linearised:
         return np.hstack([solved.columns * solved.inside, by_q])
 
     @cached_property
-    def felt(self) -> NDArray[np.intp]:
+    def felt(self) -> IndexArray:
         """The columns of the Jacobian that are not 0."""
         return np.flatnonzero(np.any(self.jacobian != 0.0, axis=0))
 
@@ -256,9 +245,9 @@ def _intervals(linear: Linearised, few: Problem, spring: SpringParameters, error
     reaches = linear.quantile * np.hypot(errors, np.log(_law(linear.problem, richer) / law))
     around = [_around(getattr(spring, name), float(reach)) for name, reach in zip(NAMES, reaches, strict=True)]
     lows, highs = [around[0][0] or 0.0], [around[0][1] or math.inf]
-    best = few.local(c, q, 8, 1e-6)
+    best = Linearised(few, few.local(c, q, 8, 1e-6))
     for k in (k for k in (1, 2, 3) if not 0.0 < errors[k] <= _CURVED):
-        ends = [_end(few, best, k, side, float(reaches[k])) for side in (-1, 1)]
+        ends = [_end(best, k, side, float(reaches[k])) for side in (-1, 1)]
         around[k] = ends[0][0], ends[1][0]
         for value, kappa in ends:
             is_open = value is None and abs(math.log(kappa / law[0])) > _CURVED
@@ -278,32 +267,19 @@ def _law(problem: Problem, fit: Fit) -> FloatArray:
     return np.array([max(kappa, 1e-300), rate / problem.half, 0.5 + excess, n])
 
 
-class _Held(Problem):
-    """A problem with one of its q held."""
-
-    def __init__(self, problem: Problem, place: int, value: float) -> None:
-        self.__dict__ |= problem.__dict__
-        self._place, self._value = place, value
-
-    def bounds(self, c: SpringClass) -> tuple[FloatArray, FloatArray]:
-        low, high = super().bounds(c)
-        low[self._place] = high[self._place] = self._value
-        return low, high
-
-
-def _end(few: Problem, best: Fit, k: int, side: int, reach: float) -> tuple[float | None, float]:
+def _end(linear: Linearised, k: int, side: int, reach: float) -> tuple[float | None, float]:
     """An end of the interval of a parameter of `_law`: where the misfit, all else fitted again, has risen by what a
     linear one allows, None if it does not; and the kappa_omega there [N].
     """
-    c, place, linear = best.spring_class, k - 1, Linearised(few, best)
+    few, best, c, place = linear.problem, linear.fit, linear.fit.spring_class, k - 1
     allowed = linear.quantile**2 * linear.variance / linear.solved.residuals.size
     room = side * float(few.bounds(c)[side > 0][place] - best.q[place])
     inside, outside, fit, step = (0.0, 0.0), None, best, min(max(reach, 0.05), 1.0)
-    for _ in range(_POINTS if room > _AT_BOUND else 0):
+    for _ in range(8 if room > AT_BOUND else 0):  # 1.6^8 is 40 times the linear interval
         step = min(step, room)
         start = fit.q.copy()
         start[place] = best.q[place] + side * step
-        fit = _Held(few, place, float(start[place])).local(c, start, 5, 1e-3)
+        fit = few.local(c, start, 5, 1e-3, held=place)
         rise = math.sqrt(max(fit.squares - best.squares, 0.0) / allowed)
         if rise >= 1.0:
             outside = step, rise
@@ -336,11 +312,11 @@ def _indistinct(
             sentences.append(f"{name} > {low:.2g}: these records bound it from below only (95 %)")
         elif low is None:
             sentences.append(f"{name} < {high:.2g}: these records bound it from above only (95 %)")
-        elif known[name] > _UNCERTAIN:
+        elif known[name] > 0.5:
             sentences.append(f"{name} is known to lie between {low:.2g} and {high:.2g} only (95 %)")
     for pair, value in correlation.items():
         a, b = pair.split(",")
-        # What is known to 2 % is distinct.
-        if value is not None and abs(value) > _CORRELATED and max(known[a], known[b]) > 0.02:
+        # What is known to 2 % is distinct. At 0.98 errors are 5 times those of each alone.
+        if value is not None and abs(value) > 0.98 and max(known[a], known[b]) > 0.02:
             sentences.append(f"{a} and {b} are strongly correlated in these records ({value:.3f})")
     return sentences

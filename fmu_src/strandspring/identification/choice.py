@@ -32,16 +32,9 @@ _FLEXIBLE = SpringClass((3, 6), (2,))  # of which omega at the beginning is judg
 
 @dataclass(frozen=True)
 class Allowed:
-    """The classes that may be chosen.
+    """The classes that may be chosen, with the least and the greatest number of mechanisms and branches."""
 
-    Attributes
-    ----------
-    degrees : (int, int) or None    Of FE and FA, both polynomials; any if None.
-    mechanisms, branches : (int, int)   Least and greatest number.
-    drift : bool                    Whether the force may drift.
-    """
-
-    degrees: tuple[int, int] | None = None
+    degrees: tuple[int, int] | None = None  # of FE and FA, both polynomials; any if None
     mechanisms: tuple[int, int] = (1, 2)
     branches: tuple[int, int] = (0, 2)
     drift: bool = True
@@ -72,21 +65,6 @@ class Choice:
     best: Judged
     seen: tuple[Judged, ...]
     problem: Problem
-
-    @cached_property
-    def is_noise(self) -> bool:
-        """Whether the best class leaves nothing but noise."""
-        return self.problem.is_noise(self.best.fit)
-
-    @property
-    def criterion(self) -> float:
-        """That of the best class, see `Problem.criterion`."""
-        return self.problem.criterion(self.best.fit)
-
-    @property
-    def is_simple(self) -> bool:
-        """Whether one mechanism without branches leaves nothing but noise."""
-        return self.is_noise and self.best.fit.spring_class.nonlinear == 3
 
 
 def difference(one: Judged, other: Judged) -> tuple[float, float]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 
 
-def nonnegative(G: FloatArray, g: FloatArray, free: NDArray[np.bool_]) -> tuple[FloatArray, NDArray[np.bool_]]:
+def nonnegative(G: FloatArray, g: FloatArray, free: BoolArray) -> tuple[FloatArray, BoolArray]:
     """The c >= 0 with the least c*G*c/2 - g*c, by block principal pivoting.
 
     Every step solves for the coefficients that are not at 0 and exchanges those with a wrong sign; where that does not

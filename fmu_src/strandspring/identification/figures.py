@@ -13,15 +13,12 @@ from typing import Any
 import numpy as np
 
 from ..errors import RecordError
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from ..kernel.path import PathSolver
-from ..loops.strokes import noise_level
+from ..loops.strokes import LEAST_STROKE, noise_level
 from ..model.stated_figures import NAMES
 from ..records.record import Record
 from .refusals import FULL, SURE, Strokes, clipped_samples
-from .samples import BoolArray
-
-_CLOSED = 0.02  # distance between the ends of a cycle that is closed, share of its stroke
 
 
 def rmse(force: FloatArray, predicted: FloatArray) -> float:
@@ -186,8 +183,8 @@ def is_one_period(record: Record) -> bool:
     # The last sample may stop one step short of the first.
     missing = abs(float(r[-1] - r[-2])) + abs(float(r[1] - r[0]))
     return bool(
-        abs(x[-1] - x[0]) <= max(step, 0.5 * _CLOSED * np.ptp(x))
-        and abs(r[-1] - r[0]) <= max(noise, _CLOSED * np.ptp(r), missing)
+        abs(x[-1] - x[0]) <= max(step, 0.5 * LEAST_STROKE * np.ptp(x))
+        and abs(r[-1] - r[0]) <= max(noise, LEAST_STROKE * np.ptp(r), missing)
     )
 
 
@@ -249,19 +246,12 @@ def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class LoopEnergy:
-    """Loops of about one amplitude.
+    """Loops of about one amplitude."""
 
-    Attributes
-    ----------
-    amplitude : float             Mean [m].
-    measured, predicted : float   Mean energy of a cycle, and that of the saved spring along the same path [J].
-    error : float                 Standard error of the measured one by the noise of the force [J].
-    """
-
-    amplitude: float
-    measured: float
-    predicted: float
-    error: float
+    amplitude: float  # mean [m]
+    measured: float  # mean energy of a cycle [J]
+    predicted: float  # likewise of the saved spring along the same path
+    error: float  # standard error of the measured one by the noise of the force [J]
 
 
 def recorded_energies(
@@ -284,7 +274,7 @@ def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
     """Of each closed cycle, shape (4, C): amplitude [m], work measured and predicted [J], its variance by noise."""
     strokes, path = Strokes(record), record.displacement
     ends, first = path[strokes.turning], int(np.searchsorted(strokes.turning, fit.first_sample))
-    closed = np.abs(ends[:-2] - ends[2:]) <= _CLOSED * strokes.length[:-1]
+    closed = np.abs(ends[:-2] - ends[2:]) <= LEAST_STROKE * strokes.length[:-1]
     begins: list[int] = []
     for k in range(first, closed.size):
         begins += [k] if closed[k] and (not begins or k >= begins[-1] + 2) else []

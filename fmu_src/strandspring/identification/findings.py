@@ -14,16 +14,15 @@ from typing import Literal
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
+from ..loops.loop import ALIKE
 from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, impossible
-from .samples import BoolArray, IndexArray
 
 State = Literal["first", "mean", "last"]
 
-_LEAST = 0.03  # change of a loop that is named, and difference of strokes that counts as none
 _TURNS = 0.01  # of the force's deviation, that reversals between samples falsify
 _FLAT = 0.15  # slope in a gap, of the mean slope: no knee is as flat between steep parts
 _CELLS = 50  # of a stroke, for its slopes; a gap is three of them at least
@@ -33,29 +32,21 @@ _SHARES = np.linspace(0.05, 0.95, 31)  # of a stroke, where cycles are compared
 _LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_THROUGH)
 
 
-@dataclass(frozen=True, eq=False)
-class Checked:
-    """Records that a spring may have made.
-
-    Attributes
-    ----------
-    rows : ndarray of bool, shape (K,)      Samples that may be fitted, of all records one after the other.
-    findings : tuple of Finding
-    refusal : IdentificationError or None   To be raised unless a delay between the columns is found.
-    """
-
-    rows: BoolArray
-    findings: tuple[Finding, ...]
-    refusal: IdentificationError | None
-
-
-def check(records: Sequence[Record], state: State = "mean") -> Checked:
+def check(
+    records: Sequence[Record], state: State = "mean"
+) -> tuple[list[BoolArray], list[Finding], IdentificationError | None]:
     """Check records before a fit.
 
     Parameters
     ----------
     records : sequence of Record       Of one spring.
     state : "first", "mean" or "last"  Of the cycles of one amplitude the first third is fitted, all, or the last third.
+
+    Returns
+    -------
+    usable : list of ndarray of bool, shape (K,)   Samples of each record that may be fitted.
+    findings : list of Finding
+    refusal : IdentificationError or None          To be raised unless a delay between the columns is found.
 
     Raises
     ------
@@ -77,15 +68,15 @@ def check(records: Sequence[Record], state: State = "mean") -> Checked:
     except IdentificationError as refusal:
         raise explained(refusal, records) from None
     cycles = Cycles.of(parts)
-    rows, findings = [], []
+    usable, findings = [], []
     for number, part in enumerate(parts):
         first, of_state = _first_cycle(part), cycles.of_state(state, number, part.length.size)
-        rows.append(part.usable & (part.of_sample >= first) & of_state[part.of_sample])
+        usable.append(part.usable & (part.of_sample >= first) & of_state[part.of_sample])
         findings += [*_spikes(part.record), *_of_record(part)]
         if first:
             findings.append(Finding(Outcome.FIRST_CYCLE_DIFFERS, {"strokes": first}, part.record.path))
     findings += [*_play(parts), *cycles.findings(parts), *_apart(parts)]
-    return Checked(np.concatenate(rows), tuple(findings), refusals[0] if refusals else None)
+    return usable, findings, refusals[0] if refusals else None
 
 
 def explained(refusal: IdentificationError, records: Sequence[Record]) -> IdentificationError:
@@ -158,7 +149,7 @@ def _relaxed(part: Strokes) -> float:
     if not changes:
         return 0.0
     change, error = abs(float(np.mean(changes))), math.sqrt(np.sum(variances)) / len(changes)
-    return change if change > max(SURE * error, _LEAST / 3.0 * float(np.std(force))) else 0.0
+    return change if change > max(SURE * error, ALIKE / 3.0 * float(np.std(force))) else 0.0
 
 
 def _lost_at_reversals(part: Strokes) -> float:
@@ -177,7 +168,7 @@ def _first_cycle(part: Strokes) -> int:
     ends = part.record.displacement[part.turning]
 
     def difference(a: int, b: int) -> float:
-        near = 0.5 * _LEAST * float(part.length.max())
+        near = 0.5 * ALIKE * float(part.length.max())
         if b >= part.length.size or max(abs(ends[a] - ends[b]), abs(ends[a + 1] - ends[b + 1])) > near:
             return 0.0
         one, other = part.forces(np.array([a, b]), _SHARES * part.length[[a, b], None])
@@ -185,7 +176,7 @@ def _first_cycle(part: Strokes) -> int:
         return float(np.sqrt(np.mean(np.convolve(one - other, np.full(5, 0.2), "valid") ** 2)))
 
     for k in (1, 0):
-        if difference(k, k + 2) - 2.0 * difference(k + 2, k + 4) > 0.5 * _LEAST * np.ptp(part.record.force):
+        if difference(k, k + 2) - 2.0 * difference(k + 2, k + 4) > 0.5 * ALIKE * np.ptp(part.record.force):
             full = part.length[k + 1 :] >= FULL * part.length.max()
             return k + 1 if np.unique(part.direction[k + 1 :][full]).size == 2 else 0
     return 0
@@ -246,23 +237,15 @@ def _rest(branch: FloatArray) -> tuple[int, float]:
 
 @dataclass(frozen=True, eq=False)
 class Cycles:
-    """Pairs of strokes of one length that follow a third, C in all records.
+    """Pairs of strokes of one length that follow a third, C in all records; arrays are of shape (C,) or (2, C)."""
 
-    Attributes
-    ----------
-    record, stroke, amplitude : ndarray of int, shape (C,)   Number of record, of first stroke in it, of amplitude.
-    place : ndarray, shape (C,)                              Cycles since the beginning of the first record.
-    frequency : ndarray, shape (C,)                          [Hz]; 0 without times.
-    figures, errors : ndarray, shape (2, C)                  Height over the stroke and stiffness [N/m]; by noise alone.
-    """
-
-    record: IndexArray
-    stroke: IndexArray
-    amplitude: IndexArray
-    place: FloatArray
-    frequency: FloatArray
-    figures: FloatArray
-    errors: FloatArray
+    record: IndexArray  # its number
+    stroke: IndexArray  # number of the first one in the record
+    amplitude: IndexArray  # its number
+    place: FloatArray  # cycles since the beginning of the first record
+    frequency: FloatArray  # [Hz]; 0 without times
+    figures: FloatArray  # height over the stroke and stiffness [N/m]
+    errors: FloatArray  # of these by noise alone
 
     @classmethod
     def of(cls, parts: Sequence[Strokes]) -> Cycles:
@@ -270,7 +253,7 @@ class Cycles:
         rows, begun = [np.empty((0, 9))], 0.0
         weights = (_SHARES - 0.5) / ((_SHARES - 0.5) @ (_SHARES - 0.5))
         for number, part in enumerate(parts):
-            alike = np.abs(np.diff(part.length)) <= _LEAST * part.length[1:]
+            alike = np.abs(np.diff(part.length)) <= ALIKE * part.length[1:]
             valid = np.flatnonzero(alike[:-1] & alike[1:]) + 1
             # Every second one of those that follow each other.
             runs = valid[np.diff(valid, prepend=-2) > 1]
@@ -292,7 +275,7 @@ class Cycles:
         while (amplitude < 0).any():
             one = int(np.argmin(amplitude))
             apart = np.maximum(np.abs(length - length[one]), np.abs(middle - middle[one]))
-            amplitude[(apart <= 0.5 * _LEAST * length[one]) & (amplitude < 0)] = amplitude.max() + 1
+            amplitude[(apart <= 0.5 * ALIKE * length[one]) & (amplitude < 0)] = amplitude.max() + 1
         figures, errors = np.stack([height, stiffness]), np.stack([2.5 * noise, 4.0 * noise])
         return cls(record.astype(np.intp), stroke.astype(np.intp), amplitude, place, frequency, figures, errors)
 
@@ -350,7 +333,7 @@ class Cycles:
         within = self.amplitude * len(parts) + self.record
         for figure, kind in enumerate((Outcome.FRICTION_WEAR, Outcome.STIFFNESS_WEAR)):
             change, error = self.effect(figure, self.place, within)
-            if abs(change) > max(_LEAST, SURE * error):
+            if abs(change) > max(ALIKE, SURE * error):
                 change /= float(np.ptp(self.place))
                 yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
         if beside := (self._of_rate() if self.rates_differ else None) or self._of_records(parts):
@@ -361,11 +344,11 @@ class Cycles:
         f, squares = self.frequency, self.frequency**2
         change, error = self.effect(1, np.log(f), self.amplitude)
         by_mass, error_by_mass = self.effect(1, squares, self.amplitude)
-        if -by_mass > max(_LEAST, SURE * error_by_mass) and error_by_mass < 0.5 * error:
+        if -by_mass > max(ALIKE, SURE * error_by_mass) and error_by_mass < 0.5 * error:
             mass = -by_mass / np.ptp(squares) * float(np.mean(self.figures.sum(axis=0))) / (2.0 * math.pi) ** 2
             text = f"{mass:.3g} kg, {-100.0 * by_mass:.2g} % of the stiffness at {f.max():.3g} Hz"
             return Finding(Outcome.INERTIA, {"mass": mass}, "", text)
-        if abs(change) > max(_LEAST, SURE * error):
+        if abs(change) > max(ALIKE, SURE * error):
             text = f"stiffness {100.0 * change:+.2g} % at {f.max():.3g} Hz against {f.min():.3g} Hz"
             return Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
         return None
@@ -383,7 +366,7 @@ class Cycles:
                 step, error = shared.effect(figure, (shared.record == number).astype(np.float64), shared.amplitude)
                 by_rate, error_by_rate = shared.effect(figure, shared.frequency, shared.amplitude)
                 # A delay and a dashpot make a height that is linear in the frequency.
-                if abs(step) > max(_LEAST, SURE * error, abs(by_rate) * error / error_by_rate):
+                if abs(step) > max(ALIKE, SURE * error, abs(by_rate) * error / error_by_rate):
                     steps.append((abs(step), step, figure, number))
         if not steps:
             return None

@@ -18,13 +18,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from .bases import amplifier_columns, elastic_columns, fraction, inner_knots
 from .constrained import nonnegative
 from .figures import growing_variance, white_variance
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 # Of rho times half the range, sigma - 1/2 and n, as logarithms.
 LOW, HIGH = np.log([0.6, 1e-3, 0.05]), np.log([1000.0, 60.0, 12.0])
@@ -36,21 +35,12 @@ NOISE_ONLY = 0.1  # share of the squared misfit that is not white, up to which n
 
 @dataclass(frozen=True)
 class SpringClass:
-    """A class of springs.
+    """A class of springs; zeros of the force of further records, and its linear drift, are the rig's."""
 
-    Attributes
-    ----------
-    elastic : (int, int)        Degree of FE, and its knots within the range.
-    amplifiers : tuple of int   Degree of the FA of each mechanism.
-    branches : int
-    may_fall : bool             FE need not rise.
-    zeros, drift : bool         Zeros of the force of further records, and its linear drift, which are the rig's.
-    """
-
-    elastic: tuple[int, int] = (3, 0)
-    amplifiers: tuple[int, ...] = (0,)
+    elastic: tuple[int, int] = (3, 0)  # degree of FE, and its knots within the range
+    amplifiers: tuple[int, ...] = (0,)  # degree of the FA of each mechanism
     branches: int = 0
-    may_fall: bool = False
+    may_fall: bool = False  # FE need not rise
     zeros: bool = False
     drift: bool = False
 
@@ -73,26 +63,14 @@ class Frame:
     high: float
     places: FloatArray
 
-    @classmethod
-    def of(cls, x: FloatArray, low: float, high: float) -> Frame:
-        """That of some displacements."""
-        return cls(low, high, fraction(x, low, high))
-
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A class fitted.
-
-    Attributes
-    ----------
-    spring_class : SpringClass
-    q : ndarray          ln(rho*h), ln(sigma - 1/2), ln(n) of each mechanism, then ln(tau) of each branch.
-    squares : float      Mean squared residual over the variance of the force.
-    """
+    """A class fitted."""
 
     spring_class: SpringClass
-    q: FloatArray
-    squares: float
+    q: FloatArray  # ln(rho*h), ln(sigma - 1/2), ln(n) of each mechanism, then ln(tau) of each branch
+    squares: float  # mean squared residual over the variance of the force
 
 
 class Problem:
@@ -109,7 +87,7 @@ class Problem:
         self.samples = samples
         self.roots = np.ones(samples.rows.size) if roots is None else roots
         self.starts = np.zeros(len(samples.records)) if starts is None else starts
-        self.frame = Frame.of(samples.x, *samples.reach)
+        self.frame = Frame(*samples.reach, fraction(samples.x, *samples.reach))
         self.half = 0.5 * (self.frame.high - self.frame.low)
         # Their range without outliers.
         low, high = np.quantile(samples.force, [5e-4, 1.0 - 5e-4]).tolist()
@@ -269,8 +247,10 @@ class Problem:
         """Mean squared residual with these q."""
         return float(np.mean(self.linear(c, q).residuals ** 2))
 
-    def local(self, c: SpringClass, start: FloatArray, iterations: int = 12, tolerance: float = 1e-4) -> Fit:
-        """The minimum near a start by Gauss-Newton steps with damping, within the bounds."""
+    def local(
+        self, c: SpringClass, start: FloatArray, iterations: int = 12, tolerance: float = 1e-4, held: int | None = None
+    ) -> Fit:
+        """The minimum near a start by Gauss-Newton steps with damping, within the bounds; one q may be held."""
         low, high = self.bounds(c)
         q = np.clip(start, low, high)
         solved = self.linear(c, q)
@@ -279,7 +259,7 @@ class Problem:
         for _ in range(iterations):
             J = self.derivatives(c, q, solved)
             H, slope = J.T @ J, J.T @ solved.residuals
-            moves = ~((q <= low) & (slope > 0.0) | (q >= high) & (slope < 0.0))
+            moves = ~((q <= low) & (slope > 0.0) | (q >= high) & (slope < 0.0)) & (np.arange(q.size) != held)
             if not moves.any():
                 break
             trial = None
@@ -302,14 +282,10 @@ class Problem:
                 break
         return Fit(c, q, cost / solved.residuals.size)
 
-    def not_white(self, fit: Fit) -> float:
-        """Share of the squared misfit that is not noise, by the differences of neighbouring residuals."""
-        residuals = self.linear(fit.spring_class, fit.q).residuals
-        return 1.0 - white_variance(residuals) / max(float(np.mean(residuals**2)), 1e-300)
-
     def is_noise(self, fit: Fit) -> bool:
-        """Whether nothing but noise is left, or hardly anything."""
-        return fit.squares < NOTHING or self.not_white(fit) < NOISE_ONLY
+        """Whether nothing but noise is left, by the differences of neighbouring residuals, or hardly anything."""
+        residuals = self.linear(fit.spring_class, fit.q).residuals
+        return fit.squares < NOTHING or white_variance(residuals) > (1.0 - NOISE_ONLY) * float(np.mean(residuals**2))
 
     def criterion(self, fit: Fit) -> float:
         """K*ln(S) + 2*p*ln(ln(K)) of K rows, squares S, p parameters (Hannan and Quinn, J. R. Stat. Soc. B 41, 1979).
@@ -368,7 +344,8 @@ class Problem:
                 H + np.diag(0.03 * np.diag(H) + 1e-6 * kept.sum()), J[kept].T @ solved.residuals[kept]
             )
             x = self.samples.x[kept]
-            frame = Frame.of(x, float(x.min()), float(x.max()))
+            ends = float(x.min()), float(x.max())
+            frame = Frame(*ends, fraction(x, *ends))
             least = float(np.mean(solved.residuals[kept] ** 2))
             for place in (np.clip(q + np.clip(step, -0.7, 0.7), low, high), q):
                 residuals = self.linear(c, place, frame, kept).residuals
@@ -390,24 +367,13 @@ class Problem:
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """Solution of the linear problem at some q.
+    """Solution of the linear problem at some q."""
 
-    Attributes
-    ----------
-    coefficients : ndarray, shape (p,)     Over the force's deviation, those of FE beyond its falling line.
-    inside : ndarray of bool, shape (p,)   Those not held at 0.
-    columns : ndarray, shape (P, p)
-    residuals : ndarray, shape (P,)        Predicted minus measured force, over its deviation.
-    terms : int                            Columns of FE.
-    base, fall : float                     Of the falling line [N].
-    normal : ndarray, shape (p, p)
-    """
-
-    coefficients: FloatArray
-    inside: NDArray[np.bool_]
-    columns: FloatArray
-    residuals: FloatArray
-    terms: int
-    base: float
+    coefficients: FloatArray  # over the force's deviation, those of FE beyond its falling line, shape (p,)
+    inside: BoolArray  # those not held at 0
+    columns: FloatArray  # shape (P, p)
+    residuals: FloatArray  # predicted minus measured force, over its deviation, shape (P,)
+    terms: int  # columns of FE
+    base: float  # of the falling line [N]
     fall: float
-    normal: FloatArray
+    normal: FloatArray  # shape (p, p)

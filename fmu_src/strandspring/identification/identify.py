@@ -16,6 +16,7 @@ import numpy as np
 
 from ..errors import RecordError
 from ..ground.one_thread import one_thread
+from ..kernel.arrays import BoolArray
 from ..kernel.path import PathSolver
 from ..model.certificate import Driven, ForceRange, shortcoming
 from ..model.outcomes import Finding, IdentificationError, Outcome, by_harm
@@ -39,7 +40,7 @@ from .method import Fitted, Method, Stage, begin, checked_method
 from .predictions import has_one_amplitude
 from .refined import RefinedOptions
 from .rig import lagging
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 
 # For matrices as small as these more threads only cost, most of all on a busy computer.
@@ -68,19 +69,21 @@ def identify_records(
     begin(Stage.PREPARING)
     prepared = [method.prepare(record) for record in group]
     refined = method if isinstance(method, RefinedOptions) else RefinedOptions()
-    checked = check(prepared, refined.state)
-    usable = np.split(checked.rows, np.cumsum([len(record) for record in prepared])[:-1])
-    samples = _samples(prepared, usable)
+    usable, found, refusal = check(prepared, refined.state)
+    # A record of one period is followed by itself, and fitted on its second pass.
+    followed = [twice(record) if is_one_period(record) else record for record in prepared]
+    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(followed, usable, strict=True)]
+    samples = Samples.of(followed, 10_000, np.concatenate(rows), prepared)
     where = ", ".join(record.path for record in group)
     fitted, fits, failure = _certified(method, samples, group, usable, where)
-    if checked.refusal is not None and not fitted.delay:
-        raise checked.refusal
+    if refusal is not None and not fitted.delay:
+        raise refusal
     begin(Stage.CHECKING)
     solver = PathSolver(fitted.parameters)
     with_rig = _with_rig(solver, fitted, group, prepared, fits)
     # A spring is not judged by what is the rig's.
     recorded = recorded_energies(solver, group, with_rig)
-    found = [*checked.findings, *fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
+    found += [*fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
     explained = {Outcome.SPIKES} if refined.robust else set()
     if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
         explained |= {Outcome.RATE_DEPENDENT, Outcome.RECORDS_DIFFER}
@@ -131,19 +134,11 @@ def _common_samples(first: Record, second: Record) -> int:
     a, b = (slice(begin - r.first_sample, end - r.first_sample) for r in both)
     if begin >= end or (first.time is None) != (second.time is None):
         return 0
-    for name in ("displacement", "force", "time"):
-        one, other = getattr(first, name), getattr(second, name)
-        if one is not None and not np.array_equal(one[a], other[b]):
-            return 0
+    columns = ("displacement", "force", "time")[: 2 + (first.time is not None)]
+    if not all(np.array_equal(getattr(first, name)[a], getattr(second, name)[b]) for name in columns):
+        return 0
     kept = [True if r.compared is None else r.compared[part] for r, part in zip(both, (a, b), strict=True)]
     return int(np.sum(np.ones(end - begin, bool) & kept[0] & kept[1]))
-
-
-def _samples(prepared: Sequence[Record], usable: Sequence[BoolArray]) -> Samples:
-    """The rows to fit, 10 000 at most; a record of one period is followed by itself, and fitted on its second pass."""
-    records = [twice(record) if is_one_period(record) else record for record in prepared]
-    rows = [np.pad(mask, (len(record) - mask.size, 0)) for record, mask in zip(records, usable, strict=True)]
-    return Samples.of(records, 10_000, np.concatenate(rows), prepared)
 
 
 def _certified(
@@ -203,10 +198,7 @@ def _with_rig(
 
 
 def _of_saved(
-    group: Sequence[Record],
-    fits: Sequence[RecordFit],
-    with_rig: Sequence[RecordFit],
-    recorded: Sequence[LoopEnergy],
+    group: Sequence[Record], fits: Sequence[RecordFit], with_rig: Sequence[RecordFit], recorded: Sequence[LoopEnergy]
 ) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
     columns = []

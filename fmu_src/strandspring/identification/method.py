@@ -49,7 +49,7 @@ class Fitted:
 class Method(ABC):
     """A method of identification with its options, which check themselves.
 
-    `identify` calls `prepare` with each record, checks the results, and calls `fit` once with their samples. A method
+    `identify` calls `prepare` with each record, checks the results, and calls `candidates` with their samples. A method
     keeps nothing between calls.
 
     Parameters
@@ -84,13 +84,9 @@ class Method(ABC):
         """
         return record
 
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved."""
-        yield self.fit(samples, where)
-
     @abstractmethod
-    def fit(self, samples: Samples, where: str) -> Fitted:
-        """Identify one spring.
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
+        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved.
 
         Parameters
         ----------
@@ -122,14 +118,7 @@ class Stage(Enum):
 
     @property
     def words(self) -> str:
-        """The stage with its place among all.
-
-        Examples
-        --------
-        >>> from strandspring.identification.method import Stage
-        >>> Stage.REFINING.words
-        'refining (3 of 5)'
-        """
+        """The stage with its place among all, such as "refining (3 of 5)"."""
         return f"{self.value} ({[*Stage].index(self) + 1} of {len(Stage)})"
 
 

@@ -13,9 +13,9 @@ from itertools import product
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from .constrained import nonnegative
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 
 def bouc_wen(samples: Samples) -> FloatArray:

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray
 from ..loops.strokes import noise_level
 from ..model.joint import LEVEL, NORMAL_95, ForceInterval
 from ..records.record import Record
@@ -23,7 +23,7 @@ from .bases import fraction
 from .choice import NO_WORSE, Choice, difference
 from .figures import autocorrelation_time, growing_variance, white_variance
 from .fit import NOISE_ONLY, Fit, Linear, Problem
-from .samples import BoolArray, Samples
+from .samples import Samples
 
 AMPLITUDE = 0.3  # of small loops, share of half the range: engine idle beside the full stroke
 BEYOND = 1.2  # where the force beyond the range is judged, in halves of it: what a stop lets through
@@ -31,8 +31,6 @@ BEYOND = 1.2  # where the force beyond the range is judged, in halves of it: wha
 # (Segalman, J. Appl. Mech. 72, 2005); mounts of all kinds have 0.9 to 2.6 from 0.3 of their range on.
 POWERS = (1.0, 2.8)
 _STEPS = 60  # of a stroke: energies are right to 0.2 %
-_WHITE = 2.0  # autocorrelation time up to which residuals are white: neighbours correlate by a third
-_THERE = 0.25  # share of the misfit that lies in one place beside an even one, from which it is named
 Spread = Callable[[Callable[[Fit, Linear], FloatArray]], FloatArray]
 _PLACES = {
     "turns": "after turns", "ends": "at the ends of the range", "cycles": "from cycle to cycle",
@@ -75,23 +73,15 @@ def force_interval(choice: Choice, force_error: float, time: float) -> ForceInte
 
 @dataclass(frozen=True)
 class Unrecorded:
-    """What loops may do that were not recorded, by all fits that predict held-out strokes as well.
+    """What loops may do that were not recorded, by all fits that predict held-out strokes as well."""
 
-    Attributes
-    ----------
-    amplitude, energy, low, high : float   Of small loops about mid-range [m], their energy a cycle and its range [J].
-    beyond : list of [x, force, low, high]    Force beyond either end of the range [m], [N].
-    one_amplitude : bool           Whether all recorded loops are of about one amplitude, which leave small ones open.
-    by_powers : bool               Whether the range is that of what mounts do, as the spring is not settled.
-    """
-
-    amplitude: float
-    energy: float
-    low: float
+    amplitude: float  # of small loops about mid-range [m]
+    energy: float  # of theirs a cycle [J]
+    low: float  # of its range [J]
     high: float
-    beyond: list[list[float]]
-    one_amplitude: bool
-    by_powers: bool
+    beyond: list[list[float]]  # x, force, low and high beyond either end of the range [m], [N]
+    one_amplitude: bool  # whether all recorded loops are of about one amplitude, which leave small ones open
+    by_powers: bool  # whether the range is that of what mounts do, as the spring is not settled
 
     @property
     def sentence(self) -> str:
@@ -222,8 +212,8 @@ class LackOfFit:
 
     @property
     def is_structured(self) -> bool:
-        """Whether more than noise is left."""
-        return self.not_noise > NOISE_ONLY and self.autocorrelation_time > _WHITE
+        """Whether more than noise is left; of white residuals, neighbours correlate by less than a third."""
+        return self.not_noise > NOISE_ONLY and self.autocorrelation_time > 2.0
 
     @property
     def sentence(self) -> str:
@@ -237,7 +227,7 @@ class LackOfFit:
     @property
     def where(self) -> list[str]:
         """The places in which much of the misfit lies, the first one first."""
-        return sorted((name for name, share in self.places.items() if share > _THERE), key=lambda n: -self.places[n])
+        return sorted((name for name, share in self.places.items() if share > 0.25), key=lambda n: -self.places[n])
 
 
 def _white_noise(samples: Samples) -> float:

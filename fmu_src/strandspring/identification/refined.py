@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -15,13 +14,13 @@ from ..core.parameters import SpringParameters
 from ..errors import RecordError
 from ..ground.arguments import flag, whole
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import Finding, IdentificationError, Outcome
+from ..model.outcomes import Finding, Outcome
 from ..records.record import Record
-from .certainty import Certainty, certainty
+from .certainty import AT_BOUND, Certainty, certainty
 from .choice import Allowed, Choice, Judged, Search, choose, flexible
 from .findings import State
 from .fit import Fit, Problem
-from .method import Fitted, Method, Stage, begin
+from .method import Fitted, Stage, begin
 from .plain_models import held_out
 from .rig import KnownRig, best_lag, lagging, likely_delay
 from .samples import Samples
@@ -29,15 +28,10 @@ from .spring import spring_of
 from .verdict import Verdict, digits, groups
 
 _SEARCHED = 900  # rows on which classes are compared
-_COARSE = 50  # samples a stroke, up to which reversals between them are sought
-_ONE_RATE = 1.7  # ratio of frequencies up to which there is one: strokes between amplitudes seem quicker by 1.6
-_DECIDED = 0.07  # half the range of small loops' energy, up to which it is decided
-_MISSED = 0.03  # share of the force beyond noise that is named
-_EDGE = 1e-3  # distance of a logarithm from its bound, and share of the force, that is none
 
 
 @dataclass(frozen=True)
-class RefinedOptions(Method):
+class RefinedOptions(KnownRig):
     """Options of the refined method.
 
     Zeros between records, a drift and a delay are taken out unasked where nothing but noise is left without them, see
@@ -62,9 +56,6 @@ class RefinedOptions(Method):
     name: ClassVar[str] = "refined"
 
     robust: bool = False
-    moving_mass: float = 0.0
-    fixture_stiffness: float = math.inf
-    delay: float | None = None
     state: State = "mean"
     mechanisms: int | None = None
     branches: int | None = None
@@ -74,16 +65,10 @@ class RefinedOptions(Method):
         flag("robust", self.robust)
         if self.state not in get_args(State):
             raise ValueError(f"`state` must be one of {', '.join(get_args(State))}, got {self.state!r}.")
-        _ = self.known  # which checks itself
         for name, low, high in (("mechanisms", 1, MECHANISMS), ("branches", 0, BRANCHES)):
             count = getattr(self, name)
             if count is not None and not low <= whole(name, count) <= high:
                 raise ValueError(f"`{name}` must be within [{low}, {high}], got {count}.")
-
-    @property
-    def known(self) -> KnownRig:
-        """What is known of the rig."""
-        return KnownRig(self.moving_mass, self.fixture_stiffness, self.delay)
 
     @property
     def allowed(self) -> Allowed:
@@ -105,11 +90,7 @@ class RefinedOptions(Method):
                 f"{record.path}: Maxwell branches need times that rise from sample to sample; name the time column "
                 "with `time=...`, or give `branches=0`."
             )
-        return self.known.removed(record)
-
-    def fit(self, samples: Samples, where: str) -> Fitted:
-        """The spring of the class that predicts best."""
-        return next(self.candidates(samples, where))
+        return super().prepare(record)
 
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
         """The springs of the classes by their held-out errors, the best first."""
@@ -128,8 +109,11 @@ class RefinedOptions(Method):
         delay = likely_delay(few) if self.delay is None and few.is_timed else 0.0
         if delay:
             other = self._choose(few.on([lagging(record, delay) for record in few.records]))
-            if other.is_simple and (not choice.is_noise or other.criterion < choice.criterion):
-                delay = best_lag(few, other.best.fit, delay, 0.1 * delay)[0]
+            was, now = ((each.problem, each.best.fit) for each in (choice, other))
+            # One mechanism without branches leaves nothing but noise.
+            is_simple = now[0].is_noise(now[1]) and now[1].spring_class.nonlinear == 3
+            if is_simple and (not was[0].is_noise(was[1]) or now[0].criterion(now[1]) < was[0].criterion(was[1])):
+                delay = best_lag(few, now[1], delay, 0.1 * delay)[0]
                 return self._choose(few.on([lagging(record, delay) for record in few.records])), delay
         return choice, 0.0
 
@@ -145,11 +129,7 @@ class RefinedOptions(Method):
         begin(Stage.REFINING)
         problem, fit = choice.problem.refined(choice.best.fit, samples, self.robust)
         offsets, drift = problem.nuisances(fit)
-        try:
-            spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
-        except ValueError as beyond:
-            where = ", ".join(record.path for record in samples.measured)
-            raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({beyond})") from None
+        spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
         begin(Stage.UNCERTAINTY)
         final = replace(choice, best=Judged(fit, choice.best.held_out))
         known = certainty(final, problem, spring)
@@ -157,7 +137,7 @@ class RefinedOptions(Method):
         # Where nothing but noise is left, no other model is asked.
         plain = {} if few.is_noise(choice.best.fit) else held_out(few.samples)
         verdict = Verdict.of(few.samples, choice.best.held_out / few.roots, plain)
-        effects: dict[str, Any] = dict(self.known.effects)
+        effects: dict[str, Any] = dict(self.known)
         findings = list(_of_fit(problem, fit, spring, known))
         if delay:
             effects["delay"] = delay
@@ -180,7 +160,7 @@ class RefinedOptions(Method):
 
 def _turning(samples: Samples) -> Samples:
     """Samples of coarse records with reversals between their samples, if a flexible spring follows these better."""
-    if samples.displacement.size > _COARSE * len(samples.strokes):
+    if samples.displacement.size > 50 * len(samples.strokes):
         return samples
     variants = [samples, samples.restored(corners=False), samples.restored(corners=True)]
     misfits = [flexible(Problem(each.thinned(_SEARCHED))).squares for each in variants]
@@ -203,7 +183,7 @@ def _one_rate(samples: Samples) -> tuple[float, float] | None:
     middle = [0.25, 0.75]  # half strokes at the ends of records seem quicker
     for group in np.unique(of := groups(amplitude)):
         low, high = np.quantile(frequency[of == group], middle)
-        if high > _ONE_RATE * low:
+        if high > 1.7 * low:  # strokes between amplitudes seem quicker by 1.6
             return None
     low, high = np.quantile(frequency, middle).tolist()
     return low, high
@@ -212,18 +192,18 @@ def _one_rate(samples: Samples) -> tuple[float, float] | None:
 def _of_fit(problem: Problem, fit: Fit, spring: SpringParameters, known: Certainty) -> Iterator[Finding]:
     """What a fit and its uncertainty call for."""
     lack, unrecorded, content = known.lack, known.unrecorded, known.uncertainty
-    if lack.missed > _MISSED and lack.is_structured:
+    if lack.missed > 0.03 and lack.is_structured:
         numbers = {"missed": lack.missed, **lack.places}
         yield Finding(Outcome.LACK_OF_FIT, numbers, "", lack.sentence)
     if unrecorded.one_amplitude:
         yield Finding(Outcome.ONE_AMPLITUDE, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
-    elif unrecorded.high - unrecorded.low > 2.0 * _DECIDED * unrecorded.energy:
+    elif unrecorded.high - unrecorded.low > 0.14 * unrecorded.energy:  # +-7 % is decided
         yield Finding(Outcome.SMALL_LOOPS, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
     if spring.branches and (rates := _one_rate(problem.samples)):
         yield Finding(Outcome.RATE_OPEN, {"frequency": rates[1]}, "", f"recorded at {digits(*rates)} Hz only")
     low, high = problem.bounds(fit.spring_class)
-    if fit.q[2] < low[2] + _EDGE or fit.q[2] > high[2] - _EDGE:
+    if fit.q[2] < low[2] + AT_BOUND or fit.q[2] > high[2] - AT_BOUND:
         yield Finding(Outcome.N_AT_BOUND, {"n": spring.n})
     interval = content["prediction_interval"]
-    if (held := interval["held_out_coverage"]) is not None and held < 0.9 and lack.missed > _EDGE:
+    if (held := interval["held_out_coverage"]) is not None and held < 0.9 and lack.missed > 1e-3:
         yield Finding(Outcome.INTERVAL_TOO_NARROW, {"held": held}, "", f"{100.0 * held:.0f} %")

@@ -8,6 +8,7 @@ depends on the displacement alone has done none, and by the mean branches of the
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,18 +18,17 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from ..ground.gravity import STANDARD_GRAVITY
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
+from ..loops import strokes
 from ..loops.strokes import noise_level, path_noise, turning_points
 from ..model.outcomes import IdentificationError, Outcome
 from ..records.record import Record
-from .samples import REVERSAL, BoolArray, IndexArray
+from .samples import REVERSAL
 
 FULL = 0.9  # of the longest stroke, from which a stroke is a full one: tests repeat amplitudes more exactly
 SURE = 4.0  # standard errors that chance does not reach in thousands of tests
 RESOLVED = 5e-4  # of the range: noise above blurs reversals, and motion within four times that is a rest
 _FEWEST = 8  # samples of a loop: noise turns after 1.5 samples and fills 3 or 4, smoothed noise twice as many
-_NO_LOOP = 1e-4  # half height of a loop, of the force's range, that rounding of columns makes
-_SNAP = 0.2  # of a branch's range, by which it both rises and falls: no sensor's error is as large
 _TWICE = math.log(2.0)  # ratio of loops' figures that only units explain; a quarter of it is agreement
 # Units that are mistaken for each other: column, how many of the second one the first is, and both.
 _UNITS = (
@@ -37,7 +37,7 @@ _UNITS = (
 )  # fmt: skip
 
 
-class Strokes:
+class Strokes(strokes.Strokes):
     """A record cut at its reversals, and its usable samples.
 
     Clipped forces and dwells but for their first sample are not usable, nor is what is not selected.
@@ -45,10 +45,6 @@ class Strokes:
     Attributes
     ----------
     record : Record
-    turning : ndarray of int, shape (S + 1,)      First sample, reversals, last sample.
-    start, length : ndarray, shape (S,)           Displacement at the start of each stroke, and its length [m].
-    direction : ndarray, shape (S,)               +1 loading, -1 unloading.
-    of_sample : ndarray of int, shape (K,)        The stroke that leads to each sample.
     usable, clipped, resting : ndarray of bool, shape (K,)
     dwells : list of (int, int)                   First and last sample of each rest within the test.
     noise, displacement_noise : float             Standard deviations of white noise [N], [m].
@@ -56,12 +52,8 @@ class Strokes:
 
     def __init__(self, record: Record) -> None:
         x = record.displacement
-        self.record = record
-        self.turning = turning_points(x, REVERSAL * float(np.ptp(x)))
-        ends = x[self.turning]
-        self.start, self.length = ends[:-1], np.abs(np.diff(ends))
-        self.direction = np.where(np.diff(ends) >= 0.0, 1.0, -1.0)
-        self.of_sample = np.searchsorted(self.turning[1:-1], np.arange(x.size), side="left")
+        super().__init__(x, turning_points(x, REVERSAL * float(np.ptp(x))))
+        self.record, self.start = record, self.ends[:-1]
         self.noise = noise_level(record.force, self.turning[1:-1])
         # Samples that were written twice are no noise.
         written = x[np.append(True, (np.diff(x) != 0.0) | (np.diff(record.force) != 0.0))]
@@ -72,7 +64,7 @@ class Strokes:
 
     def _rests(self) -> tuple[BoolArray, list[tuple[int, int]]]:
         """Samples of rests but their first, and `dwells`."""
-        x, count = self.record.displacement, self.length.size
+        x, count = self.path, self.count
         # Dense records are thinned, or every step would look like a rest.
         stride = max(1, x.size // (200 * count))
         thinned, span = x[::stride], float(np.ptp(x))
@@ -234,17 +226,17 @@ def work(record: Record, noise: float) -> tuple[float, float]:
     ends = [r[k] + (middle - x[k]) / (x[k + 1] - x[k]) * (r[k + 1] - r[k]) for k in (first, last)]
     steps = np.diff(x[first + 1 : last + 1], prepend=middle, append=middle)
     force = np.concatenate([ends[:1], r[first + 1 : last + 1], ends[1:]])
-    doubt = SURE * noise * float(np.linalg.norm(steps)) + _NO_LOOP * float(np.ptp(r)) * float(np.abs(steps).sum())
+    # Rounding of columns makes loops of a ten-thousandth of the force.
+    doubt = SURE * noise * float(np.linalg.norm(steps)) + 1e-4 * float(np.ptp(r)) * float(np.abs(steps).sum())
     return float(0.5 * (force[1:] + force[:-1]) @ steps), doubt
 
 
-def backwards(record: Record) -> Outcome | None:
+def backwards(part: Strokes) -> Outcome | None:
     """Why a record gives energy away: FORCE_REVERSED or COLUMNS_SWAPPED; None if it does not."""
-    turns = turning_points(record.displacement, REVERSAL * float(np.ptp(record.displacement)))[1:-1]
-    energy, doubt = work(record, noise_level(record.force, turns))
+    energy, doubt = work(part.record, part.noise)
     if energy >= -doubt:
         return None
-    return Outcome.FORCE_REVERSED if correlation(record) < 0.0 else Outcome.COLUMNS_SWAPPED
+    return Outcome.FORCE_REVERSED if correlation(part.record) < 0.0 else Outcome.COLUMNS_SWAPPED
 
 
 def correlation(record: Record) -> float:
@@ -264,8 +256,8 @@ def impossible(part: Strokes) -> IdentificationError | None:
     """Why no spring can have made a record."""
     record, loop = part.record, part.loop
     span = float(max(np.ptp(loop.loading), np.ptp(loop.unloading)))
-    # Rise and fall within one branch: a snap is both, whatever the sign convention of the columns.
-    least = _SNAP * max(span, 3.0 * abs(loop.height))
+    # Rise and fall within one branch: a snap is both, whatever the sign convention, and larger than sensors' errors.
+    least = 0.2 * max(span, 3.0 * abs(loop.height))
     pieces = [slice(part.turning[k], part.turning[k + 1] + 1) for side in (1, -1) for k in part.full(side)]
     # Noise reaches four standard deviations to either side. A snap is two such turns.
     turns = max(least, 2.0 * SURE * part.noise)
@@ -280,7 +272,7 @@ def impossible(part: Strokes) -> IdentificationError | None:
     energy, doubt = work(record, part.noise)
     if abs(energy) <= doubt < math.inf:
         return IdentificationError(Outcome.NO_LOOP, record.path)
-    if (outcome := backwards(record)) is not None:
+    if (outcome := backwards(part)) is not None:
         time = record.rising_time
         lag = _least_lag(record, time) if outcome is Outcome.COLUMNS_SWAPPED and time is not None else 0.0
         text = f" If the force lags, then by more than {1e3 * lag:.3g} ms." if lag > 0.0 else ""
@@ -304,20 +296,18 @@ def _least_lag(record: Record, time: FloatArray) -> float:
 
 def differing_units(parts: Sequence[Strokes]) -> IdentificationError | None:
     """The record that agrees with most others only after a factor between units; of two the second."""
-    loops, numbers = [part.loop for part in parts], range(len(parts))
+    loops = [part.loop for part in parts]
     # Of records in a circle by their range each is compared with both neighbours.
-    order = sorted(numbers, key=lambda k: float(np.ptp(loops[k].displacement)))
-    pairs = [*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])]
-    mistaken = {(k, other): _factor_between(loops[k], loops[other]) for k, other in pairs if k != other}
-    votes = [sum(bool(factor) for (record, _), factor in mistaken.items() if record == k) for k in numbers]
-    worst = max(numbers, key=lambda k: (votes[k], k))
-    for (k, other), factor in mistaken.items():
-        if k == worst and factor:
-            column, value, units = factor
-            agrees = f"times {value:.6g} agrees with {parts[other].record.path} ({units})"
-            text = f" Its {column} {agrees}: set its {column}_unit."
-            return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, text)
-    return None
+    order = sorted(range(len(parts)), key=lambda k: float(np.ptp(loops[k].displacement)))
+    pairs = dict.fromkeys([*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])])
+    mistaken = {pair: factor for pair in pairs if (factor := _factor_between(*(loops[k] for k in pair)))}
+    if not mistaken:
+        return None
+    votes = Counter(k for k, _ in mistaken)
+    k, other = max(mistaken, key=lambda pair: (votes[pair[0]], pair[0]))
+    column, value, units = mistaken[k, other]
+    text = f" Its {column} times {value:.6g} agrees with {parts[other].record.path} ({units}): set its {column}_unit."
+    return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, text)
 
 
 def _unlike(loop: Loop, other: Loop) -> tuple[float, float]:

@@ -24,32 +24,21 @@ from ..loops.strokes import turning_points
 from ..records.record import Record
 from .choice import flexible
 from .fit import Fit, Problem, SpringClass
+from .method import Method
 from .refusals import Strokes
 from .samples import REVERSAL, Samples
 
-_SMOOTH = SpringClass((3, 10), (5,))  # that should leave nothing but noise
-
 
 @dataclass(frozen=True)
-class KnownRig:
-    """What a user knows of a rig.
-
-    Parameters
-    ----------
-    moving_mass : float         Between load cell and spring [kg].
-    fixture_stiffness : float   Of what yields between displacement sensor and spring [N/m]; infinite if nothing does.
-    delay : float or None       By which the force lags [s]; None if it is not known.
-
-    Raises
-    ------
-    ValueError   If one is impossible.
-    """
+class KnownRig(Method):
+    """A method that removes what a user knows of a rig, see `RefinedOptions`."""
 
     moving_mass: float = 0.0
     fixture_stiffness: float = math.inf
     delay: float | None = None
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         mass = number("moving_mass", self.moving_mass, "kg")
         stiffness = number("fixture_stiffness", self.fixture_stiffness, "N/m")
         delay = optional_number("delay", self.delay, "s")
@@ -62,13 +51,13 @@ class KnownRig:
                 raise ValueError(f"`{name}` must be {must}, got {getattr(self, name)}.")
 
     @property
-    def effects(self) -> dict[str, float]:
+    def known(self) -> dict[str, float]:
         """What is removed, by name, in SI units."""
         taken = {"moving_mass": self.moving_mass, "fixture_stiffness": self.fixture_stiffness, "delay": self.delay}
         nothing = {"moving_mass": 0.0, "fixture_stiffness": math.inf}
         return {name: size for name, size in taken.items() if size is not None and size != nothing.get(name)}
 
-    def removed(self, record: Record) -> Record:
+    def prepare(self, record: Record) -> Record:
         """The record of the spring alone: at each sample its force, and the displacement where that force arose.
 
         Raises
@@ -141,7 +130,7 @@ def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
 def likely_delay(samples: Samples) -> float:
     """The lag of the force without which a flexible spring leaves nothing but noise [s]; 0 if it does so with it."""
     problem = Problem(samples)
-    fit = flexible(problem, _SMOOTH)
+    fit = flexible(problem, SpringClass((3, 10), (5,)))
     if problem.is_noise(fit):
         return 0.0
     lag, is_noise, squares = best_lag(samples, fit, 0.0, 0.02 * samples.cycle_time)

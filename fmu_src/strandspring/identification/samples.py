@@ -13,19 +13,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..kernel.branches import maxwell_columns
 from ..kernel.points import RecordPoints
-from ..loops.strokes import turning_points
+from ..loops.strokes import Strokes, turning_points
 from ..records.record import Record
 
-IndexArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
-
 REVERSAL = 0.05  # of a record's range, from which motion back is a stroke: ten times the noise of a poor sensor
-_FEW_STROKES = 2  # in a record that begins under load, up to which its first one is fitted too
 _MOST_BLOCKS = 6  # of consecutive strokes among the folds
 _PARTS = 10  # of each stroke, where there are few
 
@@ -49,26 +44,20 @@ class Samples:
 
     @classmethod
     def of(
-        cls,
-        records: Sequence[Record],
-        most: int,
-        usable: BoolArray | None = None,
-        measured: Sequence[Record] | None = None,
+        cls, records: Sequence[Record], most: int, usable: BoolArray | None = None, measured: Sequence[Record] = ()
     ) -> Samples:
-        """At most so many rows of some records, of those that are usable, shape (K,), all if None.
+        """At most so many rows of some records as measured, of those that are usable, shape (K,), all if None.
 
-        Left out are first strokes of records that begin under load, as their memory is unknown.
+        Left out are first strokes of records that begin under load, as their memory is unknown; of three or more.
         """
-        measured = tuple(records if measured is None else measured)
-        samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), measured)
+        samples = cls(tuple(records), np.empty(0, np.intp), (0.0, 0.0), tuple(measured or records))
         used = np.ones(samples.displacement.size, bool) if usable is None else usable.copy()
         for begin, turning, is_loaded in zip(samples.begins[:-1], samples.turning, samples.are_loaded, strict=True):
-            if is_loaded and turning.size - 1 > _FEW_STROKES:
+            if is_loaded and turning.size > 3:
                 used[begin : turning[1]] = False
         all_rows = np.flatnonzero(used)
-        chosen = np.linspace(0, all_rows.size - 1, min(all_rows.size, most)).astype(np.intp)
         x = samples.displacement[all_rows]
-        return replace(samples, rows=all_rows[chosen], reach=(float(x.min()), float(x.max())))
+        return replace(samples, rows=all_rows, reach=(float(x.min()), float(x.max()))).thinned(most)
 
     def thinned(self, most: int) -> Samples:
         """The same with so many of the rows at most, spread evenly."""
@@ -181,23 +170,16 @@ class Samples:
     @cached_property
     def points(self) -> RecordPoints:
         """The rows on the strokes of the path as recorded, where each change of direction begins one."""
-        firsts, first_points, lengths, directions, strokes, travels = [0], [0], [], [], [], []
+        firsts, first_points, columns = [0], [0], []
         for k, record in enumerate(self.records):
-            turning, of_sample = _raw_strokes(record.displacement)
+            raw = Strokes(record.displacement, turning_points(record.displacement, 0.0))
             here = self.rows[self.record_of_row == k] - self.begins[k]
-            stroke = of_sample[here]
-            path = record.displacement
-            lengths.append(np.abs(np.diff(path[turning])))
-            directions.append(np.sign(np.diff(path[turning])).astype(np.int64))
-            strokes.append(stroke + firsts[-1])
-            travels.append(np.abs(path[here] - path[turning[stroke]]))
-            firsts.append(firsts[-1] + turning.size - 1)
+            stroke = raw.of_sample[here]
+            travel = np.abs(raw.path[here] - raw.ends[stroke])
+            columns.append((raw.direction, raw.length, stroke + firsts[-1], travel))
+            firsts.append(firsts[-1] + raw.count)
             first_points.append(first_points[-1] + here.size)
-        direction = np.concatenate(directions)
-        return RecordPoints(
-            np.array(firsts), np.array(first_points), np.where(direction == 0, 1, direction), np.concatenate(lengths),
-            np.concatenate(strokes), np.concatenate(travels),
-        )  # fmt: skip
+        return RecordPoints(np.array(firsts), np.array(first_points), *map(np.concatenate, zip(*columns, strict=True)))
 
     def maxwell(self, time_constant: float) -> FloatArray:
         """Force of a branch of 1 N/m at the rows, and its derivative by ln(tau), shape (2, P) [m]."""
@@ -262,17 +244,3 @@ def _turns_between(x: FloatArray, top: IndexArray, corners: bool) -> tuple[Index
             beyond = (near - far) ** 2 / (8.0 * bend)
     turns = beyond > 0.0
     return (top + later)[turns], side[turns] * (y[2] + beyond)[turns]
-
-
-def _raw_strokes(path: FloatArray) -> tuple[IndexArray, IndexArray]:
-    """First sample, each change of direction and the last sample; and the stroke that leads to each sample."""
-    direction = np.sign(np.diff(path))
-    moving = np.flatnonzero(direction)
-    if not moving.size:
-        return np.array([0, path.size - 1]), np.zeros(path.size, np.intp)
-    last = np.maximum.accumulate(np.where(direction != 0.0, np.arange(direction.size), moving[0]))
-    direction = direction[last]
-    changes = np.flatnonzero(direction[1:] != direction[:-1]) + 1
-    turning = np.concatenate([[0], changes, [path.size - 1]])
-    of_sample = np.searchsorted(changes, np.arange(path.size) - 1, side="right")
-    return turning, np.maximum(of_sample, 0)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
+from typing import Any
 
 from ..core.branches import MaxwellBranch, Mechanism
 from ..core.parameters import SpringParameters
+from ..model.outcomes import IdentificationError, Outcome
 from .bases import Shape, inner_knots
 from .fit import Fit, Linear, Problem
 
 _LEAST = 1e-9  # share of the force's span below which a mechanism or a branch is none
-FLOOR = 1e-6  # of the largest FA, below which no FA may fall: the saved one is positive everywhere
 
 
 def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear | None = None) -> SpringParameters:
@@ -36,7 +38,7 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         at += degree + 1
         rho, excess, n = (math.exp(value) for value in q[3 * k : 3 * k + 3])
         if amplifier.max() > _LEAST * problem.span:
-            amplifier = amplifier.clip(FLOOR * amplifier.max())
+            amplifier = amplifier.clip(1e-6 * amplifier.max())  # the saved one is positive everywhere
             parameters = shape.amplifier_parameters(amplifier)
             mechanisms.append(Mechanism(**parameters, rho=rho / problem.half, sigma=0.5 + excess, n=n))
     if not mechanisms:
@@ -46,17 +48,21 @@ def spring_of(problem: Problem, fit: Fit, drifted: float = 0.0, solved: Linear |
         for stiffness, log_tau in zip(coefficients[at:], q[3 * c.mechanisms :], strict=False)
         if stiffness > _LEAST * problem.span
     ]
-    first = mechanisms[0]
-    return SpringParameters(
+    return possible_spring(
+        ", ".join(record.path for record in problem.samples.measured),
         **{"kE": (), **shape.elastic_parameters()},
-        kA=first.kA,
-        kappa_omega=first.kappa_omega,
-        rho=first.rho,
-        sigma=first.sigma,
-        n=first.n,
+        **asdict(mechanisms[0]),
         displacement_offset=0.5 * (frame.low + frame.high),
         displacement_min=frame.low,
         displacement_max=frame.high,
         second=mechanisms[1] if len(mechanisms) > 1 else None,
         branches=tuple(branches),
     )
+
+
+def possible_spring(where: str, **parameters: Any) -> SpringParameters:
+    """The spring of some parameters; an IdentificationError if they are beyond the limits of one."""
+    try:
+        return SpringParameters(**parameters)
+    except ValueError as problem:
+        raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

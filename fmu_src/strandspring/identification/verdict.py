@@ -1,8 +1,8 @@
 """Whether a spring is usable: its error on held-out strokes, beside those of plain models on the same.
 
 A row counts where it is held out first, which is with a block of consecutive strokes, and where fitted strokes of the
-same direction pass: beyond them the fit extrapolates, as at the largest amplitude, and that error is a figure of its
-own. So is that of the other folds, which hold out all strokes of like amplitude, or a record.
+same direction pass: beyond them the fit extrapolates, as at the largest amplitude. The error of the other folds, which
+hold out all strokes of like amplitude, or a record, is a figure of its own.
 """
 
 from __future__ import annotations
@@ -13,30 +13,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..loops.strokes import noise_level
-from .samples import BoolArray, IndexArray, Samples
+from .samples import Samples
 
 _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffness by as much
-_BEATEN = 0.10  # likewise where a plain model has half of it: the loops repeat, and the spring misses their form
-_LOOP = 0.5  # share of what a curve without a loop leaves, above which nothing is known of damping
 
 
 @dataclass(frozen=True)
 class Part:
-    """Root mean squares on some rows over the deviation of the force there.
+    """Root mean squares on some rows over the deviation of the force there."""
 
-    Attributes
-    ----------
-    spans : ndarray, shape (1 or 2, 2)   Middle half of the amplitudes [mm], frequencies [Hz] if timed.
-    error, of_spring : float             Error of the spring, and what white noise of the force leaves of it.
-    plain : dict of str to float         Errors of plain models.
-    """
-
-    spans: FloatArray
-    error: float
-    of_spring: float
-    plain: Mapping[str, float]
+    spans: FloatArray  # middle half of the amplitudes [mm], frequencies [Hz] if timed, shape (1 or 2, 2)
+    error: float  # of the spring
+    of_spring: float  # what white noise of the force leaves of it
+    plain: Mapping[str, float]  # errors of plain models
 
 
 @dataclass(frozen=True)
@@ -47,15 +38,14 @@ class Verdict:
     ----------
     whole : Part or None           All rows that count; None if there are too few.
     parts : tuple of Part          By amplitude and frequency, the best first.
-    extrapolated : float           Error where no fitted stroke passes over the deviation of all the force; 0 if all do.
-    unseen : float                 Likewise where all strokes of like amplitude, or a record, are held out.
+    unseen : float                 Error over the deviation of all the force where all strokes of like amplitude, or a
+                                   record, are held out.
     loop : float                   Likewise what a curve of displacement without a loop leaves.
     in_parts : bool                Whether parts of strokes are held out, as there are few.
     """
 
     whole: Part | None
     parts: tuple[Part, ...]
-    extrapolated: float
     unseen: float
     loop: float
     in_parts: bool
@@ -88,7 +78,6 @@ class Verdict:
         return cls(
             part(counts) if counts.sum() >= 20 else None,
             tuple(sorted(map(part, large), key=lambda part: part.error)),
-            rms(residuals, first & ~passed),
             rms(residuals, held & ~first & passed),
             float(np.std(r - np.polynomial.Polynomial.fit(samples.x, r, 5)(samples.x))) / deviation,
             any(np.isin(stroke[fold], stroke[~fold]).any() for fold in held),
@@ -100,9 +89,9 @@ class Verdict:
 
     @property
     def _limit(self) -> float:
-        """Error of a usable spring."""
+        """Error of a usable spring; less where a plain model has half of it, as the loops repeat."""
         beaten = self.whole is not None and min(self.whole.plain.values(), default=math.inf) < 0.5 * self.whole.error
-        return _BEATEN if beaten else _USABLE
+        return 0.10 if beaten else _USABLE
 
     @property
     def is_usable(self) -> bool | None:
@@ -116,7 +105,7 @@ class Verdict:
         good, bad = ([part for part in self.parts if (part.of_spring <= limit) is usable] for usable in (True, False))
         unseen = f"; {digits(100.0 * self.unseen)} % at other amplitudes or records" if self.unseen > _USABLE else ""
         if self.whole.of_spring <= limit and not bad:
-            if self.whole.of_spring > _LOOP * self.loop:
+            if self.whole.of_spring > 0.5 * self.loop:  # nothing is known of damping
                 loop = digits(100.0 * self.loop)
                 return f"usable for stiffness only: {self._error(self.whole)}, {loop} % without a loop"
             return f"usable: {self._error(self.whole)}{unseen}"

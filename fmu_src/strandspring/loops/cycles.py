@@ -10,11 +10,8 @@ import numpy as np
 from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .loop import AMPLITUDE_TOLERANCE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
+from .loop import ALIKE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
 from .strokes import Strokes, find_strokes, noise_level
-
-# Last share of a stroke in which a parabola is fitted to the force for that at the turning point.
-_FITTED = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,13 +74,13 @@ def find_cycles(record: Record) -> tuple[Cycle, ...]:
 def _cycle_strokes(strokes: Strokes) -> list[tuple[int, int, bool]]:
     """First stroke and number of strokes of each cycle, and whether the first stroke follows no equal one."""
     length, x = strokes.length, strokes.ends
-    equal = np.abs(np.diff(length)) <= AMPLITUDE_TOLERANCE * np.maximum(length[1:], length[:-1])
+    equal = np.abs(np.diff(length)) <= ALIKE * np.maximum(length[1:], length[:-1])
     edges = np.flatnonzero(~equal) + 1
     cycles = []
     for first, last in zip([0, *edges], [*edges, strokes.count], strict=True):
         begin = first + 1 if last - first >= 3 else first
         cycles += [(int(k), 2, bool(k == first)) for k in range(begin, last - 1, 2)]
-    if not cycles and strokes.count == 3 and abs(x[3] - x[0]) <= AMPLITUDE_TOLERANCE * length[1]:
+    if not cycles and strokes.count == 3 and abs(x[3] - x[0]) <= ALIKE * length[1]:
         cycles = [(0, 3, True)]
     return cycles
 
@@ -104,12 +101,12 @@ def _gap(x: FloatArray, r: FloatArray, samples: tuple[int, int, int], tolerance:
 def _end(strokes: Strokes, force: FloatArray, k: int) -> tuple[float, float]:
     """Displacement [m] and force [N] at the end of a stroke.
 
-    The force is that of a parabola fitted to the last samples, which averages noise; it is smooth before a reversal,
-    not after it.
+    The force is that of a parabola fitted to the last twentieth of the stroke, which averages noise; it is smooth
+    before a reversal, not after it.
     """
     samples = slice(int(strokes.turning[k]) + (k > 0), int(strokes.turning[k + 1]) + 1)
     end = float(strokes.ends[k + 1])
-    t = np.abs(end - strokes.path[samples]) / max(_FITTED * float(strokes.length[k]), 1e-300)
+    t = np.abs(end - strokes.path[samples]) / max(0.05 * float(strokes.length[k]), 1e-300)
     # While the displacement is constant at the end, the force may relax or reverse already.
     arrival = int(np.argmax(t == 0.0))
     near = np.flatnonzero(t[: arrival + 1] <= 1.0)

@@ -15,8 +15,8 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
 from ..kernel.steady import steady_start
 
-# Loops form a group if both their turning points agree within this share of the amplitude.
-AMPLITUDE_TOLERANCE = 0.03
+# Share of the amplitude within which the turning points of loops of one group agree; a change up to it counts as none.
+ALIKE = 0.03
 _POINTS = 513  # on each branch of the model's loop, for the peak forces and for comparing branches
 
 
@@ -137,7 +137,7 @@ def group_by_amplitude(loops: Iterable[L]) -> list[list[L]]:
     for loop in sorted(loops, key=lambda loop: loop.figures.amplitude):
         ends = np.array([loop.figures.low, loop.figures.high])
         for k, mean in enumerate(means):
-            if np.max(np.abs(ends - mean)) <= AMPLITUDE_TOLERANCE * 0.5 * (mean[1] - mean[0]):
+            if np.max(np.abs(ends - mean)) <= ALIKE * 0.5 * (mean[1] - mean[0]):
                 groups[k].append(loop)
                 means[k] = mean + (ends - mean) / len(groups[k])
                 break
@@ -175,11 +175,6 @@ def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
         energy_per_cycle=cycle_energy,
     )
     return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
-
-
-def steady_loop_figures(solver: PathSolver, low: float, high: float) -> LoopFigures:
-    """Figures of `steady_loop`."""
-    return steady_loop(solver, low, high).figures
 
 
 def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:

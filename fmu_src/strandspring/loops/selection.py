@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import RecordError
 from ..ground.files import read_text, readable
 from ..ground.strict_toml import parse_toml
+from ..kernel.arrays import BoolArray, FloatArray
 from ..records.reading import check_reverse, check_skipping, read_record
 from ..records.record import Record, is_finite_number
 from ..records.units import Quantity, unit_factor
@@ -38,11 +38,7 @@ _WINDOW = re.compile(rf"\s*({_NUMBER})?\s*:\s*({_NUMBER})?\s*")
 
 
 def select(
-    record: Record,
-    *,
-    cycles: Bounds | None = None,
-    time: Bounds | None = None,
-    displacement: Bounds | None = None,
+    record: Record, *, cycles: Bounds | None = None, time: Bounds | None = None, displacement: Bounds | None = None
 ) -> Record:
     """Part of a record.
 
@@ -92,9 +88,17 @@ def select(
         cut = {name: values[keep] for name in columns if (values := getattr(record, name)) is not None}
         record = replace(record, **cut, is_cut=True, first_sample=record.first_sample + keep.start)
     if displacement is not None:
-        inside, note = _inside(record, displacement)
-        record = replace(record, compared=inside)
-        notes.append(note)
+        inside, which = _within(record, record.displacement, displacement, ("displacement", "mm", 1e3))
+        count = f"{inside.sum()} of {len(record)} samples"
+        notes.append(f"{which} selected, {count}, as given; the others belong to the path only")
+        record = replace(record, compared=inside if record.compared is None else inside & record.compared)
+        x, compared = record.displacement, record.displacement[record.compared]
+        covered = float(np.ptp(compared)) if compared.size else 0.0
+        if covered < LEAST_STROKE * np.ptp(x):
+            raise RecordError(
+                f"{record.path}: the {which} must hold samples over at least {100.0 * LEAST_STROKE:g} % of the "
+                f"record's range, {1e3 * x.min():.6g} to {1e3 * x.max():.6g} mm, and they cover {1e3 * covered:.4g} mm."
+            )
     return replace(record, notes=(*record.notes, *notes))
 
 
@@ -139,46 +143,26 @@ def _window(record: Record, ends: Bounds, keep: slice) -> tuple[slice, str]:
             f"{record.path}: a window of time needs times that do not fall back, and {found}; name its time column, or "
             "select by cycles."
         )
-    time, (low, high, words) = record.time[keep], _described_ends(ends, "time", "s")
-    begin, end = int(np.searchsorted(time, low, side="left")), int(np.searchsorted(time, high, side="right"))
-    part = "" if time.size == len(record) else " (the cycles selected)"
-    _refuse_few(record, max(end - begin, 0), words, f"{time[0]:.6g} to {time[-1]:.6g} s{part}")
-    return slice(keep.start + begin, keep.start + end), words
+    inside, words = _within(record, record.time[keep], ends, ("time", "s", 1.0))
+    first, last = np.flatnonzero(inside)[[0, -1]].tolist()
+    return slice(keep.start + first, keep.start + last + 1), words
 
 
-def _inside(record: Record, ends: Bounds) -> tuple[NDArray[np.bool_], str]:
-    """Which samples are compared and lie within a range of displacement, and a note."""
-    low, high, words = _described_ends(ends, "displacement", "mm", 1e3)
-    x = record.displacement
-    inside = (x >= low) & (x <= high)
-    count = int(inside.sum())
-    own = f"{1e3 * x.min():.6g} to {1e3 * x.max():.6g} mm"
-    _refuse_few(record, count, words, own)
-    if record.compared is not None:
-        inside &= record.compared
-    covered = float(np.ptp(x[inside])) if inside.any() else 0.0
-    if covered < LEAST_STROKE * np.ptp(x):
-        raise RecordError(
-            f"{record.path}: the {words} must hold samples over at least {100.0 * LEAST_STROKE:g} % of the record's "
-            f"range, {own}, and they cover {1e3 * covered:.4g} mm."
-        )
-    others = "the others belong to the path only"
-    return inside, f"{words} selected, {count} of {len(record)} samples, as given; {others}"
-
-
-def _refuse_few(record: Record, count: int, words: str, own: str) -> None:
-    if count < FEWEST_SAMPLES:
-        need = f"the {words} must hold at least {FEWEST_SAMPLES} samples, found {count}"
-        raise RecordError(f"{record.path}: {need}; the record goes from {own}.")
-
-
-def _described_ends(ends: Bounds, name: str, unit: str, factor: float = 1.0) -> tuple[float, float, str]:
-    """Both ends as numbers, and in words."""
-    low, high = ends
+def _within(record: Record, values: FloatArray, ends: Bounds, column: tuple[str, str, float]) -> tuple[BoolArray, str]:
+    """Which values of a column, of a name, a unit and its factor, lie within two ends; these in words."""
+    (name, unit, factor), (low, high) = column, ends
     from_text = "its start" if low is None else f"{factor * low:.6g} {unit}"
     to_text = "its end" if high is None else f"{factor * high:.6g} {unit}"
     words = f"{name} from {from_text} to {to_text}"
-    return -math.inf if low is None else low, math.inf if high is None else high, words
+    inside = (values >= (-math.inf if low is None else low)) & (values <= (math.inf if high is None else high))
+    if (count := int(inside.sum())) < FEWEST_SAMPLES:
+        own = f"{factor * values.min():.6g} to {factor * values.max():.6g} {unit}"
+        part = "" if values.size == len(record) else " (the cycles selected)"
+        raise RecordError(
+            f"{record.path}: the {words} must hold at least {FEWEST_SAMPLES} samples, found {count}; the record goes "
+            f"from {own}{part}."
+        )
+    return inside, words
 
 
 def is_window(text: str) -> bool:
@@ -189,8 +173,8 @@ def is_window(text: str) -> bool:
 
 def window(text: str, name: str = "window", factor: float = 1.0) -> Bounds:
     """Both ends of "FROM:TO" times a factor, None for one that is left out; other texts are a RecordError."""
-    match = _WINDOW.fullmatch(text) if isinstance(text, str) else None
-    if match is None or not any(match.groups()):
+    match = _WINDOW.fullmatch(text) if isinstance(text, str) and is_window(text) else None
+    if match is None:
         cycles = "a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5"
         form = cycles if name == "cycles" else "FROM:TO, such as 2.5:10, 2.5: or :10"
         raise RecordError(f"`{name}` must be {form}, got {text!r:.60}.")

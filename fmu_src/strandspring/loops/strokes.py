@@ -12,8 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray, IntArray
-from ..records.spikes import IndexArray
+from ..kernel.arrays import FloatArray, IndexArray, IntArray
 
 # Least stroke of a path without noise, share of its range: sensors jump, and so small a loop dissipates almost nothing.
 LEAST_STROKE = 0.02
@@ -47,7 +46,7 @@ def turning_points(displacement: FloatArray, threshold: float) -> IndexArray:
     return points
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Strokes:
     """A path of K samples cut at its S - 1 reversals."""
 

@@ -31,6 +31,7 @@ Units are the paper's own, unlike elsewhere in this package: displacement in mm,
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from typing import ClassVar, NamedTuple
 
@@ -47,8 +48,7 @@ from ..kernel.path import PathSolver, as_path
 from ..kernel.steady import steady_omega
 from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
-from .periods import one_record, whole_periods
-from .two_stage import Hysteresis, spring_of
+from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ class NiOptions(Method):
 
     start: NiParameters | None = None
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """Ni's method on one periodic record.
 
         Raises
@@ -286,6 +286,6 @@ class NiOptions(Method):
         wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
         FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
         h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
-        spring = spring_of(where, (low, high), middle, 1e-3 * half, FE, G, h)
+        spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)
         findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)
-        return Fitted(spring, findings, {"degrees": degrees})
+        yield Fitted(spring, findings, {"degrees": degrees})

@@ -20,7 +20,7 @@ open h, the steady section, N and M, the branch and the points; all of them are 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -31,8 +31,8 @@ from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
 from ..model.outcomes import Finding, IdentificationError, Outcome
-from .periods import one_record, whole_periods
-from .two_stage import Hysteresis, moving_mean, spring_of
+from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
+from .two_stage import moving_mean
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class PaperOptions(Method):
         if not (len(self.levels) == 3 and -1.0 < self.levels[0] < 0.0 < self.levels[1] < self.levels[2] < 1.0):
             raise ValueError(f"`levels` must be three with -1 < H1 < 0 < H2 < H3 < 1, got {self.levels}.")
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
+    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """Both stages on the mean period of one record; `choices` of the result holds what the paper leaves open.
 
         Raises
@@ -76,7 +76,7 @@ class PaperOptions(Method):
         """
         record = one_record(samples, where, "the paper's method")
         try:
-            return self._fit(*whole_periods(record), where)
+            yield self._fit(*whole_periods(record), where)
         except _NoValueError as problem:
             raise IdentificationError(Outcome.PAPER_FORMULAS, where, f" ({problem})") from None
 
@@ -99,7 +99,7 @@ class PaperOptions(Method):
             travel, u = (side * y)[:: int(side)], u[:: int(side)]
             read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.levels)
         h = read._replace(sigma=max(read.sigma, 0.5))
-        spring = spring_of(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
+        spring = polynomial_spring(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
         # "usually less than 4"
         findings = [Finding(Outcome.PAPER_DEGREES, {"degree": max(degrees)})] if max(degrees) > 3 else []
         findings += [Finding(Outcome.SIGMA_RAISED, {"sigma": read.sigma})] if read.sigma < 0.5 else []

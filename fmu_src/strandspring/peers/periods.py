@@ -1,14 +1,37 @@
-"""Whole periods of a periodic record at uniform phases, which the paper's method and Ni's need."""
+"""What the paper's method and Ni's need: whole periods of a record at uniform phases, and springs of polynomials."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..errors import RecordError
 from ..identification.samples import Samples
+from ..identification.spring import possible_spring
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import FEWEST_SAMPLES, LEAST_STROKE, NOISE_SPAN, find_strokes, noise_level
 from ..records.record import Record
+
+
+class Hysteresis(NamedTuple):
+    """rho [1/m], sigma, n of eq. (11)."""
+
+    rho: float
+    sigma: float
+    n: float
+
+
+def polynomial_spring(
+    where: str, within: tuple[float, float], offset: float, unit: float, FE: FloatArray, G: FloatArray, h: Hysteresis
+) -> SpringParameters:
+    """The spring of FE and G [N] by powers of the displacement from an offset in some unit [m]."""
+    return possible_spring(
+        where, kE=(FE / unit ** np.arange(FE.size)).tolist(), kA=(G / G[0] / unit ** np.arange(G.size)).tolist(),
+        kappa_omega=float(G[0]), **h._asdict(), displacement_offset=offset, displacement_min=within[0],
+        displacement_max=within[1],
+    )  # fmt: skip
 
 
 def one_record(samples: Samples, where: str, method: str) -> Record:

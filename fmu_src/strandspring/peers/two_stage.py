@@ -26,28 +26,21 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from ..core.parameters import SIGMA_RANGE, SpringParameters
+from ..core.parameters import SIGMA_RANGE
 from ..core.polynomials import least_value
 from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
-from ..identification.samples import IndexArray, Samples
-from ..kernel.arrays import FloatArray
+from ..identification.samples import Samples
+from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
 from ..model.outcomes import Finding, IdentificationError, Outcome
+from .periods import Hysteresis, polynomial_spring
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
 _STEADY = (0.1, 0.25, 0.45, 0.65, 0.8)  # where the steady section may begin, of the longest stroke
 _N = np.geomspace(0.05, 20.0, 19)  # that are tried; the best one's surroundings are finer
 _CELLS = 160  # of a stroke, over which rows are averaged for stage 2
-
-
-class Hysteresis(NamedTuple):
-    """rho [1/m], sigma, n of eq. (11)."""
-
-    rho: float
-    sigma: float
-    n: float
 
 
 @dataclass(frozen=True)
@@ -63,11 +56,10 @@ class TwoStageOptions(Method):
 
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """The spring, then such of lower degrees unless they are given."""
-        yield self.fit(samples, where)
-        for degrees in () if self.degrees else reversed(_DEGREES[:-2]):
-            yield replace(self, degrees=degrees).fit(samples, where)
+        for degrees in (self.degrees,) if self.degrees else (None, *reversed(_DEGREES[:-2])):
+            yield replace(self, degrees=degrees)._fit(samples, where)
 
-    def fit(self, samples: Samples, where: str) -> Fitted:
+    def _fit(self, samples: Samples, where: str) -> Fitted:
         """Identify without start values; the degree of FA is lowered until FA is positive."""
         least = sum(self.degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
         if samples.rows.size < least:
@@ -87,7 +79,8 @@ class TwoStageOptions(Method):
                 break
         else:
             raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        spring = spring_of(where, (low, high), 0.5 * (low + high), 0.5 * (high - low), FE, G, solution.hysteresis)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        spring = polynomial_spring(where, (low, high), middle, half, FE, G, solution.hysteresis)
         findings = [*stages.findings(solution)]
         if degree < amplifier:
             findings.append(Finding(Outcome.AMPLIFIER_REDUCED, {"degree": degree}))
@@ -268,22 +261,3 @@ def moving_mean(values: FloatArray, half_width: int, first: IndexArray) -> Float
     reach = np.minimum(half_width, np.minimum(position - begin, begin + np.repeat(lengths, lengths) - 1 - position))
     sums = np.append(0.0, np.cumsum(values))
     return np.asarray((sums[position + reach + 1] - sums[position - reach]) / (2 * reach + 1))
-
-
-def spring_of(
-    where: str, within: tuple[float, float], offset: float, unit: float, FE: FloatArray, G: FloatArray, h: Hysteresis
-) -> SpringParameters:
-    """The spring of FE and G [N] by powers of the displacement from an offset in some unit [m].
-
-    Raises
-    ------
-    IdentificationError   If its parameters are beyond the limits of a spring; `where` names the records.
-    """
-    try:
-        return SpringParameters(
-            kE=(FE / unit ** np.arange(FE.size)).tolist(), kA=(G / G[0] / unit ** np.arange(G.size)).tolist(),
-            kappa_omega=float(G[0]), **h._asdict(), displacement_offset=offset, displacement_min=within[0],
-            displacement_max=within[1],
-        )  # fmt: skip
-    except ValueError as problem:
-        raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None

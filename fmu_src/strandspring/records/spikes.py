@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-IndexArray = NDArray[np.intp]
+from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 
 _MOST = 6  # spikes at either end of the range; more of them are not spikes
 _LEAST_SAMPLES = 60  # for each of them
@@ -15,7 +14,7 @@ _JUMP = 5.0  # distance from both neighbours, in steps that 95 % of the samples 
 _LOOKED_AT = 4096  # samples of the quick check
 
 
-def find_spikes(values: NDArray[np.float64]) -> IndexArray:
+def find_spikes(values: FloatArray) -> IndexArray:
     """Isolated outliers: beyond the range of all others by half of it, and far from both neighbours.
 
     Spikes are at most three in a row and a few in all. Records with few samples per cycle have none, since their
@@ -46,26 +45,26 @@ def find_spikes(values: NDArray[np.float64]) -> IndexArray:
     return spikes[_beyond(values[spikes], float(rest.min()), float(rest.max()))]
 
 
-def spikes_of(displacement: NDArray[np.float64], force: NDArray[np.float64]) -> tuple[IndexArray, IndexArray]:
+def spikes_of(displacement: FloatArray, force: FloatArray) -> tuple[IndexArray, IndexArray]:
     """Spikes of displacement and of force; a sample at which both deviate is a short stroke, not a spike."""
     of_displacement, of_force = find_spikes(displacement), find_spikes(force)
     return np.setdiff1d(of_displacement, of_force), np.setdiff1d(of_force, of_displacement)
 
 
-def _trimmed_range(values: NDArray[np.float64]) -> tuple[float, float]:
+def _trimmed_range(values: FloatArray) -> tuple[float, float]:
     """Minimum and maximum without the few at either end that may be spikes."""
     cut = min(_MOST, values.size // _LEAST_SAMPLES)
     middle = np.partition(values, (cut, values.size - 1 - cut))
     return float(middle[cut]), float(middle[values.size - 1 - cut])
 
 
-def _beyond(values: NDArray[np.float64], low: float, high: float) -> NDArray[np.bool_]:
+def _beyond(values: FloatArray, low: float, high: float) -> BoolArray:
     # Halved first, because the range may overflow.
     margin = _BEYOND * high - _BEYOND * low
     return np.asarray((values > high + margin) | (values < low - margin))
 
 
-def _is_isolated(values: NDArray[np.float64], run: IndexArray, step: float) -> bool:
+def _is_isolated(values: FloatArray, run: IndexArray, step: float) -> bool:
     """Whether a run is short and far from the samples before and after it, compared with the steps of the record."""
     before, after = int(run[0]) - 1, int(run[-1]) + 1
     if run.size > _LONGEST or before < 0 or after >= values.size:

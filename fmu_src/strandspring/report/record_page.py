@@ -11,12 +11,12 @@ import numpy as np
 from .._version import __version__
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
-from ..kernel.arrays import FloatArray
+from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import find_strokes
 from ..model.outcomes import IdentificationError
 from ..records.record import Record
-from ..records.spikes import IndexArray, spikes_of
+from ..records.spikes import spikes_of
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
 from .content.chart import Axis, Chart, ChartForm, Role, Trace, visible
 from .content.quantities import MM, NUMBER, N, S, number, span

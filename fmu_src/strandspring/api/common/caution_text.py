@@ -8,7 +8,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...ground.quoting import printable
-from ...identification.refusals import backwards, clipped_samples
+from ...identification.refusals import Strokes, backwards, clipped_samples
 from ...kernel.arrays import FloatArray
 from ...loops.strokes import find_strokes
 from ...model.modelfile import ModelFile
@@ -24,7 +24,7 @@ _FEW = 0.05  # share of strokes that hardly counts
 
 def backwards_cautions(records: Iterable[Record]) -> list[str]:
     """One sentence for each record whose loops run backwards, as if the sign of a column were wrong."""
-    findings = ((record, backwards(record)) for record in records)
+    findings = ((record, backwards(Strokes(record))) for record in records)
     return [f"{record.path}: {finding.value}" for record, finding in findings if finding is not None]
 
 

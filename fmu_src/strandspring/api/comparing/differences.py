@@ -30,7 +30,7 @@ from ...errors import ModelError
 from ...ground.result_columns import ResultColumn
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.loop import LOOP_FIGURE, steady_loop_figures
+from ...loops.loop import LOOP_FIGURE, steady_loop
 from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, names_of
 from ...model.modelfile import ModelFile
 from ..common.text import bounds_95
@@ -129,7 +129,7 @@ def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[JointCovarian
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:
     """`FIGURES` of steady loops about one place, shape (amplitudes, FIGURES)."""
     solver = PathSolver(p).slow
-    loops = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in amplitudes]
+    loops = [steady_loop(solver, middle - reach, middle + reach).figures for reach in amplitudes]
     return np.array([[getattr(loop, name) for name in FIGURES] for loop in loops])
 
 

@@ -27,7 +27,6 @@ from ...loops.loop import (
     LoopFigures,
     relaxed_branches,
     steady_loop,
-    steady_loop_figures,
 )
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
@@ -177,7 +176,7 @@ class Information(PlottedResult):
         widest = max(given, key=lambda figures: figures.amplitude)
         middle = 0.5 * (widest.low + widest.high)
         reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
-        line = [steady_loop_figures(solver, middle - reach, middle + reach) for reach in reaches.tolist()]
+        line = [steady_loop(solver, middle - reach, middle + reach).figures for reach in reaches.tolist()]
         for axis, column in zip(panels, PANELS, strict=True):
             axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
             for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):

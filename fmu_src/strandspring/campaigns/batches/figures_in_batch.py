@@ -9,7 +9,7 @@ import numpy as np
 
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.loop import steady_loop_figures
+from ...loops.loop import steady_loop
 from .spring_row import IDENTIFIED, SpringRow
 
 # Figures of the steady loop about the offset, at the common amplitude and at half of it, with their units.
@@ -64,7 +64,7 @@ def figures_at(row: SpringRow, amplitude: float) -> list[float]:
     solver = PathSolver(p)
     values = []
     for reach in (amplitude, 0.5 * amplitude):
-        loop = steady_loop_figures(solver, p.displacement_offset - reach, p.displacement_offset + reach)
+        loop = steady_loop(solver, p.displacement_offset - reach, p.displacement_offset + reach).figures
         values += [loop.secant_stiffness, loop.energy_per_cycle, loop.loss_factor]
     return values
 

@@ -14,7 +14,7 @@ from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle, FigureSpread, spread_of
-from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop_figures
+from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop
 from ...model.joint import NORMAL_95, JointCovariance
 from ...model.outcomes import Outcome
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly
@@ -104,7 +104,7 @@ class EngineeringFigures:
         ends = [(low, high) for low, high, _ in rows]
         reach = self._reach(ends)
         return tuple(
-            AmplitudeComparison(low, high, steady_loop_figures(self._evaluation.solver, low, high),
+            AmplitudeComparison(low, high, steady_loop(self._evaluation.solver, low, high).figures,
                        None if reach is None or np.isnan(reach[k]).any() else tuple(reach[k].tolist()), measured)
             for k, (low, high, measured) in enumerate(rows)
         )  # fmt: skip
@@ -129,7 +129,7 @@ class EngineeringFigures:
     @cached_property
     def curve(self) -> tuple[LoopFigures, ...]:
         """The model's figures over the amplitude, about the middle of the identified range."""
-        return tuple(steady_loop_figures(self._evaluation.solver, *ends) for ends in self._curve_ends)
+        return tuple(steady_loop(self._evaluation.solver, *ends).figures for ends in self._curve_ends)
 
     @cached_property
     def curve_reach(self) -> FloatArray | None:
@@ -157,7 +157,7 @@ class EngineeringFigures:
 
 
 def _figures(solver: PathSolver, ends: list[tuple[float, float]]) -> FloatArray:
-    loops = [steady_loop_figures(solver, *pair) for pair in ends]
+    loops = [steady_loop(solver, *pair).figures for pair in ends]
     return np.array([[getattr(figures, name) for name in NAMES] for figures in loops])
 
 

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 
 from ...identification.figures import RecordFit, chosen_samples
 from ...identification.identified import IdentifiedModel
-from ...kernel.arrays import FloatArray
+from ...kernel.arrays import FloatArray, IndexArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle, find_cycles
 from ...loops.strokes import Strokes, find_strokes
 from ...model.stated_figures import differ
 from ...records.record import Record
-from ...records.spikes import IndexArray
 from ..content.chart import evenly, visible
 from ..content.quantities import DisplayUnit, prose, unit_of
 

@@ -10,8 +10,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...ground.gravity import STANDARD_GRAVITY
-from ...kernel.arrays import FloatArray
-from ...records.spikes import IndexArray
+from ...kernel.arrays import FloatArray, IndexArray
 from ...vibration.signals.shock_spectra import ShockSpectrum
 from ...vibration.signals.spectra import PowerSpectrum
 from ...vibration.verdicts.answers import CaseAnswer

@@ -8,8 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from ...kernel.arrays import FloatArray
-from ...records.spikes import IndexArray
+from ...kernel.arrays import FloatArray, IndexArray
 from .quantities import DisplayUnit
 
 

@@ -16,7 +16,7 @@ from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.loop import steady_loop_figures
+from ...loops.loop import steady_loop
 from .parts import MountAxis
 
 ComplexArray = NDArray[np.complex128]
@@ -118,7 +118,7 @@ class AxisLaws:
         for k, spring in enumerate(self._springs):
             loop = (spring, float(springs[k]), float(amplitude_of_spring[k]))
             if loop not in known:
-                figures = steady_loop_figures(PathSolver(spring).slow, loop[1] - loop[2], loop[1] + loop[2])
+                figures = steady_loop(PathSolver(spring).slow, loop[1] - loop[2], loop[1] + loop[2]).figures
                 known[loop] = complex(figures.secant_stiffness, figures.energy_per_cycle / (np.pi * loop[2] ** 2))
             secant[k] = known[loop]
         at_ends = self.stops(springs + amplitude_of_spring)[0] - self.stops(springs - amplitude_of_spring)[0]

@@ -14,11 +14,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import MountedSystemError
 from ...ground.result_columns import ResultColumn
-from ...kernel.arrays import FloatArray
+from ...kernel.arrays import BoolArray, FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
 from ..one_mass.harmonic_balance import (
     ComplexArray,
@@ -39,8 +38,6 @@ from .shaken_system import ShakenSystem
 from .shaking import Shaking
 from .small_motion import SmallMotion
 from .time_check import MeasuredError, PeakFigures, TimeCheck
-
-BoolArray = NDArray[np.bool_]
 
 DIRECTIONS = ("x", "y", "z")
 _CHECKED_TILT = math.radians(0.5)  # from which motions are compared with time integration

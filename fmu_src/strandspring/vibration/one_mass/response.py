@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.loop import steady_loop_figures
+from ...loops.loop import steady_loop
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ExcitedMass, ResponsePoint
 from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
@@ -191,7 +191,7 @@ def _check_range(shaken: ExcitedMass, motions: Sequence[SteadyMotion]) -> None:
 def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Resonance:
     frequency, ratio = columns["frequency"], columns["transmissibility"]
     peak = int(np.argmax(ratio))
-    figures = steady_loop_figures(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak]))
+    figures = steady_loop(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak])).figures
     omega = 2.0 * math.pi * float(frequency[peak])
     slow, branches = system.stiffness_scale * figures.secant_stiffness, branch_stiffness(system, omega)
     stiffness = slow + branches.real

@@ -10,7 +10,7 @@ from enum import Enum
 import numpy as np
 
 from ...kernel.path import PathSolver
-from ...loops.loop import steady_loop_figures
+from ...loops.loop import steady_loop
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.parts import MountAxis
@@ -219,7 +219,7 @@ def _swings_apart(system: MountedSystem, uses: Sequence[RangeUse]) -> Iterator[C
     if not apart:
         return
     measure, worst, axis, low, high = max(apart, key=lambda entry: entry[0])
-    figures = steady_loop_figures(PathSolver(axis.spring), low, high)
+    figures = steady_loop(PathSolver(axis.spring), low, high).figures
     yield Caution(
         CautionKind.CATALOGUE,
         measure,
