@@ -2,7 +2,7 @@
 
 Each system is a few lines: masses, what is attached to them, and how they begin. `co_simulated` is all that a simulator
 needs, here a leapfrog master: the velocity is known half a step after the position, so that each step moves the masses,
-hands every spring its displacement, and reads its force. It is of second order in the step; the largest error at 0.25 ms
+hands every spring its displacement, and reads its force. It is of second order; the largest error at steps of 0.25 ms
 is stated beside each system, in units of the motion's range.
 """
 

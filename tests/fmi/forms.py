@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 from fmpy.fmi2 import fmi2EventInfo
 from fmpy.fmi3 import fmi3LogMessageCallback
-from oracles import OracleSpring
 
 from branched_springs import BRANCHED
 from fmu_tools import SPRING, wandering_path
 from native_tools import CO_SIMULATION, ERROR, MODEL_EXCHANGE, OK, Library, Native, doubles
+from oracles import OracleSpring
 from springs import TABLE
 from strandspring import Spring, SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu

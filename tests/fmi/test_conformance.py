@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from forms import FORMS, NATIVE_PATHS, PATHS, Form, Instance, motion, oracle_force, rows
 
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
+from forms import FORMS, NATIVE_PATHS, PATHS, Form, Instance, motion, oracle_force, rows
 from native_tools import ERROR, OK, close
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.arrays import address

@@ -7,9 +7,9 @@ from ctypes import byref, c_double, c_int, c_size_t
 
 import numpy as np
 import pytest
-from forms import FORMS, NATIVE_PATHS, Form, Instance, Instance3, motion, rows
 
 from fmu_tools import SPRING
+from forms import FORMS, NATIVE_PATHS, Form, Instance, Instance3, motion, rows
 from native_tools import DISCARD, ERROR, OK, close, doubles
 from strandspring.core.variables import start_values
 from strandspring.kernel.path import PathSolver
@@ -283,6 +283,10 @@ REFUSED: list[tuple[Mapping[str, object], float, str]] = [
     ({"values": [1.0], "orders": [1], "names": ["rho"]}, 0.0, "`rho` is not an input"),
     # Refused by the step: beyond any displacement, also where half of the acceleration is 0; a rate that none can have.
     ({"values": [1e200, 1e308]}, 1e10, "1e+200 m/s and 1e+308 m/s^2 of `displacement` must keep it within +-1e+09 m"),
+    ({"values": [-1e200, -1e308]}, 1e10, "must keep it within +-1e+09 m"),
+    ({"values": [1e8, -2e6]}, 100.0, "must keep it within +-1e+09 m"),  # on the way only
+    ({"values": [-1e8, 2e6]}, 100.0, "must keep it within +-1e+09 m"),
+    ({"values": [0.0, -1e300]}, 1e-150, "and its rate within +-1e+09 m/s"),
     ({"values": [0.0, 5e-324]}, 1e171, "of `displacement` must keep it within +-1e+09 m"),
     ({"values": [0.0, 1e300]}, 1e-150, "and its rate within +-1e+09 m/s, in the step at time 0.0 s."),
 ]

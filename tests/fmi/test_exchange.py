@@ -14,13 +14,13 @@ import fmpy
 import numpy as np
 import pytest
 from fmpy.sundials import CVodeSolver
-from forms import FORMS, Form, Instance, rows
-from oracles import monolithic, rate_of_omega
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from fmu_tools import OTHER, SPRING, wandering_path
+from forms import FORMS, Form, Instance, rows
 from native_tools import ERROR, OK, WARNING, close, doubles
+from oracles import monolithic, rate_of_omega
 from springs import MOUNT, force_by_definition
 from strandspring import Spring, SpringParameters
 from strandspring.core.variables import start_values
@@ -265,6 +265,14 @@ def test_rates_and_force_are_the_papers(name: str) -> None:
             force = sum(float(force_by_definition(m, np.array([x]), w)[0]) for m, w in parts)
             force += sum(b.stiffness * e for b, e in zip(p.branches, elongations, strict=True))
             close(one.get("force", *states), [force, *values.values()])
+            # Along the motion: dF/dx at this omega, and what omega changes.
+            side, h = float(np.sign(velocity)), 1e-7
+            slope = sum(b.stiffness for b in p.branches)
+            for m, w in parts:
+                below, above, beyond = force_by_definition(m, np.array([x - h, x + h, x]), np.array([w, w, w + 1.0]))
+                at = float(force_by_definition(m, np.array([x]), w)[0])
+                slope += (above - below) / (2.0 * h) + (beyond - at) * rate_of_omega(m, side, w) * side
+            assert one.get("stiffness")[0] == pytest.approx(slope, rel=1e-5, abs=1e-5 * p.kappa_omega * p.rho)
             rates = {"absorbed_energy": force * velocity}
             rates |= {f"{'second_' * i}omega": rate_of_omega(m, velocity, w) for i, (m, w) in enumerate(parts)}
             rates |= {

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 from fmpy.fmi2 import fmi2EventInfo
-from forms import BRANCHES, FORMS, PATHS, Instance, Instance3, rows
-from test_conformance import STEPPED, moved
 
 from fmu_tools import SPRING
+from forms import BRANCHES, FORMS, PATHS, Instance, Instance3, rows
 from native_tools import DISCARD, ERROR, OK, WARNING, doubles
 from springs import TABLE
 from strandspring import SpringParameters
+from test_conformance import STEPPED, moved
 
 # Calls and modes: sections 3.2.3 and 4.2.4 of FMI 2.0, without the states that no instance reaches: error, fatal, and a
 # step in progress, failed or cancelled. o: not legal there, but known from hosts, and does nothing.
