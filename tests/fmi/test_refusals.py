@@ -399,7 +399,7 @@ IMPOSSIBLE: dict[SpringParameters, list[tuple[str, float, str]]] = {
     BRANCHES: [
         ("second_n", 1e4, "`second_n` must be within [0.01, 100], got 10000.0."),
         ("second_kA_1", -1e4, "the amplifier FA (coefficients `second_kA`) must be > 0 over the identified range"),
-        ("second_omega_start", 2.0, "`second_omega_start` must be within [-1, 1], got 2.0."),
+        ("second_omega_start", 1.0000001, "`second_omega_start` must be within [-1, 1], got 1.0000001."),
     ],
 }  # fmt: skip
 
