@@ -13,7 +13,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from coupled_energy import energy_balance
-from monolithic import Reference, loaded, monolithic
+from oracles import Reference, loaded, monolithic
 from strandspring import SpringParameters
 from strandspring.cosimulation import (
     Attachment,

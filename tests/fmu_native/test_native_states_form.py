@@ -20,7 +20,7 @@ from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 from fmu_tools import OTHER, SPRING, check_fmu
-from monolithic import monolithic
+from oracles import monolithic
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, doubles, states_library
 from springs import TABLE
 from strandspring import SpringParameters
