@@ -313,7 +313,7 @@ def test_springs_share_one_library_whose_folders_list_their_classes(tmp_path: Pa
 def example(
     folder: Path, name: str, model: ModelFile, **changes: float
 ) -> tuple[np.ndarray, Callable[[str], np.ndarray]]:
-    """Times of an example, and samples of its variables, simulated as its annotation says with the spring of a model."""
+    """Times and samples of variables of an example, simulated as its annotation says with the spring of a model."""
     library = session(folder, model)
     text = (folder / LIBRARY / "Examples" / f"{name}.mo").read_text(encoding="utf-8")
     experiment = re.search(r"experiment\(StopTime=(\S+), Interval=(\S+), Tolerance=(\S+)\)", text)
