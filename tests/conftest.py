@@ -75,7 +75,7 @@ def _note_skipped(name: str, is_skipped: bool) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick what is neither slow nor in a long file."""
+    """Mark as quick what is neither slow nor long, nor in a long file."""
     for item in items:
-        if item.get_closest_marker("slow") is None and item.path.stem not in LONG:
+        if not any(map(item.get_closest_marker, ("slow", "long"))) and item.path.stem not in LONG:
             item.add_marker("quick")

@@ -178,7 +178,7 @@ def co_simulated(system: System, backend: str, step: float) -> tuple[np.ndarray,
     return np.array(positions), np.array(forces)
 
 
-@pytest.mark.parametrize("backend", ["native", "python"])
+@pytest.mark.parametrize("backend", ["native", pytest.param("python", marks=pytest.mark.long)])
 @pytest.mark.parametrize("system", SYSTEMS, ids=lambda system: system.__name__)
 def test_masses_on_fmus_move_as_the_ode_says(system: Callable[[], System], backend: str) -> None:
     made, reference = expected(system)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from branched_springs import BASE, BRANCHED, BRANCHES, exact_maxwell, oracle_force, uneven_motion
+from branched_springs import BASE, BRANCHED, BRANCHES, oracle_force, uneven_motion
+from oracles import exact_maxwell
 from strandspring import Spring, SpringParameters, StrandspringError
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums

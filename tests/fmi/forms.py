@@ -327,6 +327,7 @@ def rows(of: Callable[[Form], object] = lambda _: True) -> list[str]:
 
 # Forms with a memory, which follow a path.
 PATHS = rows(lambda form: not form.has_states)
+STEPPED = rows(lambda form: not (form.exchange or form.has_states))
 NATIVE_PATHS = rows(lambda form: not (form.has_states or form.python))
 
 
@@ -351,3 +352,15 @@ def oracle_force(p: SpringParameters) -> np.ndarray:
         rows = [{"stiffness": b.stiffness, "time_constant": b.time_constant} for b in p.branches]
         parts.append(OracleSpring({**of_branches, **place, "branches": rows}).force(path, 0.0, time))
     return np.asarray(first + sum(parts))
+
+
+def moved(form: Form, one: Instance) -> bytes:
+    """A state in the middle of a path, or of a life of the form with states."""
+    if form.has_states:
+        assert one.set(velocity=0.2, omega=0.4, rho=100.0) == OK
+        one.accept(0.1, form.spring.displacement_max)
+    else:
+        path, time = motion(form.spring, 80)
+        one.along(path[:40], time[:40], *form.outputs)
+        assert one.tune(rho=100.0, displacement=float(path[30])) == OK
+    return one.serialized()

@@ -39,6 +39,7 @@ from strandspring.compiled.targets import (
 )
 from strandspring.errors import BuildError, ModelError
 from strandspring.fmu.native.block import filled
+from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
 from strandspring.fmu.python_backed import build_python_fmu
@@ -47,6 +48,7 @@ from strandspring.model.modelfile import ModelFile, save_model
 from terminal import Terminal, unfolded
 from tools import program, tool
 
+pytestmark = pytest.mark.long
 MODEL = ModelFile("spring", SPRING)
 
 
@@ -137,6 +139,8 @@ def test_binaries_of_every_platform(fmi: int, everywhere: dict[int, Path]) -> No
     assert not [
         name for name in contents if name.startswith("sources/") and ("system" in name or f"fmi{5 - fmi}" in name)
     ]
+    page = contents["documentation/index.html"].decode()
+    assert all(platform in page for platform in (*MACHINES[fmi], f"fmpy compile {everywhere[fmi].name}"))
     notice = contents["documentation/licenses/fmi-headers.txt"].decode()
     assert notice.startswith("Copyright (C)")
     assert "2-Clause BSD License" in notice
@@ -331,6 +335,21 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
     assert zig.shared_library(host_target(), {"f.c": source.encode()}, ("f.c",), "f", ())
     with pytest.raises(BuildError, match=r"ziglang \S+ failed to compile for x86_64-linux-gnu\.2\.17.*unused"):
         zig.shared_library(LINUX_X86, {"a.c": b"int f(void);\nint f(void) { int u; return 1; }\n"}, ("a.c",), "a", ())
+
+
+def test_a_failing_compiler_leaves_the_old_fmu(cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "spring.fmu").write_text("kept")
+
+    def fail(*_: object) -> bytes:
+        raise BuildError("broken here")
+
+    monkeypatch.setattr(images, "compiled", fail)
+    with pytest.raises(BuildError, match="broken here"):
+        build_native_fmu(MODEL, tmp_path, chosen_platforms("linux64"))
+    assert (tmp_path / "spring.fmu").read_text() == "kept"
+    assert not cache.exists() or list(cache.iterdir()) == []
+    with pytest.raises(ValueError, match="7f454c46"):
+        universal([b"\x7fELF".ljust(40, b"\0")])
 
 
 @pytest.mark.slow

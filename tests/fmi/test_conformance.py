@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from ctypes import byref
+from ctypes import byref, c_double
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,14 +17,12 @@ import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
-from forms import FORMS, NATIVE_PATHS, PATHS, Form, Instance, motion, oracle_force, rows
+from forms import FORMS, NATIVE_PATHS, PATHS, STEPPED, Form, motion, moved, oracle_force, rows
 from native_tools import ERROR, OK, close
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.arrays import address
 from strandspring.kernel.library import library as kernel
 from strandspring.kernel.path import PathSolver
-
-STEPPED = rows(lambda form: not (form.exchange or form.has_states))
 
 
 def close_each(found: object, expected: np.ndarray, tolerance: float = 1e-12) -> None:
@@ -147,18 +145,6 @@ def test_states_from_before_and_after_initialization(name: str) -> None:
             assert one.FreeFMUstate(byref(state)) == OK
 
 
-def moved(form: Form, one: Instance) -> bytes:
-    """A state in the middle of a path, or of a life of the form with states."""
-    if form.has_states:
-        assert one.set(velocity=0.2, omega=0.4, rho=100.0) == OK
-        one.accept(0.1, form.spring.displacement_max)
-    else:
-        path, time = motion(form.spring, 80)
-        one.along(path[:40], time[:40], *form.outputs)
-        assert one.tune(rho=100.0, displacement=float(path[30])) == OK
-    return one.serialized()
-
-
 @pytest.mark.parametrize("name", rows())
 def test_a_serialized_state_goes_on_in_another_instance(name: str) -> None:
     form = FORMS[name]
@@ -188,6 +174,7 @@ with (Instance if job["fmi"] == 2 else Instance3)(of, CO_SIMULATION) as one:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["co-simulation", "branches, fmi3", "python"])
 def test_a_state_goes_on_in_another_process_bit_for_bit(name: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     form, file = FORMS[name], tmp_path_factory.mktemp("job") / "job.json"
@@ -292,6 +279,44 @@ def test_instances_do_not_meet(name: str) -> None:
         path = np.array([start] if form.has_states else [start, 0.03])
         close(one.get("force"), PathSolver(stiffer if k % 2 else SPRING).force(path)[-1:])
         one.__exit__()
+
+
+# Steps
+
+
+@pytest.mark.parametrize("name", STEPPED)
+def test_steps_that_are_refused_change_nothing(name: str) -> None:
+    form = FORMS[name]
+    with form.instance() as one:
+        one.enter_initialization(0.0, None if form.python else 0.3)
+        assert one.set(displacement=form.spring.displacement_offset) == OK
+        assert form.python or one.DoStep(c_double(0.0), c_double(1e-3), 1) == ERROR
+        assert one.ExitInitializationMode() == OK
+        one.time = 0.2
+        one.advance(form.spring.displacement_max, 0.1)  # 0.30000000000000004 s is the stop time rounded
+        content = one.serialized()
+        refused = [(0.1, -1e-3, "-0.001"), (0.1, math.nan, "nan"), (0.1, math.inf, "inf"), (0.1, -math.inf, "-inf")]
+        if not form.python:
+            refused += [
+                (math.nan, 0.1, "The time of a step must be finite [s], got nan"), (-math.inf, 1.0, "got -inf"),
+                (1.7e308, 1.7e308, "1.7e+308"),
+                (0.3, 1e-3, "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."),
+            ]  # fmt: skip
+        for time, size, text in refused:
+            assert one.DoStep(c_double(time), c_double(size), 1) == form.refusal
+            assert text in one.said
+            assert one.serialized() == content
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_absurd_displacements_do_no_harm(name: str) -> None:
+    form = FORMS[name]
+    with form.begun(form.spring.displacement_offset) as one:
+        for displacement in (1e9, -1e9, 1e6, form.spring.displacement_max):
+            one.advance(displacement, 1e-3)
+            one.get(*form.outputs)
+        assert one.restore(one.serialized()) == OK
+        assert math.isfinite(one.get("force")[0])
 
 
 # Parameters

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
+import sys
 import zipfile
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,12 +23,13 @@ from lxml import etree
 
 from fmu_tools import OTHER, SPRING, run_python
 from forms import FORMS, Form, rows
+from native_tools import OK
 from pages import TEXTS
 from springs import TABLE
-from strandspring import BuildError, Record, Spring, SpringParameters, build_fmu, export, identify, simulate_fmu
-from strandspring.core.branches import MaxwellBranch, Mechanism
+from strandspring import BuildError, SpringParameters
 from strandspring.core.parameters import SCALARS
 from strandspring.core.variables import start_values, units, variables
+from strandspring.errors import StrandspringError
 from strandspring.fmu.checks.check import described_spring, examine_fmu
 from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION, TERMINALS
 from strandspring.fmu.documentation import loops_svg
@@ -36,14 +37,13 @@ from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
 from strandspring.fmu.related_files import slow_cycles
 from strandspring.kernel.path import PathSolver
-from strandspring.model.file_tables import Start
-from strandspring.model.modelfile import ModelFile, load_model, save_model
-from terminal import Terminal
+from strandspring.model.modelfile import ModelFile
 
 AWKWARD = (
     "\"quoted\" 'single' <b>bold</b> &amp; ]]> <!-- --> \n#error newline\t*/ int evil = 1; /* \\ \\\n ?/ %s %n "
     "../../up {name} {{ 7*7 }} äöü 弹簧"
 )
+pytestmark = pytest.mark.long
 MODEL = ModelFile("spring", SPRING)
 CONSTANT = SpringParameters((5.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 INEXACT = replace(SPRING, kE=(0.1 + 0.2, 1.0 / 3.0, 5e-324, -3.7e19), rho=100.0 + 1e-13)
@@ -88,6 +88,7 @@ def test_any_number_of_coefficients_keeps_every_bit(spring: SpringParameters, tm
         assert described_spring(read) == spring
         starts = {v.name: float(v.start) for v in read.modelVariables if v.start is not None}
         assert starts == start_values(spring)
+        assert spring == INEXACT or examine_fmu(fmu).problems == ()
 
 
 # FMI 2.0
@@ -123,7 +124,10 @@ def test_variables_of_the_design() -> None:
         "stiffness": all_of_them, "force": all_of_them - {"rho", "sigma", "n"}, "absorbed_energy": set()
     }  # fmt: skip
     path, solver = slow_cycles(SPRING), PathSolver(SPRING)
-    for name, values in (("force", solver.force(path)), ("stiffness", solver.stiffness(path)), ("displacement", path)):
+    for name, values in (
+        ("force", solver.force(path)), ("stiffness", solver.stiffness(path)), ("displacement", path),
+        ("absorbed_energy", solver.absorbed_energy(path)),
+    ):  # fmt: skip
         assert 0.1 < float(of[name].nominal) / np.abs(values).max() < 2.0, name
 
 
@@ -439,83 +443,26 @@ def test_the_page_tells_the_model() -> None:
         assert "nan" not in ElementTree.tostring(svg, encoding="unicode")
 
 
-# Where a path starts
-
-RUBBER = SpringParameters((1.4, 50.0), (1.0,), 0.9, 250.0, 0.8, 0.9, 0.01, 0.0, 0.02)
-TIME = np.linspace(0.0, 3.0, 601)
-STATE = Start(displacement=0.0, omega=-0.75, second_omega=0.25, branch_forces=[0.0], at_rest=False)
-SECOND = Mechanism(kA=(1.0,), kappa_omega=9.0, rho=2500.0, sigma=0.8, n=1.7)
-WHOLE = ModelFile("whole", replace(RUBBER, second=SECOND, branches=(MaxwellBranch(700.0, 0.03),)), start=STATE)
-
-
-@pytest.mark.parametrize("name", ["co-simulation", "states", "fmi3", "real time", "python"])
-def test_the_whole_recorded_state_starts_in_all_forms_and_exports(name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["real time", "no energy", "co-simulation"])
+def test_the_page_names_the_derivatives_that_are_refused(name: str) -> None:
     form = FORMS[name]
-    fmu = build_python_fmu(WHOLE, tmp_path) if form.python else build_native_fmu(WHOLE, tmp_path, **form.options)
-    start = {v.name: v.start for v in fmpy.read_model_description(str(fmu)).modelVariables}
-    names = ("omega", "second_omega") if form.has_states else ("omega_start", "second_omega_start")
-    assert [float(start[one]) for one in names] == [-0.75, 0.25]
-    assert examine_fmu(fmu).problems == ()  # binary and description begin alike
-    if name == "co-simulation":
-        ssv, modelica = export(Spring.from_model(WHOLE), tmp_path, ssv=True, modelica=True)
-        (law,) = export(Spring.from_model(WHOLE), tmp_path, c=True)
-        for one, value in (("omega_start", "-0.75"), ("second_omega_start", "0.25")):
-            text = ssv.read_text(encoding="utf-8").split(f'name="{one}"')[1].split("</ssv:Parameter>")[0]
-            assert f'value="{value}"' in text
-            assert f"    {one}={value}" in modelica.read_text(encoding="utf-8")
-        header = " ".join(law.with_suffix(".h").read_text(encoding="utf-8").replace("\n *", "").split())
-        assert "begins with spring_start(0.0, -0.75) and spring_added_start(0.0, 0.25)" in header
+    known = ("displacement", "omega_start", "rho", "sigma", "n", "kappa_omega")
+    with form.instance() as one:
+        one.enter_initialization()
+        assert one.set(displacement=0.02) == OK
+        assert all(one.directional(["force"], {parameter: 1.0}) == OK for parameter in known)
+        assert one.ExitInitializationMode() == OK
+        refused = {parameter for parameter in known if one.directional(["force"], {parameter: 1.0}) != OK}
+    said = re.search(r"derivatives with respect to ([\w, ]+) are refused", page_of(form))
+    assert set(re.split(", | and ", said[1]) if said else ()) == refused
+    assert bool(refused) == ("real_time" in form.options)
 
 
-@pytest.mark.parametrize("python", [False, True], ids=["native", "python"])
-def test_a_first_loading_begins_at_rest(python: bool, tmp_path: Path) -> None:
-    """Issue 52: RNL was 0.26 along the FMU's own record, and 0.9 N the force of a spring that nothing loads."""
-    swing = 0.5 * (1.0 - np.cos(2.0 * np.pi * TIME))
-    path = np.where(TIME < 0.5, 0.02 * swing, 0.004 + 0.016 * swing)
-    noise = 0.002 * np.random.default_rng(0).standard_normal(path.size)
-    found = identify(Record(path, Spring(RUBBER).response(path, omega_start=-1.0) + noise, TIME))
-    model, record = found.model_file("rubber"), found.records[0]
-    assert model.start is not None
-    assert (model.start.displacement, model.start.at_rest) == (0.0, True)
-    assert model.start.omega == pytest.approx(-1.0, abs=0.01)  # of noise of 0.002 N
-    fmu = (build_python_fmu if python else build_native_fmu)(model, tmp_path)
-    force = simulate_fmu(fmu, record.displacement).force
-    assert force[0] == pytest.approx(record.force[0], abs=0.01)
-    rnl = 1.0 - np.linalg.norm(force - record.force) / np.linalg.norm(record.force)
-    assert rnl == pytest.approx(model.fit["records"][0]["rnl"], abs=1e-9)  # rounding
-
-
-def test_elsewhere_it_starts_within_what_was_recorded_there(tmp_path: Path) -> None:
-    path = 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME + 0.4)
-    record = Record(path, Spring(RUBBER).response(path, omega_start=-0.4), TIME)
-    found = identify(record)
-    for zero in (0.001, 0.008, 0.019):
-        (there,) = simulate_fmu(build_native_fmu(found.model_file("mount"), tmp_path, zero=zero), [0.0]).force
-        recorded = record.force[np.abs(path - zero) < 2e-4]
-        assert recorded.min() < there < recorded.max()
-    assert load_model(build_fmu(found, tmp_path, name="mount")).start == found.model_file().start
-
-
-def test_the_command_checks_the_fmu_along_its_record(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    terminal, swing = Terminal(capsys), 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME)
-    record = Record(swing, Spring(RUBBER).response(swing, omega_start=-0.4), TIME)
-    record.save("rubber.csv")
-    model = identify("rubber.csv").model_file("rubber")
-    save_model("rubber.json", model)
-    told = terminal("build", "rubber.json", "--record", "rubber.csv", "--backend", "both", "-o", "model")
-    assert " ".join(told.split()).count("RNL as stated along rubber.csv") == 2
-    assert "RNL" not in terminal("build", "rubber.json", "-o", "alone")
-    content = json.loads(model.to_json())
-    content["fit"]["records"][0]["rnl"] -= 2e-6
-    Path("other.json").write_text(json.dumps(content), encoding="utf-8")
-    terminal("build", "other.json", "--record", "rubber.csv", "-o", "other", status=1)
-    assert "RNL along rubber.csv must be " in terminal.err
-    replace(record, force=record.force + 0.001).save("another.csv")
-    terminal("build", "rubber.json", "--record", "another.csv", "-o", "other", status=1)
-    assert "another.csv: the model rubber states no figures of this record" in terminal.err
-    with pytest.raises(BuildError, match="`record` is for a model"):
-        build_fmu("rubber.csv", record="rubber.csv")
-    assert not Path("other").exists()
+def test_building_leaves_nothing_else_and_may_be_named_like_a_keyword(tmp_path: Path) -> None:
+    path, modules = list(sys.path), set(sys.modules)
+    fmu = build_python_fmu(ModelFile("lambda", OTHER), tmp_path / "new")
+    assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda_python.fmu"]
+    assert (sys.path, set(sys.modules)) == (path, modules)
+    assert examine_fmu(fmu).problems == ()
+    with pytest.raises(StrandspringError, match="cannot be written"):
+        build_python_fmu(MODEL, fmu)

@@ -363,6 +363,7 @@ def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warne
         assert one.messages == []
 
 
+@pytest.mark.long
 def test_fmpy_simulates_both_forms(tmp_path: Path) -> None:
     """With CVode; FMPy holds inputs over each step of its solver, so that a state lags behind by half an interval."""
     time = np.linspace(0.0, 1.0, 4001)
@@ -389,6 +390,7 @@ def test_fmpy_simulates_both_forms(tmp_path: Path) -> None:
 # CasADi
 
 
+@pytest.mark.long
 def test_casadi_differentiates_by_states_inputs_and_parameters() -> None:
     builder = tool("casadi").DaeBuilder("spring", str(FORMS["states"].library().folder))
     names = builder.p()
@@ -407,6 +409,7 @@ def test_casadi_differentiates_by_states_inputs_and_parameters() -> None:
             np.testing.assert_allclose(matrix, expected, rtol=1e-15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("solver", ["cvodes", "idas"])
 @pytest.mark.parametrize("n", slow_but([0.05, 0.22, 1.0, 100.0], (0.22,)))
 def test_a_mass_decays_in_casadi_as_the_ode_says(solver: str, n: float) -> None:

@@ -49,6 +49,7 @@ LINUX = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="looks i
 OF_PROCESSOR = pytest.mark.skipif(
     sys.platform != "linux" or platform.machine() not in ("x86_64", "aarch64"), reason="knows these processors"
 )
+pytestmark = pytest.mark.long
 NATIVE = FORMS["co-simulation"]
 
 
@@ -326,12 +327,15 @@ UNITS = {"co-simulation": "fmi2_all.c", "fmi3": "fmi3_all.c"}
 @pytest.mark.parametrize("name", UNITS)
 def test_sources_are_c99_and_a_project_of_fmpy(name: str, tmp_path: Path) -> None:
     """Whatever customary macros a tool defines, and for 32 bits; a project that FMPy makes gives the same forces."""
-    form = FORMS[name]
+    form, of_system = FORMS[name], system_library if name == "co-simulation" else system_library3
+    system = of_system(BOX).folder / "sources" / f"fmu/system/c/system_all{'3' * (form.fmi == 3)}.c"
+    units = (form.library().folder / "sources" / UNITS[name], system)
     for target in ("x86_64-linux-gnu", "x86-linux-gnu"):
         for macros in (("MODEL_EXCHANGE",), ("CO_SIMULATION",), ("MODEL_EXCHANGE", "CO_SIMULATION")):
             flags = ["-target", target, "-std=c99", "-c", "-o", str(tmp_path / "unit.o"), *(f"-D{m}" for m in macros)]
             include = f"-I{Path(fmpy.__file__).parent / 'c-code'}"
-            run([*ziglang("cc"), *flags, include, str(form.library().folder / "sources" / UNITS[name])])
+            for unit in units:
+                run([*ziglang("cc"), *flags, include, str(unit)])
     fmu, project = form.build(tmp_path), tmp_path / "project"
     create_cmake_project(str(fmu), str(project))
     (binary,) = project.glob("binaries/*/*")
@@ -401,6 +405,28 @@ def test_the_host_of_a_python_backed_fmu_survives_many_errors(tmp_path: Path) ->
     said = run_python(LIFE, FORMS["python"].build(tmp_path), tmp_path / "with space", environment=settings)
     expected = PathSolver(SPRING).force(np.array([0.02, 0.03]))[-1]
     assert [float.fromhex(word) for word in said.split()[:2]] == pytest.approx([expected] * 2, rel=1e-12)
+
+
+LIVES = """
+import gc, sys
+from pathlib import Path
+from fmu_tools import instance
+for k in range(int(sys.argv[3])):
+    with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one:
+        one.initialize()
+        one.step(0.03)
+    if k % 100 == 0:
+        gc.collect()
+print(open("/proc/self/statm").read().split()[1])
+"""
+
+
+@LINUX
+@pytest.mark.slow
+def test_each_of_its_lives_leaves_as_little_as_is_said(tmp_path: Path) -> None:
+    fmu = FORMS["python"].build(tmp_path)
+    few, many = (int(run_python(LIVES, fmu, tmp_path, count)) for count in (100, 2100))
+    assert 4096 * (many - few) / 2000 < 8e3  # bytes; 7 kB are said
 
 
 ALONE = """

@@ -38,6 +38,7 @@ from strandspring.ground.gravity import STANDARD_GRAVITY as GRAVITY
 from strandspring.ground.scratch import TemporaryFolder
 from system_fmus import RETURNING_MOUNT, fmu
 
+pytestmark = pytest.mark.long
 MASS, LOAD, MIDDLE, STOP = 5.0, 50.0, 0.05, 0.3
 AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
 # Linear within 1e-11 of its force, so that linear theory holds for the FMU.
@@ -212,6 +213,8 @@ def test_trials_and_rollback_leave_no_trace_in_either_version_and_back_end(tmp_p
                 spring.warns = False
                 spring.commit(2.002, 0.1, 0.2)
                 assert "identified range" in spring.messages[-1]
+                with pytest.raises(CosimulationError, match=r"got -0\.1|-0\.1 s"):  # its last message is the reason
+                    spring.commit(2.2, -0.1, 0.2)
     for answer in answers[1:]:  # an energy asked for more often is integrated in more pieces
         assert np.array(answer) == pytest.approx(np.array(answers[0]), rel=1e-12)
     assert answers[0] == answers[2]  # to the bit by both versions

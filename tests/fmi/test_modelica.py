@@ -34,6 +34,7 @@ from strandspring.model.coordinates import placed
 from strandspring.model.modelfile import ModelFile, load_model
 from tools import tool
 
+pytestmark = pytest.mark.long
 AWKWARD = (
     "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
     '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'

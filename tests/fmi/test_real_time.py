@@ -44,6 +44,7 @@ from tools import slow_but, ziglang
 
 # FMUs: by version of FMI, the unit of the sources, and the file and function of a step.
 
+pytestmark = pytest.mark.long
 UNITS = {2: "fmi2_all.c", 3: "fmi3_all.c"}
 STEPS = {2: ("fmi2/fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3/fmi3_life.c", "fmi3Status fmi3DoStep(")}
 

@@ -10,11 +10,10 @@ import pytest
 from fmpy.fmi2 import fmi2EventInfo
 
 from fmu_tools import SPRING
-from forms import BRANCHES, FORMS, PATHS, Instance, Instance3, rows
+from forms import BRANCHES, FORMS, STEPPED, Instance, Instance3, moved, rows
 from native_tools import DISCARD, ERROR, OK, WARNING, doubles
 from springs import TABLE
 from strandspring import SpringParameters
-from test_conformance import STEPPED, moved
 
 # Calls and modes: sections 3.2.3 and 4.2.4 of FMI 2.0, without the states that no instance reaches: error, fatal, and a
 # step in progress, failed or cancelled. o: not legal there, but known from hosts, and does nothing.
@@ -425,41 +424,6 @@ def test_a_spring_that_cannot_be_does_not_leave_initialization(name: str) -> Non
             assert one.serialized() == content
             assert one.set(**{variable: good}) == OK
             assert one.ExitInitializationMode() == OK
-
-
-@pytest.mark.parametrize("name", STEPPED)
-def test_steps_that_are_refused_change_nothing(name: str) -> None:
-    form = FORMS[name]
-    with form.instance() as one:
-        one.enter_initialization(0.0, None if form.python else 0.3)
-        assert one.set(displacement=form.spring.displacement_offset) == OK
-        assert form.python or one.DoStep(c_double(0.0), c_double(1e-3), 1) == ERROR
-        assert one.ExitInitializationMode() == OK
-        one.time = 0.2
-        one.advance(form.spring.displacement_max, 0.1)  # 0.30000000000000004 s is the stop time rounded
-        content = one.serialized()
-        refused = [(0.1, -1e-3, "-0.001"), (0.1, math.nan, "nan"), (0.1, math.inf, "inf"), (0.1, -math.inf, "-inf")]
-        if not form.python:
-            refused += [
-                (math.nan, 0.1, "The time of a step must be finite [s], got nan"), (-math.inf, 1.0, "got -inf"),
-                (1.7e308, 1.7e308, "1.7e+308"),
-                (0.3, 1e-3, "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."),
-            ]  # fmt: skip
-        for time, size, text in refused:
-            assert one.DoStep(c_double(time), c_double(size), 1) == form.refusal
-            assert text in one.said
-            assert one.serialized() == content
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_absurd_displacements_do_no_harm(name: str) -> None:
-    form = FORMS[name]
-    with form.begun(form.spring.displacement_offset) as one:
-        for displacement in (1e9, -1e9, 1e6, form.spring.displacement_max):
-            one.advance(displacement, 1e-3)
-            one.get(*form.outputs)
-        assert one.restore(one.serialized()) == OK
-        assert math.isfinite(one.get("force")[0])
 
 
 # What is logged

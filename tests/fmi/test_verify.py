@@ -1,4 +1,4 @@
-"""What FMUs carry about themselves, and what `strandspring verify` finds in those that were changed."""
+"""What FMUs carry about themselves, what `verify` finds in those that were changed, and where they start."""
 
 from __future__ import annotations
 
@@ -19,8 +19,10 @@ import pytest
 
 from fmu_tools import SPRING, instance
 from forms import FORMS, Form
-from strandspring import verify
+from strandspring import BuildError, Record, Spring, SpringParameters, build_fmu, export, identify, simulate_fmu, verify
+from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.errors import ModelError
+from strandspring.fmu.checks.check import examine_fmu
 from strandspring.fmu.checks.verification import verify_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
@@ -28,9 +30,12 @@ from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
+from strandspring.model.file_tables import Start
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
 from terminal import Terminal
 from tools import program
+
+pytestmark = pytest.mark.long
 
 
 def contents_of(fmu: Path) -> dict[str, bytes]:
@@ -242,14 +247,111 @@ def test_the_commands_verify_and_info(fmu: Path, tmp_path: Path, terminal: Termi
     assert (tmp_path / "again" / fmu.name).read_bytes() == fmu.read_bytes()
 
 
+def test_the_check_says_why_it_does_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fmu = FORMS["python"].build(tmp_path)
+    monkeypatch.setattr("platform.machine", lambda: "riscv64")
+    report = examine_fmu(fmu)
+    assert "riscv64" in str(report.not_run)
+    assert (report.steps, report.summary) == (0, f"valid, but not run. {report.not_run}")
+
+
 def test_the_check_finds_other_rates_of_states(tmp_path: Path) -> None:
     """A description of another sigma than the binary's; without energy, the rest is compared."""
     fmu = FORMS["states"].build(tmp_path)
     change = {"modelDescription.xml": contents_of(fmu)["modelDescription.xml"].replace(b'start="1.3"', b'start="1.4"')}
-    from strandspring.fmu.checks.check import examine_fmu
-
     (problem,) = examine_fmu(edited(fmu, tmp_path, lambda c: c.update(change))).problems
     assert "der(omega) differ" in problem
     assert verify(fmu).ok
     for form in ({"fmi": 2}, {"fmi": 3}):
         assert verify(Form(options={**form, "real_time": True, "no_energy": True}).build(tmp_path)).ok
+
+
+# Where a path starts
+
+RUBBER = SpringParameters((1.4, 50.0), (1.0,), 0.9, 250.0, 0.8, 0.9, 0.01, 0.0, 0.02)
+TIME = np.linspace(0.0, 3.0, 601)
+STATE = Start(displacement=0.0, omega=-0.75, second_omega=0.25, branch_forces=[0.0], at_rest=False)
+SECOND = Mechanism(kA=(1.0,), kappa_omega=9.0, rho=2500.0, sigma=0.8, n=1.7)
+WHOLE = ModelFile("whole", replace(RUBBER, second=SECOND, branches=(MaxwellBranch(700.0, 0.03),)), start=STATE)
+
+
+@pytest.mark.parametrize("name", ["co-simulation", "states", "fmi3", "real time", "python"])
+def test_the_whole_recorded_state_starts_in_all_forms_and_exports(name: str, tmp_path: Path) -> None:
+    form = FORMS[name]
+    fmu = build_python_fmu(WHOLE, tmp_path) if form.python else build_native_fmu(WHOLE, tmp_path, **form.options)
+    start = {v.name: v.start for v in fmpy.read_model_description(str(fmu)).modelVariables}
+    names = ("omega", "second_omega") if form.has_states else ("omega_start", "second_omega_start")
+    assert [float(start[one]) for one in names] == [-0.75, 0.25]
+    assert examine_fmu(fmu).problems == ()  # binary and description begin alike
+    if name == "co-simulation":
+        ssv, modelica = export(Spring.from_model(WHOLE), tmp_path, ssv=True, modelica=True)
+        (law,) = export(Spring.from_model(WHOLE), tmp_path, c=True)
+        for one, value in (("omega_start", "-0.75"), ("second_omega_start", "0.25")):
+            text = ssv.read_text(encoding="utf-8").split(f'name="{one}"')[1].split("</ssv:Parameter>")[0]
+            assert f'value="{value}"' in text
+            assert f"    {one}={value}" in modelica.read_text(encoding="utf-8")
+        header = " ".join(law.with_suffix(".h").read_text(encoding="utf-8").replace("\n *", "").split())
+        assert "begins with spring_start(0.0, -0.75) and spring_added_start(0.0, 0.25)" in header
+
+
+@pytest.mark.parametrize("python", [False, True], ids=["native", "python"])
+def test_a_first_loading_begins_at_rest(python: bool, tmp_path: Path) -> None:
+    """Issue 52: RNL was 0.26 along the FMU's own record, and 0.9 N the force of a spring that nothing loads."""
+    swing = 0.5 * (1.0 - np.cos(2.0 * np.pi * TIME))
+    path = np.where(TIME < 0.5, 0.02 * swing, 0.004 + 0.016 * swing)
+    noise = 0.002 * np.random.default_rng(0).standard_normal(path.size)
+    found = identify(Record(path, Spring(RUBBER).response(path, omega_start=-1.0) + noise, TIME))
+    model, record = found.model_file("rubber"), found.records[0]
+    assert model.start is not None
+    assert (model.start.displacement, model.start.at_rest) == (0.0, True)
+    assert model.start.omega == pytest.approx(-1.0, abs=0.01)  # of noise of 0.002 N
+    fmu = (build_python_fmu if python else build_native_fmu)(model, tmp_path)
+    force = simulate_fmu(fmu, record.displacement).force
+    assert force[0] == pytest.approx(record.force[0], abs=0.01)
+    rnl = 1.0 - np.linalg.norm(force - record.force) / np.linalg.norm(record.force)
+    assert rnl == pytest.approx(model.fit["records"][0]["rnl"], abs=1e-9)  # rounding
+
+
+def test_what_was_left_out_of_the_fit_tells_where_it_began() -> None:
+    """The memory of the start is gone where the fit begins, so that only the first force shows it."""
+    swing = 0.5 * (1.0 - np.cos(2.0 * np.pi * TIME))
+    path = 0.02 * swing
+    model = identify(Record(path, Spring(RUBBER).response(path, omega_start=-0.6), TIME)).model_file()
+    assert model.start is not None
+    assert model.start.omega == pytest.approx(-0.6, abs=0.05)  # of a force within 0.03 %, one 20th of kappa_omega
+
+
+def test_elsewhere_it_starts_within_what_was_recorded_there(tmp_path: Path) -> None:
+    path = 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME + 0.4)
+    record = Record(path, Spring(RUBBER).response(path, omega_start=-0.4), TIME)
+    found = identify(record)
+    for zero in (0.001, 0.008, 0.019):
+        (there,) = simulate_fmu(build_native_fmu(found.model_file("mount"), tmp_path, zero=zero), [0.0]).force
+        recorded = record.force[np.abs(path - zero) < 2e-4]
+        assert recorded.min() < there < recorded.max()
+    assert load_model(build_fmu(found, tmp_path, name="mount")).start == found.model_file().start
+
+
+def test_the_command_checks_the_fmu_along_its_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    terminal, swing = Terminal(capsys), 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME)
+    record = Record(swing, Spring(RUBBER).response(swing, omega_start=-0.4), TIME)
+    record.save("rubber.csv")
+    model = identify("rubber.csv").model_file("rubber")
+    save_model("rubber.json", model)
+    told = terminal("build", "rubber.json", "--record", "rubber.csv", "--backend", "both", "-o", "model")
+    assert " ".join(told.split()).count("RNL as stated along rubber.csv") == 2
+    assert "RNL" not in terminal("build", "rubber.json", "-o", "alone")
+    content = json.loads(model.to_json())
+    content["fit"]["records"][0]["rnl"] -= 2e-6
+    Path("other.json").write_text(json.dumps(content), encoding="utf-8")
+    terminal("build", "other.json", "--record", "rubber.csv", "-o", "other", status=1)
+    assert "RNL along rubber.csv must be " in terminal.err
+    replace(record, force=record.force + 0.001).save("another.csv")
+    terminal("build", "rubber.json", "--record", "another.csv", "-o", "other", status=1)
+    assert "another.csv: the model rubber states no figures of this record" in terminal.err
+    with pytest.raises(BuildError, match="`record` is for a model"):
+        build_fmu("rubber.csv", record="rubber.csv")
+    assert not Path("other").exists()

@@ -20,8 +20,8 @@ from fmpy.validation import validate_fmu
 from scipy.integrate import solve_ivp
 
 from fmu_tools import OTHER, SPRING, check_fmu
-from oracles import monolithic
 from native_tools import ERROR, MODEL_EXCHANGE, OK, WARNING, Native, close, doubles, states_library
+from oracles import monolithic
 from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.core.polynomials import polynomial
