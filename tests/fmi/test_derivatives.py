@@ -7,6 +7,7 @@ from ctypes import byref, c_double, c_int, c_size_t
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 from fmu_tools import SPRING
 from forms import FORMS, NATIVE_PATHS, Form, Instance, Instance3, motion, rows
@@ -334,3 +335,26 @@ def test_where_there_are_arrays_derivatives_by_their_elements_are_those_of_scala
         assert call(*references, values, c_size_t(len(values)), found, c_size_t(2)) == OK, one.said
         assert list(found) == list(other.found)
         assert call(*references, values, c_size_t(3), found, c_size_t(2)) == ERROR
+
+
+def test_scipy_finds_the_parameters_by_the_fmus_derivatives() -> None:
+    """Calibration through the FMU alone, from far off, as catalogue values of another spring would be."""
+    names, guess = ("kappa_omega", "rho", "sigma", "n"), (40.0, 150.0, 2.5, 0.6)
+    path, form = motion(SPRING, 400, seed=11)[0], FORMS["co-simulation"]
+    record = form.expected(path, np.zeros(path.size), {})[0]
+
+    def simulated(values: np.ndarray) -> np.ndarray:
+        """Force [N] and its derivatives by the parameters, shape (K, 5)."""
+        rows = []
+        with form.begun(float(path[0]), **dict(zip(names, values.tolist(), strict=True))) as one:
+            for k, x in enumerate(path.tolist()):
+                if k:
+                    one.advance(x)
+                rows.append([*one.get("force"), *(one.derivatives(["force"], **{name: 1.0})[0] for name in names)])
+        return np.array(rows)
+
+    fit = least_squares(
+        lambda values: simulated(values)[:, 0] - record, guess, jac=lambda values: simulated(values)[:, 1:],
+        bounds=[(1.0, 10.0, 0.5, 0.05), (500.0, 5000.0, 20.0, 10.0)], x_scale="jac", ftol=1e-14, xtol=1e-14, gtol=1e-14,
+    )  # fmt: skip
+    np.testing.assert_allclose(fit.x, [getattr(SPRING, name) for name in names], rtol=1e-4)
