@@ -167,6 +167,17 @@ def exact_maxwell(branch: MaxwellBranch, path: FloatArray, time: FloatArray) -> 
         return forces
 
 
+def oracle_force(p: SpringParameters, path: FloatArray, time: FloatArray, starts: Sequence[float]) -> FloatArray:
+    """The whole force [N]: mechanisms by an ODE solver, branches by `exact_maxwell`."""
+    tight = {"rtol": 3e-14, "atol": 1e-15}
+    force = np.zeros(path.size)
+    for mechanism, start in zip(p.mechanisms, starts, strict=False):
+        force += OracleSpring(mechanism.as_dict(), **tight).force(path, start)
+    for branch in p.branches:
+        force += np.array([float(value) for value in exact_maxwell(branch, path, time)])
+    return force
+
+
 def travel_to(u: float, n: float, sigma: float) -> float:
     """rho*s from u = 0 to u, by the integral of eq. (11) in closed form."""
     c = 1.0 if u >= 0.0 else 1.0 - 2.0 * sigma

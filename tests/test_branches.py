@@ -18,9 +18,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from branched_springs import BASE, BRANCHED, BRANCHES, SECOND, oracle_force, uneven_motion
+from branched_springs import BASE, BRANCHED, BRANCHES, SECOND, uneven_motion
 from mounts_with_branches import two_rates
-from oracles import OracleSpring, exact_maxwell, rate_of_omega
+from oracles import OracleSpring, exact_maxwell, oracle_force, rate_of_omega
 from springs import EXAMPLES
 from strandspring import (
     ModelError,

@@ -19,6 +19,7 @@ import pytest
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
 from forms import FORMS, NATIVE_PATHS, PATHS, STEPPED, Form, motion, moved, oracle_force, rows
 from native_tools import ERROR, OK, close
+from oracles import OracleSpring, travel_to
 from strandspring import Spring, SpringParameters
 from strandspring.kernel.arrays import address
 from strandspring.kernel.library import library as kernel
@@ -457,3 +458,16 @@ def test_two_runs_give_the_same_bits(name: str) -> None:
         with form.begun(float(path[0])) as one:
             runs.append(one.along(path, time, *form.outputs))
     assert runs[0] == runs[1]
+
+
+def test_the_oracle_of_the_table_is_the_integral_in_closed_form() -> None:
+    """Of eq. (11), hypergeometric: travel from omega = 0 by the ODE solver against the closed form."""
+    for p in (SPRING, OTHER, replace(OTHER, n=0.05), replace(OTHER, n=8.0)):
+        travel = np.linspace(0.0, 1.5 / p.rho, 8)
+        path = np.concatenate([travel, travel[::-1][1:]])
+        omega = OracleSpring(p.as_dict(), rtol=1e-11, atol=1e-13).omega(path, 0.0)
+        found = [travel_to(u, p.n, p.sigma) for u in omega[:8]]
+        assert found == pytest.approx(p.rho * travel, rel=1e-6, abs=1e-9)
+        # Turned back, u = -omega rises from below zero.
+        way = [travel_to(-u, p.n, p.sigma) - travel_to(-omega[7], p.n, p.sigma) for u in omega[7:]]
+        assert way == pytest.approx(p.rho * (travel[-1] - path[7:]), rel=1e-6, abs=1e-9)
