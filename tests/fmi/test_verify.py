@@ -27,7 +27,7 @@ from strandspring.fmu.checks.verification import verify_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
+from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI, sealed
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.file_tables import Start
@@ -247,6 +247,16 @@ def test_the_commands_verify_and_info(fmu: Path, tmp_path: Path, terminal: Termi
     assert (tmp_path / "again" / fmu.name).read_bytes() == fmu.read_bytes()
 
 
+@pytest.mark.parametrize("content", [b"", b"time,displacement\n0,0\n", b"time,displacement\n0,0\n1,nan\n", b"a\nx\n"])
+def test_a_reference_that_is_no_table_is_named(content: bytes, tmp_path: Path) -> None:
+    """Even if the list of hashes has been made to fit."""
+    contents = contents_of(build_native_fmu(MOUNT, tmp_path))
+    rows = contents[REFERENCE].splitlines(keepends=True)[: len(content.splitlines())]
+    changed = sealed({**contents, STIMULI: content, REFERENCE: b"".join(rows)})
+    (said,) = problems(written(tmp_path / "edited.fmu", changed))
+    assert said == f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again."
+
+
 def test_the_check_says_why_it_does_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fmu = FORMS["python"].build(tmp_path)
     monkeypatch.setattr("platform.machine", lambda: "riscv64")
@@ -330,6 +340,15 @@ def test_elsewhere_it_starts_within_what_was_recorded_there(tmp_path: Path) -> N
         recorded = record.force[np.abs(path - zero) < 2e-4]
         assert recorded.min() < there < recorded.max()
     assert load_model(build_fmu(found, tmp_path, name="mount")).start == found.model_file().start
+    # Each of two mechanisms starts midway between its loading and its unloading.
+    start = Start(displacement=0.015, omega=-0.75, second_omega=0.25, branch_forces=[0.0], at_rest=False)
+    elsewhere, zero = replace(WHOLE, start=start), 0.007
+    read = fmpy.read_model_description(str(build_native_fmu(elsewhere, tmp_path, zero=zero)))
+    starts = {v.name: float(v.start) for v in read.modelVariables if v.name.endswith("omega_start")}
+    up, down = np.array([0.0, 0.02, 0.0, zero]), np.array([0.0, 0.02, zero])
+    for name, part in zip(("omega_start", "second_omega_start"), WHOLE.parameters.mechanisms, strict=True):
+        expected = 0.5 * (Spring(part).omega(up)[-1] + Spring(part).omega(down)[-1])
+        assert starts[name] == pytest.approx(expected, abs=1e-6)
 
 
 def test_the_command_checks_the_fmu_along_its_record(
