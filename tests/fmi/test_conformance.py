@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
-from forms import FORMS, NATIVE_PATHS, PATHS, STEPPED, Form, motion, moved, oracle_force, rows
+from forms import FORMS, PATHS, STEPPED, Form, motion, moved, oracle_force, rows
 from native_tools import ERROR, OK, close
 from oracles import OracleSpring, travel_to
 from strandspring import Spring, SpringParameters
@@ -448,16 +448,6 @@ def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: s
             answer = one.get(*form.outputs)
             one.advance(end + share * resolution, 0.0)
             assert one.get(*form.outputs) == pytest.approx(answer, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", NATIVE_PATHS)
-def test_two_runs_give_the_same_bits(name: str) -> None:
-    form, runs = FORMS[name], []
-    path, time = motion(form.spring, 40)
-    for _ in range(2):
-        with form.begun(float(path[0])) as one:
-            runs.append(one.along(path, time, *form.outputs))
-    assert runs[0] == runs[1]
 
 
 def test_the_oracle_of_the_table_is_the_integral_in_closed_form() -> None:

@@ -27,7 +27,7 @@ from strandspring.fmu.checks.verification import verify_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import host_folder
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI, sealed
+from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
 from strandspring.kernel.path import PathSolver
 from strandspring.model.coordinates import placed
 from strandspring.model.file_tables import Start
@@ -245,16 +245,6 @@ def test_the_commands_verify_and_info(fmu: Path, tmp_path: Path, terminal: Termi
     assert "would overwrite the input" in terminal.err
     terminal("build", str(fmu), "-o", "again")
     assert (tmp_path / "again" / fmu.name).read_bytes() == fmu.read_bytes()
-
-
-@pytest.mark.parametrize("content", [b"", b"time,displacement\n0,0\n", b"time,displacement\n0,0\n1,nan\n", b"a\nx\n"])
-def test_a_reference_that_is_no_table_is_named(content: bytes, tmp_path: Path) -> None:
-    """Even if the list of hashes has been made to fit."""
-    contents = contents_of(build_native_fmu(MOUNT, tmp_path))
-    rows = contents[REFERENCE].splitlines(keepends=True)[: len(content.splitlines())]
-    changed = sealed({**contents, STIMULI: content, REFERENCE: b"".join(rows)})
-    (said,) = problems(written(tmp_path / "edited.fmu", changed))
-    assert said == f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again."
 
 
 def test_the_check_says_why_it_does_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
