@@ -89,8 +89,6 @@ def library(parameters: SpringParameters = SPRING, **form: Any) -> Library:
 
 
 _numbers = itertools.count(1)
-# That with continuous states.
-states_library = functools.partial(library, with_states=True)
 
 
 class Native:
