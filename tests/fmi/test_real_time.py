@@ -198,10 +198,10 @@ int main(void)
 """
 
 
-@pytest.mark.parametrize("name", slow_but(["plain", "table", *BRANCHED], ("plain", "both")))
+@pytest.mark.parametrize("name", slow_but(["plain", "plain table", *BRANCHED], ("plain", "both")))
 def test_the_exported_spring_answers_as_the_ode_and_the_package(name: str, tmp_path: Path) -> None:
     """One with a second mechanism and branches beside a plain one; a target with a mathematics library makes tables."""
-    p = {"plain": SPRING, "table": TABLE, **BRANCHED}[name]
+    p = {"plain": SPRING, "plain table": TABLE, **BRANCHED}[name]
     time, path = uneven_motion()
     path = p.displacement_min + (path - path.min()) / np.ptp(path) * (p.displacement_max - p.displacement_min)
     law = exported(tmp_path, p)
