@@ -299,9 +299,10 @@ def test_tools_without_arguments_move_as_our_own_master(ssp: Path, tmp_path: Pat
     tool("ecospy")
     held, exact = (own_motion(tmp_path, STOP, master) for master in (Jacobi(), Iterative()))
     plant = ShakenMassValues.suited(placed(load_model(HINGE), None)[0], MASS)
-    # The case: 1.05 mm, against 9.97 and 12.4 mm with the start values that the plant had.
+    # It begins in equilibrium, and swings near resonance.
     base = plant.amplitude * np.sin(2.0 * math.pi * plant.frequency * exact.times)
-    assert 1e3 * np.abs(exact.q[:, 0] - base).max() == pytest.approx(1.052, abs=1e-3)
+    assert np.abs(exact.q[:20, 0] - base[:20]).max() < 0.01 * np.ptp(exact.q)
+    assert np.ptp(exact.q) > 3.0 * plant.amplitude
     by_fmpy = ssp_system.run(ssp, STEP, STOP)
     # Rounding of 13600 steps of the same arithmetic; measured 4e-15.
     assert max(difference(run, held) for run in (run_libcosim(ssp), run_ecos(ssp), by_fmpy)) < 1e-9
