@@ -233,6 +233,7 @@ REFUSED: list[tuple[str, Callable[[], object]]] = [
     ("`direction` of attachment 0 must have 2 entries", lambda: Plant(np.eye(2), [Attachment([1.0])])),
     ("`mass` must be finite, got [[nan]].", lambda: one_mass(math.nan)),
     ("`series` must be >= 1, got 0.", lambda: one_mass(1.0, series=0)),
+    ("`parallel` must be >= 1, got 0.", lambda: one_mass(1.0, parallel=0)),
     ("cannot be read as an FMU", lambda: FmuSpring(__file__)),
     ("`tolerance` must be > 0 [m], got 0.0.", lambda: Iterative(tolerance=0.0)),
     ("has no parameter `stiffness`", lambda: FmuSpring(fmu(MOUNT), parameters={"stiffness": 1.0})),

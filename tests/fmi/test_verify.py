@@ -90,9 +90,10 @@ def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path, monkeypatc
     assert (description.author, description.license) == ("A. Engineer & Söhne", "MIT")
     assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{12}", description.version)
     assert (description.generationDateAndTime, float(description.defaultExperiment.tolerance)) == (None, 1e-6)
-    sources = {
-        one.get("source") for one in ElementTree.fromstring(contents[f"{RELATED}/fmi-ls-manifest.xml"]).iter("Related")
-    }
+    manifest = ElementTree.fromstring(contents[f"{RELATED}/fmi-ls-manifest.xml"])
+    related = list(manifest.iter("Related"))
+    assert {frozenset(one.attrib) for one in related} == {frozenset(("type", "source", "role", "description"))}
+    sources = {one.get("source") for one in related}
     there = {name.removeprefix(f"{RELATED}/") for name in contents if name.startswith(RELATED)}
     assert sources - {f"../../{MODEL_IN_FMU}"} == there - {"fmi-ls-manifest.xml"}
     stimuli, reference = (
