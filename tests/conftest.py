@@ -14,11 +14,6 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 import pytest
 from hypothesis import settings
 
-from fmu_tools import SPRING
-from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.model.modelfile import ModelFile
-
 # Files whose tests take more than some 4 s together; all others are quick.
 LONG = frozenset(
     """
@@ -49,14 +44,6 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup's, likewise
 
 
-@pytest.fixture(scope="session")
-def native_fmu(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The native FMU of SPRING with a binary for every platform: built once, for it takes seconds."""
-    return build_native_fmu(
-        ModelFile("spring", SPRING), tmp_path_factory.mktemp("native"), chosen_platforms("all"), zero=0.0
-    )
-
-
 def pytest_collectreport(report: pytest.CollectReport) -> None:
     """Name a file that was skipped as a whole, see `_note_skipped`."""
     _note_skipped(report.nodeid, report.skipped)
@@ -75,7 +62,7 @@ def _note_skipped(name: str, is_skipped: bool) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick what is neither slow nor in a long file."""
+    """Mark as quick what is neither slow nor long, nor in a long file."""
     for item in items:
-        if item.get_closest_marker("slow") is None and item.path.stem not in LONG:
+        if not any(map(item.get_closest_marker, ("slow", "long"))) and item.path.stem not in LONG:
             item.add_marker("quick")

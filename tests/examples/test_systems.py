@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from coupled_energy import energy_balance
-from monolithic import Reference, loaded, monolithic
+from oracles import Reference, loaded, monolithic
 from strandspring.cosimulation import Motion, Plant
 from strandspring.examples import recoil, rigid_platform
 from system_fmus import fmu

@@ -1,17 +1,13 @@
-"""Springs with a second mechanism and Maxwell branches, and their forces by other means than the kernel's."""
+"""Springs with a second mechanism and Maxwell branches, and motion for them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from spring_oracle import OracleSpring
 from springs import EXAMPLES
-from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -35,26 +31,3 @@ def uneven_motion(samples: int = 120, seed: int = 1) -> tuple[FloatArray, FloatA
     path = generator.uniform(BASE.displacement_min, BASE.displacement_max, samples)
     path[50:54] = path[50]
     return np.concatenate([[0.0], np.cumsum(steps)]), path
-
-
-def exact_maxwell(branch: MaxwellBranch, path: FloatArray, time: FloatArray) -> list[mpmath.mpf]:
-    """Forces at the samples with 60 digits [N], by the closed form of the equation at constant velocity."""
-    with mpmath.workdps(60):
-        tau, force = mpmath.mpf(branch.time_constant), mpmath.mpf(0)
-        forces = [force]
-        for h, d in zip(np.diff(time).tolist(), np.diff(path).tolist(), strict=True):
-            mean = mpmath.mpf(1) if h == 0.0 else -tau / h * mpmath.expm1(-h / tau)
-            force = force * mpmath.exp(-h / tau) + mpmath.mpf(branch.stiffness) * d * mean
-            forces.append(force)
-    return forces
-
-
-def oracle_force(p: SpringParameters, path: FloatArray, time: FloatArray, starts: Sequence[float]) -> FloatArray:
-    """The whole force [N]: mechanisms by an ODE solver, branches by `exact_maxwell`."""
-    tight = {"rtol": 3e-14, "atol": 1e-15}
-    force = np.zeros(path.size)
-    for mechanism, start in zip(p.mechanisms, starts, strict=False):
-        force += OracleSpring(mechanism.as_dict(), **tight).force(path, start)
-    for branch in p.branches:
-        force += np.array([float(value) for value in exact_maxwell(branch, path, time)])
-    return force

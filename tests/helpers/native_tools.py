@@ -68,7 +68,8 @@ class Library:
         self.folder = folder
         description = fmpy.read_model_description(str(folder))
         self.guid = str(description.guid)
-        self.references = {v.name: v.valueReference for v in description.modelVariables}
+        self.variables = description.modelVariables
+        self.references = {v.name: v.valueReference for v in self.variables}
         fmi = int(description.fmiVersion[0])
         (self.path,) = (folder / "binaries" / str(host_folder(fmi))).iterdir()
         self.resources = (folder / "resources").as_uri().encode()
@@ -88,8 +89,6 @@ def library(parameters: SpringParameters = SPRING, **form: Any) -> Library:
 
 
 _numbers = itertools.count(1)
-# That with continuous states.
-states_library = functools.partial(library, with_states=True)
 
 
 class Native:

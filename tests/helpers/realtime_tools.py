@@ -17,7 +17,7 @@ from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sour
 from strandspring.model.modelfile import ModelFile
 from tools import program, ziglang
 
-HERE = Path(__file__).parents[1] / "realtime"
+HERE = Path(__file__).parents[1] / "fmi" / "targets"
 # FA as wild as a polynomial of degree 8 can be.
 _WILD = chebyshev.cheb2poly([1.0, *[0.0] * 7, 0.9])
 WILD = spring(
@@ -53,7 +53,7 @@ class Machine:
         return cc(output, *self.flags, *FLAGS, *freestanding, *arguments, compiler=ziglang("cc"))
 
     def run(self, sources: Path, folder: Path) -> str:
-        """What tests/realtime/steps.c says on the machine."""
+        """What tests/fmi/targets/steps.c says on the machine."""
         image = self.compiled(
             folder / f"{self.name}.elf",
             f"-I{sources.parent}", "-T", HERE / f"{self.name}.ld", HERE / f"{self.name}.c", HERE / "steps.c", sources,
@@ -109,7 +109,7 @@ def steps(sources: Path) -> list[Path]:
 
 
 def on_host(sources: Path, folder: Path) -> str:
-    """What tests/realtime/steps.c says on this computer."""
+    """What tests/fmi/targets/steps.c says on this computer."""
     inputs = (HERE / "steps.c", HERE / "host.c", sources, *steps(sources))
     program = cc(folder / "steps", "-O2", *FLAGS, f"-I{sources.parent}", *inputs)
     return subprocess.run([program], capture_output=True, text=True, check=True).stdout

@@ -3,7 +3,7 @@
  * Under Linux on x86-64 and AArch64 integers and pointers are passed apart from doubles, and a function does not see what
  * it has not asked for: so all functions of FMI can be called as one type. */
 #define DEPTH 524288
-#include "../realtime/stack.h"
+#include "../fmi/targets/stack.h"
 
 #include <stdarg.h>
 #include <stddef.h>

@@ -15,12 +15,6 @@ from strandspring.model.modelfile import ModelFile
 _FOLDER = tempfile.TemporaryDirectory(prefix="strandspring-fmus-", ignore_cleanup_errors=True)
 _BACKENDS: dict[str, Callable[..., Path]] = {"native": build_native_fmu, "python": build_python_fmu}
 
-# Carries about 5 kg at 50 mm of compression, with a natural frequency of 11 Hz.
-EQUIPMENT_MOUNT = SpringParameters(
-    kE=(50.0, 2.0e4, 1.0e5, 2.0e7), kA=(1.0, 10.0, 100.0), kappa_omega=15.0, rho=400.0, sigma=1.0, n=0.5,
-    displacement_offset=0.05, displacement_min=0.02, displacement_max=0.08,
-)  # fmt: skip
-
 # Unloaded at 0 and loaded both ways, so that a mass set free returns to it.
 RETURNING_MOUNT = SpringParameters(
     kE=(0.0, 1.2e4, 4.0e4, 1.0e6), kA=(1.0, 4.0), kappa_omega=160.0, rho=150.0, sigma=1.5, n=0.7,

@@ -99,7 +99,7 @@ class Tool:
 
 
 def _without_wine() -> str | None:
-    return None if wine() else "wine is not installed: the Windows binary was looked into (test_native_build.py) only"
+    return None if wine() else "wine is not installed: the Windows binary was looked into by test_build.py only"
 
 
 def _without_cofmupy() -> str | None:

@@ -1,0 +1,429 @@
+"""Model exchange: what is committed when, the event indicator, and the form with states in solvers."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from ctypes import byref, c_double, c_size_t
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from fmpy.sundials import CVodeSolver
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from fmu_tools import OTHER, SPRING, wandering_path
+from forms import FORMS, Form, Instance, rows
+from native_tools import ERROR, OK, WARNING, close, doubles
+from oracles import monolithic, rate_of_omega
+from springs import MOUNT, force_by_definition
+from strandspring import Spring, SpringParameters
+from strandspring.core.variables import start_values
+from strandspring.cosimulation import Attachment, Plant
+from strandspring.kernel.path import PathSolver
+from tools import slow_but, tool
+
+RANGE = SPRING.displacement_max - SPRING.displacement_min
+SLACK = 1e-9  # of the range, by which a displacement comes back before an event
+EXCHANGE = ["model exchange", "fmi3 exchange"]
+STATES = rows(lambda form: form.has_states)
+
+
+@pytest.mark.parametrize("name", EXCHANGE)
+def test_a_jump_in_event_mode_is_part_of_the_path_and_its_iterations_are_not(name: str) -> None:
+    with FORMS[name].begun(0.02) as one:
+        one.accept(0.1, 0.03)
+        assert one.EnterEventMode() == OK
+        for iteration in (0.0, 0.07, 0.045):
+            one.set(displacement=iteration)
+            close(one.get("force"), PathSolver(SPRING).force(np.array([0.02, 0.03, iteration]))[-1:])
+            assert one.NewDiscreteStates(byref(fmpy.fmi2.fmi2EventInfo())) == OK
+        assert one.EnterContinuousTimeMode() == OK
+        one.accept(0.2, 0.04)
+        # Without the vertex 0.045 m it would be one straight stroke to 0.04 m.
+        close(one.get("force"), PathSolver(SPRING).force(np.array([0.02, 0.03, 0.045, 0.04]))[-1:])
+        for bad in (math.nan, math.inf):
+            before = one.serialized()
+            assert one.SetTime(c_double(bad)) == ERROR
+            assert one.said == f"The time must be finite [s], got {bad!r}."
+            assert one.serialized() == before
+    with FORMS[name].instance() as one:
+        one.initialize()
+        info = fmpy.fmi2.fmi2EventInfo(1, 1, 1, 1, 1, 1.0)
+        assert one.NewDiscreteStates(byref(info)) == OK  # asks for nothing
+        assert name != "model exchange" or [getattr(info, field) for field, _ in info._fields_] == [0] * 6
+
+
+@pytest.mark.parametrize("name", [*EXCHANGE, "states"])
+def test_extrapolating_is_discrete(name: str) -> None:
+    """It changes in event mode, which a completed step outside asks for."""
+    with FORMS[name].begun(0.02) as one:
+        assert not one.at(0.05, 0.2).extrapolating
+        assert one.accept(0.1, 0.06)
+        assert not one.extrapolating
+        one.event()
+        assert one.extrapolating
+        assert not one.accept(0.2, 0.07)
+        assert one.accept(0.3, 0.04)
+        assert one.extrapolating
+        one.event()
+        assert not one.extrapolating
+        outside = [text for status, _, text in one.messages if status == WARNING and "identified range" in text]
+        assert len(outside) == 1
+        assert outside[0].startswith("`displacement` 0.06 m lies outside the identified range")
+
+
+# The event indicator
+
+
+def turn_found(one: Instance, path: Callable[[float], float], times: list[float]) -> float:
+    """The time at which the indicator falls through zero after steps at all but the last of `times`."""
+    start, *accepted, last = times
+    one.Reset()
+    one.enter_initialization(start)
+    one.set(displacement=path(start))
+    one.ExitInitializationMode()
+    one.EnterContinuousTimeMode()
+    for time in accepted:
+        one.accept(time, path(time))
+    return float(brentq(lambda t: one.at(t, path(t)).indicator, accepted[-1], last, xtol=1e-15, rtol=1e-14))
+
+
+@pytest.mark.parametrize("name", EXCHANGE)
+def test_the_indicator_finds_turning_points(name: str) -> None:
+    """Of parabolas within its slack; of others it misses them by the fourth power of the step."""
+    with FORMS[name].instance() as one:
+        for side in (1.0, -1.0):
+            for times in ([0.0, 0.3, 0.4, 1.0], [0.0, 1e-4, 0.49, 1.0], [-1.0, 0.4, 0.4001, 1.0]):
+
+                def path(t: float, side: float = side) -> float:
+                    return 0.02 - side * 0.01 * (t - 0.5) ** 2
+
+                turn = turn_found(one, path, times)
+                # h*rate = SLACK*range, with the rate 0.02*(turn - 0.5) m/s and h the time since the accepted point.
+                assert 0.02 * (turn - 0.5) * (turn - times[-2]) == pytest.approx(SLACK * RANGE, rel=1e-6)  # brentq
+        missed = []
+        for h in (0.2, 0.1, 0.05):
+
+            def cubic(t: float) -> float:
+                return 0.03 - 0.01 * t**2 * (1.0 - t / 3.0)
+
+            missed.append(cubic(0.0) - cubic(turn_found(one, cubic, [-2.6 * h, -1.6 * h, -0.6 * h, 0.4 * h])))
+        assert np.log2(np.array(missed[:-1]) / missed[1:]) == pytest.approx(4.0, abs=0.15)  # the next order
+        assert missed[0] < 1e-6  # 1e-4 m is what the parabola without its vertex would miss
+
+
+def test_where_the_indicator_has_no_events() -> None:
+    form = FORMS["model exchange"]
+    with form.begun(0.02) as one:  # where a step begins
+        for k, displacement in enumerate(wandering_path(SPRING, 100, seed=6)):
+            assert one.indicator > 0.0
+            one.accept(0.1 * (k + 1), displacement)
+            assert one.indicator > 0.0
+            one.event()
+    with form.begun(0.02) as one:  # at rest; coming to rest, the parabola through a kink falls back once
+        assert all(one.at(0.1 * k - 0.05, 0.02).indicator > 0.0 or one.accept(0.1 * k, 0.02) for k in range(1, 50))
+        one.accept(9.0, 0.03)
+        events = 0
+        for k in range(100, 200):
+            events += one.at(0.1 * k, 0.03).indicator < 0.0
+            one.accept(0.1 * k, 0.03)
+        assert events <= 1
+    with form.begun(0.02) as one, form.instance() as other:
+        one.accept(0.1, 0.03)
+        one.accept(0.2, 0.035)
+        expected = one.at(0.3, 0.034).indicator
+        assert expected < 0.0
+        assert other.restore(one.serialized()) == OK  # the motion belongs to the state
+        assert other.indicator == expected
+        # A correction keeps what is known of the motion, as does an event without a jump.
+        one.accept(0.2, 0.035 + 1e-8 * RANGE)
+        one.event()
+        assert one.at(0.3, 0.034).indicator < 0.0
+        for time, displacement in ((0.2, 0.04), (0.1, 0.035)):  # a jump does not, and neither does a time before
+            state = one.serialized()
+            one.accept(time, displacement)
+            assert one.at(0.3, 0.034).indicator > 0.0
+            assert one.restore(state) == OK
+
+
+def test_trembling_causes_few_events_and_motion_after_it_is_watched_as_before() -> None:
+    """As of a solver with loose tolerances: turns that follow at the slack's own distance make it grow."""
+    with FORMS["model exchange"].begun(0.02) as one:
+        events = 0
+        for k in range(1, 1000):
+            trembling = 0.02 + (-1) ** k * 1e-7 * RANGE
+            events += one.at(1e-3 * k, trembling).indicator < 0.0
+            one.accept(1e-3 * k, trembling)
+        assert 1 <= events <= 10
+        assert one.indicator > 1e-7
+        for k in range(1, 30):
+            one.accept(1.0 + 1e-3 * k, 0.02 + 1e-4 * k)
+        assert one.indicator == SLACK
+
+
+# A mass on the spring under CVODE
+
+MASS, LOAD, AMPLITUDE, CIRCULAR, STOP, INTERVAL = 5.0, 50.0, 0.004, 2.0 * np.pi * 7.0, 0.4, 1e-3
+
+
+class MassOnSpring:
+    """The mass as FMPy's solver takes it, on an instance whose base moves; `sees` says if it watches the indicator."""
+
+    def __init__(self, spring: Instance, sees: bool) -> None:
+        self.spring, self.sees = spring, sees
+        self.time, self.state, self.events = 0.0, [0.0, 0.0], 0
+
+    def displacement(self) -> float:
+        return 0.05 + self.state[0] - AMPLITUDE * math.sin(CIRCULAR * self.time)
+
+    def get_state(self, x: Any, _: int) -> None:
+        x[0], x[1] = self.state
+
+    def get_nominals(self, x: Any, _: int) -> None:
+        x[0], x[1] = 0.02, 1.0
+
+    def apply(self, time: float) -> None:
+        """The solver's input; the base moves with the state."""
+
+    def set_state(self, x: Any, _: int) -> None:
+        self.state = [x[0], x[1]]
+
+    def get_rate(self, rate: Any, _: int) -> None:
+        (pull,) = self.spring.at(self.time, self.displacement()).get("force")
+        rate[0], rate[1] = self.state[1], (LOAD - pull) / MASS
+
+    def get_indicator(self, z: Any, _: int) -> None:
+        z[0] = self.spring.at(self.time, self.displacement()).indicator if self.sees else 1.0
+
+    def run(self, tolerance: float) -> np.ndarray:
+        """Positions at every interval, by the loop of FMPy's simulation."""
+
+        solver = CVodeSolver(
+            nx=2, nz=1, get_x=self.get_state, set_x=self.set_state, get_dx=self.get_rate, get_z=self.get_indicator,
+            get_nominals=self.get_nominals, set_time=lambda t: setattr(self, "time", t), input=self, startTime=0.0,
+            maxStep=STOP / 50.0, relativeTolerance=tolerance,
+        )  # fmt: skip
+        positions = [0.0]
+        while len(positions) <= round(STOP / INTERVAL):
+            goal = len(positions) * INTERVAL
+            event, _, self.time = solver.step(self.time, goal)
+            if self.spring.accept(self.time, self.displacement()) or event:
+                self.events += 1
+                self.spring.event()
+                solver.reset(self.time)
+            if self.time >= goal - 1e-12:
+                positions.append(self.state[0])
+        return np.array(positions)
+
+
+@pytest.mark.parametrize("tolerance", slow_but([1e-5, 1e-7, 1e-9], (1e-7,)))
+def test_a_mass_under_cvode_moves_as_the_ode_says(tolerance: float) -> None:
+    plant = Plant(
+        [[MASS]], [Attachment([1.0], 0.05, lambda t: AMPLITUDE * math.sin(CIRCULAR * t))], lambda _: [LOAD]
+    )  # fmt: skip
+    times = np.linspace(0.0, STOP, round(STOP / INTERVAL) + 1)
+    expected = monolithic(
+        plant, [MOUNT], times, base_velocities=[lambda t: AMPLITUDE * CIRCULAR * math.cos(CIRCULAR * t)], rtol=1e-10
+    )  # fmt: skip
+    errors = {}
+    for sees in (True, False):
+        with FORMS["model exchange"].instance(MOUNT) as spring:
+            mass = MassOnSpring(spring.begin_continuous_time(displacement=0.05), sees)  # type: ignore[arg-type]
+            errors[sees] = np.max(np.abs(mass.run(tolerance) - expected.q[:, 0])) / np.ptp(expected.q)
+            assert not sees or mass.events == expected.reversals == 9
+    print(tolerance, errors)
+    assert errors[True] < 200.0 * tolerance  # error per step against error of the run; measured 52, 68, 140 times
+    # Accepted points alone lose the tips between them.
+    assert tolerance > 1e-7 or errors[False] > 10.0 * errors[True]
+
+
+# The form with states
+
+
+@pytest.mark.parametrize("name", [*STATES, "sharp", "square"])
+def test_rates_and_force_are_the_papers(name: str) -> None:
+    """Paper eqs. (10) and (11), and dr/dt of a Maxwell branch, at random states."""
+    springs = {"sharp": replace(OTHER, n=0.05, sigma=40.0), "square": replace(SPRING, n=100.0)}
+    form = Form(springs[name], {"with_states": True}) if name in springs else FORMS[name]
+    p, random = form.spring, np.random.default_rng(1)
+    with form.begun(p.displacement_offset) as one:
+        states = [v.name[4:-1] for v in one.library.variables if v.name.startswith("der(")]
+        for _ in range(100):
+            x, velocity = random.uniform(p.displacement_min, p.displacement_max), random.normal(0.0, 0.3)
+            values = {state: random.uniform(-1.0, 1.0) for state in states}
+            one.set(displacement=x, velocity=velocity)
+            assert one.set_states(*values.values()) == OK
+            omegas = [values[state] for state in ("omega", "second_omega") if state in values]
+            elongations = [values[state] for state in states if "elongation" in state]
+            parts = list(zip(p.mechanisms, omegas, strict=True))
+            force = sum(float(force_by_definition(m, np.array([x]), w)[0]) for m, w in parts)
+            force += sum(b.stiffness * e for b, e in zip(p.branches, elongations, strict=True))
+            close(one.get("force", *states), [force, *values.values()])
+            # Along the motion: dF/dx at this omega, and what omega changes.
+            side, h = float(np.sign(velocity)), 1e-7
+            slope = sum(b.stiffness for b in p.branches)
+            for m, w in parts:
+                below, above, beyond = force_by_definition(m, np.array([x - h, x + h, x]), np.array([w, w, w + 1.0]))
+                at = float(force_by_definition(m, np.array([x]), w)[0])
+                slope += (above - below) / (2.0 * h) + (beyond - at) * rate_of_omega(m, side, w) * side
+            assert one.get("stiffness")[0] == pytest.approx(slope, rel=1e-5, abs=1e-5 * p.kappa_omega * p.rho)
+            rates = {"absorbed_energy": force * velocity}
+            rates |= {f"{'second_' * i}omega": rate_of_omega(m, velocity, w) for i, (m, w) in enumerate(parts)}
+            rates |= {
+                f"branch_{i}_elongation": velocity - e / b.time_constant
+                for i, (b, e) in enumerate(zip(p.branches, elongations, strict=True))
+            }
+            for found in (one.rates(len(states)), one.get(*(f"der({state})" for state in states))):
+                assert found == pytest.approx([rates[state] for state in states], rel=1e-11, abs=1e-11)
+
+
+def test_states_are_all_that_is_remembered_and_may_leave_saturation() -> None:
+    with FORMS["states"].begun(0.02) as one:
+
+        def answers() -> list[float]:
+            one.set(displacement=0.031, velocity=-0.2)
+            one.set_states(0.4, -0.6)
+            assert one.directional(["force", "der(omega)"], {"displacement": 1.0, "n": 2.0}) == OK
+            return [*one.get("force", "stiffness"), *one.rates(), *one.found]
+
+        expected, random = answers(), np.random.default_rng(2)
+        for k in range(50):
+            one.set(velocity=random.normal())
+            one.set_states(random.normal(), random.uniform(-1.0, 1.0))
+            one.accept(0.1 * k, random.uniform(0.0, 0.06))
+        assert answers() == expected
+        for omega in (1.0, 1.0003, 2.0):
+            one.set_states(0.0, omega)
+            one.set(velocity=0.1)
+            assert one.rates()[1] == 0.0
+            assert one.directional(["der(omega)"], {"omega": 1.0}) == OK
+            assert one.found[0] == pytest.approx(0.0 if omega > 1.0 else -31.0 * SPRING.n)
+            one.set(velocity=-0.1)
+            assert one.rates()[1] == pytest.approx(-0.1 * SPRING.rho * 2.0 * SPRING.sigma)
+        # Through both doors.
+        assert one.set(omega=-0.5, absorbed_energy=7.0) == OK
+        found, nominal = doubles([0.0, 0.0]), doubles([0.0, 0.0])
+        assert one.GetContinuousStates(found, c_size_t(2)) == OK
+        assert one.GetNominalsOfContinuousStates(nominal, c_size_t(2)) == OK
+        assert (list(found), list(nominal)) == ([7.0, -0.5], [SPRING.kappa_omega * RANGE, 1.0])
+
+
+@pytest.mark.parametrize("spring", [SPRING, replace(SPRING, n=1.0), replace(SPRING, n=20.0), FORMS["branches"].spring])
+def test_a_solver_follows_the_closed_form(spring: SpringParameters) -> None:
+    """States of scipy's solver along a sine, between its turns; with branches along straight strokes."""
+    p = replace(spring, branches=tuple(replace(b, time_constant=max(b.time_constant, 2e-3)) for b in spring.branches))
+    middle, swing = 0.5 * (p.displacement_min + p.displacement_max), 0.4 * (p.displacement_max - p.displacement_min)
+    ends = np.array([0.0, 0.5, 1.5, 2.5, 3.5]) * np.pi
+    with Form(p, {"with_states": True}).begun(middle) as one:
+        state, force = np.zeros(sum(v.name.startswith("der(") for v in one.library.variables)), []
+        for begin, end in itertools.pairwise(ends):
+            a, b = (middle + swing * math.sin(t) for t in (begin, end))
+
+            def rate(t: float, z: np.ndarray, at: tuple[float, ...] = (begin, end, a, b)) -> list[float]:
+                begin, end, a, b = at
+                if p.branches:
+                    v = (b - a) / (end - begin)
+                    one.set(displacement=a + v * (t - begin), velocity=v)
+                else:
+                    one.set(displacement=middle + swing * math.sin(t), velocity=swing * math.cos(t))
+                one.set_states(*z.tolist())
+                return one.rates(z.size)
+
+            state = solve_ivp(rate, (begin, end), state, method="LSODA", rtol=1e-10, atol=1e-12).y[:, -1]
+            rate(end, state)
+            force += one.get("force")
+    path = middle + swing * np.sin(ends)
+    np.testing.assert_allclose(force, Spring(p).response(path, time=ends)[1:], rtol=1e-6)  # of the solver
+    np.testing.assert_allclose(state[0], Spring(p).absorbed_energy(path, time=ends)[-1], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("share", "warned"), [(0.0, True), (-1.0, True), (1e3, True), (0.5, True), (1.0, False)])
+def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warned: bool) -> None:
+    """One warning, once the spring has travelled a twentieth of its range; jumps and restored states are no travel."""
+    middle, swing, step = 0.025, 0.02, 0.02 * math.pi
+    with FORMS["states"].begun(middle, velocity=share * swing) as one:
+        for k in range(1, 300):
+            one.set(velocity=share * swing * math.cos(k * step))
+            one.accept(k * step, middle + swing * math.sin(k * step))
+        assert [status for status, _, _ in one.messages] == [WARNING] * warned
+        assert not warned or one.said.startswith("`velocity` must be the rate of `displacement`, but up to time ")
+    with FORMS["states"].begun(0.025) as one:
+        state = one.serialized()
+        for k in range(20):
+            one.event(0.01 + 0.03 * (k % 2))
+            one.accept(0.1 * k, 0.01 + 0.03 * (k % 2))
+            assert one.restore(state) == OK
+            one.accept(0.1 * k, 0.04)
+        assert one.messages == []
+
+
+@pytest.mark.long
+def test_fmpy_simulates_both_forms(tmp_path: Path) -> None:
+    """With CVode; FMPy holds inputs over each step of its solver, so that a state lags behind by half an interval."""
+    time = np.linspace(0.0, 1.0, 4001)
+    given = np.zeros(time.size, dtype=[("time", float), ("displacement", float), ("velocity", float)])
+    given["time"], given["displacement"] = time, 0.025 + 0.02 * np.sin(4.0 * np.pi * time)
+    given["velocity"] = 0.02 * 4.0 * np.pi * np.cos(4.0 * np.pi * time)
+    for name, bound in (("states", 0.1), ("model exchange", 1e-12)):
+        fmu, errors = FORMS[name].build(tmp_path), []
+        signal = given if name == "states" else given[["time", "displacement"]]
+        for interval in (0.002, 0.001)[name != "states" :]:
+            found = fmpy.simulate_fmu(
+                str(fmu), fmi_type="ModelExchange", stop_time=1.0, output_interval=interval, input=signal,
+                relative_tolerance=1e-7, output=["omega", "displacement"], start_values={"displacement": 0.025},
+                record_events=False, logger=lambda *arguments: pytest.fail(str(arguments)),
+            )  # fmt: skip
+            places = np.rint(found["time"] * 4000).astype(int)
+            path = given["displacement"] if name == "states" else found["displacement"]
+            expected = PathSolver(SPRING).omega(path)
+            errors.append(float(np.max(np.abs(found["omega"] - (expected[places] if name == "states" else expected)))))
+        assert max(errors) < bound
+        assert name != "states" or errors[1] < 0.6 * errors[0]  # half, but for the places of the solver's steps
+
+
+# CasADi
+
+
+@pytest.mark.long
+def test_casadi_differentiates_by_states_inputs_and_parameters() -> None:
+    builder = tool("casadi").DaeBuilder("spring", str(FORMS["states"].library().folder))
+    names = builder.p()
+    assert (builder.x(), builder.u()) == (["absorbed_energy", "omega"], ["displacement", "velocity"])
+    assert set(names) == {*(f"kE_{i}" for i in range(4)), "kA_1", "kA_2", "kappa_omega", "rho", "sigma", "n"}
+    function = builder.create("f", ["x", "u", "p"], ["ode", "y"])
+    jacobian = function.factory("j", ["x", "u", "p"], ["jac:ode:x", "jac:ode:u", "jac:ode:p", "jac:y:p"])
+    start = start_values(SPRING, with_states=True)
+    matrices = map(np.array, jacobian([0.0, 0.4], [0.03, 0.1], [start[name] for name in names]))
+    rates, outputs = ["der(absorbed_energy)", "der(omega)"], ["force", "stiffness", "absorbed_energy"]
+    wanted = ((rates, builder.x()), (rates, builder.u()), (rates, names), (outputs, names))
+    with FORMS["states"].begun(0.03, velocity=0.1, omega=0.4) as one:
+        for matrix, (unknowns, knowns) in zip(matrices, wanted, strict=True):
+            expected = np.transpose([one.derivatives(unknowns, **{known: 1.0}) for known in knowns])
+            # CasADi multiplies and divides by the nominal values, which rounds.
+            np.testing.assert_allclose(matrix, expected, rtol=1e-15)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("solver", ["cvodes", "idas"])
+@pytest.mark.parametrize("n", slow_but([0.05, 0.22, 1.0, 100.0], (0.22,)))
+def test_a_mass_decays_in_casadi_as_the_ode_says(solver: str, n: float) -> None:
+    casadi, p, mass, load = tool("casadi"), replace(SPRING, n=n), 5.0, 120.0
+    times = np.linspace(0.0, 1.0, 201)
+    plant = Plant([[mass]], [Attachment([1.0], offset=p.displacement_offset)], lambda _: [load])
+    expected = monolithic(plant, [p], times)
+    builder = casadi.DaeBuilder("spring", str(Form(p, {"with_states": True}).library().folder))
+    z = casadi.MX.sym("z", 4)  # position, velocity, absorbed_energy, omega
+    derivatives, outputs = builder.create("f", ["x", "u"], ["ode", "y"])(z[2:], z[:2])
+    system = {"x": z, "ode": casadi.vertcat(z[1], (load - outputs[0]) / mass, derivatives)}
+    integrator = casadi.integrator("decay", solver, system, 0.0, times.tolist(), {"max_num_steps": 100_000})
+    found = np.array(integrator(x0=[p.displacement_offset, 0.0, 0.0, 0.0])["xf"])
+    error = np.max(np.abs(found[0] - expected.displacement[:, 0])) / np.ptp(expected.displacement)
+    assert expected.reversals > 5
+    assert error < 3e-5  # measured: 1e-6 to 5e-6, and 1.2e-5 for n = 100
+    assert np.max(np.abs(found[3])) < 1.001

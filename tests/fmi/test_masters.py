@@ -1,0 +1,370 @@
+"""Co-simulation by the package: masters against the ODE of the whole, and `simulate_fmu`, row by row."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from coupled_energy import energy_balance
+from fmu_tools import SPRING, wandering_path
+from forms import FORMS
+from oracles import Reference, loaded, monolithic
+from springs import MOUNT
+from strandspring import Spring, SpringParameters, simulate_fmu
+from strandspring.cosimulation import (
+    Attachment,
+    CosimulationError,
+    FmuSpring,
+    Iterative,
+    Jacobi,
+    Master,
+    Motion,
+    Plant,
+    apply_static_load,
+    one_mass,
+    simulate,
+)
+from strandspring.cosimulation.plants import LinearFlow
+from strandspring.examples.rigid_platform import SOFT as CORNER
+from strandspring.ground.gravity import STANDARD_GRAVITY as GRAVITY
+from strandspring.ground.scratch import TemporaryFolder
+from system_fmus import RETURNING_MOUNT, fmu
+
+pytestmark = pytest.mark.long
+MASS, LOAD, MIDDLE, STOP = 5.0, 50.0, 0.05, 0.3
+AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
+# Linear within 1e-11 of its force, so that linear theory holds for the FMU.
+NEARLY_LINEAR = {"kE_1": 1e4, "kE_2": 0.0, "kE_3": 0.0, "kA_1": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
+# Wandering paths leave the identified range on purpose.
+leaves_the_range = pytest.mark.filterwarnings("ignore:`displacement` must be within the identified range")
+
+
+def base(t: float) -> float:
+    return AMPLITUDE * (1.0 - math.cos(CIRCULAR * t))
+
+
+def shaken() -> Plant:
+    return one_mass(MASS, LOAD, base, offset=MIDDLE)
+
+
+@cache
+def reference() -> Reference:
+    velocity = [lambda t: AMPLITUDE * CIRCULAR * math.sin(CIRCULAR * t)]
+    return monolithic(shaken(), [MOUNT], np.linspace(0.0, STOP, 151), base_velocities=velocity)
+
+
+def run(
+    spring: SpringParameters, plant: Plant, stop: float, step: float, master: Master, speed: float = 0.0,
+    backend: str = "native",
+) -> Motion:  # fmt: skip
+    with FmuSpring(fmu(spring, backend)) as unit:
+        return simulate(plant, [unit], stop, step, master, velocity=[speed])
+
+
+# Order between steps of 1 ms and 0.25 ms, and error of the position at 0.25 ms in units of its range, about twice what
+# was measured.
+@pytest.mark.parametrize(("master", "order", "bound"), [(Jacobi(), 1.0, 0.07), (Iterative(), 2.0, 1e-4)], ids=str)
+def test_error_falls_with_the_step_at_the_masters_order(master: Master, order: float, bound: float) -> None:
+    errors = []
+    for halvings in range(1, 4):
+        motion = run(MOUNT, shaken(), STOP, 2e-3 / 2**halvings, master)
+        difference = np.max(np.abs(motion.q[:: 2**halvings] - reference().q))
+        errors.append(float(difference / np.ptp(reference().q)))
+    # The first order is not quite reached, because growth adds to the error of the larger steps; measured 1.17.
+    assert math.log2(errors[0] / errors[2]) / 2.0 == pytest.approx(order, abs=0.25), errors
+    assert errors[-1] < bound, errors
+
+
+def growth(ratio: float, step: float, master: Master, speed: float = 1e-60) -> float:
+    """Growth of free motion of 1 kg on 1e4 N/m in a step: the size of the roots of the recurrence of late samples.
+
+    `ratio` is the share of critical damping; from a speed [m/s] that may grow by 60 powers of ten.
+    """
+    with FmuSpring(fmu(RETURNING_MOUNT), parameters=NEARLY_LINEAR) as unit:
+        plant = one_mass(1.0, damping=2.0 * ratio * math.sqrt(1e4))
+        late = simulate(plant, [unit], 300 * step, step, master, velocity=[speed]).q[200:, 0]
+    late /= np.max(np.abs(late))
+    recurrence, *_ = np.linalg.lstsq(np.column_stack([late[1:-1], late[:-2]]), late[2:])
+    return float(np.max(np.abs(np.roots([1.0, *-recurrence]))))
+
+
+def test_free_motion_on_the_fmu_grows_as_in_linear_theory() -> None:
+    """For one undamped mass, from the characteristic polynomials of the schemes; w = h*omega."""
+    for w in (0.1, 0.5):
+        # All held: the force is that of the displacement one step before.
+        roots = np.roots([1.0, -2.0, 1.0 + 0.5 * w * w, 0.5 * w * w])
+        # By then the other eigenvalues have died out; what is left is how little the spring is not linear.
+        assert growth(0.0, w / 100.0, Jacobi()) == pytest.approx(np.max(np.abs(roots)), abs=1e-7)
+        assert growth(0.0, w / 100.0, Iterative(), speed=1.0) == pytest.approx(1.0, abs=1e-7)
+    # Held forces act a step and a half late: a damping of -3*k*h/2, to first order in h.
+    limit = 0.02 / 3.0 / 100.0
+    assert growth(0.005, 0.9 * limit, Jacobi()) < 1.0 < growth(0.005, 1.1 * limit, Jacobi())
+
+
+def test_iterative_closes_the_energy_at_any_step_and_held_forces_make_some() -> None:
+    """A mass set free: what it loses the spring says it absorbed. The steps go beyond what explicit masters bear."""
+    plant = one_mass(25.0)
+    for step in (1e-3, 1e-2, 0.1, 0.3):
+        motion = run(RETURNING_MOUNT, plant, max(0.4, 60 * step), step, Iterative(), speed=2.0)
+        energy = 0.5 * 25.0 * motion.velocity[:, 0] ** 2 + motion.absorbed_energy[:, 0]
+        gap = np.max(np.abs(energy - energy[0]))
+        # Each step leaves at most 1e-12 m times the force of some kN; measured 4e-12 of 50 J.
+        assert gap < 1e-9 * energy[0], step
+        assert gap == pytest.approx(np.max(np.abs(energy_balance(plant, motion).residual)), abs=1e-12)
+        assert np.max(np.abs(motion.q)) < 0.08
+    made = [
+        np.max(np.abs(energy_balance(plant, run(RETURNING_MOUNT, plant, 0.4, h, Jacobi(), speed=2.0)).residual)) / 50.0
+        for h in (2e-3, 1e-3)
+    ]
+    # Of the 50 J set free; the bounds are half and twice what was measured.
+    assert 0.12 < made[1] < 0.5
+    assert math.log2(made[0] / made[1]) == pytest.approx(1.0, abs=0.5), made
+    # Several springs with load, base and damping.
+    mass, damping = np.diag([20.0, 5.0]), np.array([[30.0, -10.0], [-10.0, 10.0]])
+    springs = [Attachment([1.0, 0.0], 0.03, base, count=3), Attachment([-1.0, 1.0], 0.05)]
+    plant = Plant(mass, springs, lambda t: [190.0 + 20.0 * math.sin(40.0 * t), 49.0], damping, np.diag([500.0, 0.0]))
+    with FmuSpring(fmu(CORNER), "below") as below, FmuSpring(fmu(MOUNT), "above") as above:
+        equilibrium = apply_static_load(plant, [below, above])
+        balance = energy_balance(plant, simulate(plant, [below, above], 0.4, 5e-3, q=equilibrium))
+    assert balance.relative_error < 1e-9
+    assert balance.damped[-1] > 0.01 * balance.exchanged[-1]
+
+
+def test_other_ways_to_the_same_motion() -> None:
+    """A looser tolerance, the other back end, springs in rows, and inertia in place of a base that moves."""
+    expected = run(MOUNT, shaken(), 0.2, 1e-3, Iterative())
+    loose = run(MOUNT, shaken(), 0.2, 1e-3, Iterative(1e-9))
+    np.testing.assert_allclose(loose.q, expected.q, rtol=0.0, atol=200 * 1e-9)  # what the tolerance leaves in each step
+    for master in (Jacobi(), Iterative()):
+        native, python = (run(MOUNT, shaken(), 0.1, 1e-3, master, backend=b) for b in ("native", "python"))
+        # Forces agree within 1e-12; 100 steps do not magnify that by more than 1e3.
+        np.testing.assert_allclose(python.q, native.q, rtol=0.0, atol=1e-9 * np.ptp(native.q))
+    parallel, series = 3, 2  # m*z'' + P*r(z/S) = L is (m*S/P)*x'' + r(x) = L/P for x = z/S
+    many = one_mass(MASS * parallel / series, LOAD * parallel, lambda t: series * base(t), offset=MIDDLE,
+                    parallel=parallel, series=series)  # fmt: skip
+    found = run(MOUNT, many, 0.2, 1e-3, Iterative())
+    # The same arithmetic up to rounding, magnified by some tens of swings.
+    np.testing.assert_allclose(found.q, series * expected.q, rtol=0.0, atol=1e-12)
+    absorbed = parallel * series * expected.absorbed_energy[:, 0]
+    np.testing.assert_allclose(energy_balance(many, found).absorbed, absorbed, rtol=0.0, atol=1e-10)
+    relative = one_mass(MASS, lambda t: LOAD - MASS * AMPLITUDE * CIRCULAR**2 * math.cos(CIRCULAR * t), offset=MIDDLE)
+    absolute, found = (run(MOUNT, plant, STOP, 5e-4, Iterative()) for plant in (shaken(), relative))
+    ground = np.array([base(t) for t in absolute.times.tolist()])
+    # Each errs by 2e-4 of its range at this step.
+    np.testing.assert_allclose(found.q[:, 0], absolute.q[:, 0] - ground, rtol=0.0, atol=4e-4 * np.ptp(found.q))
+
+
+def test_standstill_and_tiny_motion_do_not_divide_by_zero() -> None:
+    """Where the travel is zero or the energies cancel, the mean force gives way to that of the ends."""
+    still = run(MOUNT, one_mass(MASS, LOAD, offset=MIDDLE), 0.01, 1e-3, Iterative())
+    assert np.max(np.abs(still.q)) < 1e-18  # load and force agree but for rounding of either
+
+    def response(amplitude: float) -> np.ndarray:
+        plant = one_mass(MASS, LOAD, lambda t: amplitude * math.sin(CIRCULAR * t), offset=MIDDLE)
+        return run(MOUNT, plant, 0.05, 1e-3, Iterative(max_iterations=6)).q / amplitude
+
+    small = response(1e-6)
+    # omega stays near zero, where the spring is linear but for 1e-4; each step may leave 1e-12 m.
+    np.testing.assert_allclose(response(1e-8), small, rtol=0.0, atol=0.01 * np.max(np.abs(small)))
+    for amplitude in (1e-12, 1e-18):
+        assert np.max(np.abs(response(amplitude))) * amplitude < 2.0 * np.max(np.abs(small)) * amplitude + 50e-12
+
+
+def test_flow_of_the_plant_is_exact_and_equilibrium_that_of_the_equations() -> None:
+    generator, step = np.random.default_rng(5), 0.7
+    root = generator.normal(size=(3, 3))
+    plant = Plant(root @ root.T + np.eye(3), [], damping=np.diag([0.3, 0.1, 0.2]), stiffness=np.diag([40.0, 9.0, 0.0]))
+    q, speed, forces = generator.normal(size=3), generator.normal(size=3), generator.normal(size=(3, 3))
+
+    def rate(t: float, z: np.ndarray) -> np.ndarray:
+        load = forces[0] + forces[1] * (t / step) + forces[2] * (t / step) ** 2
+        return np.concatenate([z[3:], np.linalg.solve(plant.M, load - plant.C @ z[3:] - plant.K @ z[:3])])
+
+    expected = solve_ivp(rate, (0.0, step), np.concatenate([q, speed]), "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose(np.concatenate(LinearFlow(plant, step).advance(q, speed, forces)), expected, rtol=1e-10)
+    hung = one_mass(20.0, 20.0 * GRAVITY, offset=0.0475)
+    with FmuSpring(fmu(MOUNT)) as spring:
+        equilibrium = apply_static_load(hung, [spring])
+    # Computed to 1e-12 m here and with tolerance 1e-11 there.
+    assert equilibrium == pytest.approx(loaded(hung, [MOUNT], [1]).q, rel=1e-9)
+
+
+def test_trials_and_rollback_leave_no_trace_in_either_version_and_back_end(tmp_path: Path) -> None:
+    answers = []
+    forms = (FORMS["co-simulation"], FORMS["fmi3"], FORMS["python"])
+    for form in forms:
+        for trials in ([], [0.045, 0.01, 0.031]):
+            with FmuSpring(form.build(tmp_path), parameters={"omega_start": 0.3}) as spring:
+                found = [spring.start(0.02, 2.0), spring.commit(2.0, 1e-3, 0.03)]
+                for displacement in trials:
+                    response = spring.trial(displacement)
+                    with spring.rollback():
+                        assert spring.commit(2.001, 1e-3, displacement) == response
+                assert spring.committed_displacement == 0.03
+                answers.append([*found, spring.commit(2.001, 1e-3, 0.025)])
+                spring.warns = False
+                spring.commit(2.002, 0.1, 0.2)
+                assert "identified range" in spring.messages[-1]
+                with pytest.raises(CosimulationError, match=r"got -0\.1|-0\.1 s"):  # its last message is the reason
+                    spring.commit(2.2, -0.1, 0.2)
+    for answer in answers[1:]:  # an energy asked for more often is integrated in more pieces
+        assert np.array(answer) == pytest.approx(np.array(answers[0]), rel=1e-12)
+    assert answers[0] == answers[2]  # to the bit by both versions
+
+
+def _simulated(**changes: Any) -> Motion:
+    given = {"stop": 0.01, "step": 1e-3, "master": Jacobi(), "springs": 1, **changes}
+    with FmuSpring(fmu(MOUNT), "mount") as one:
+        springs = [one] * given["springs"]
+        return simulate(shaken(), springs, given["stop"], given["step"], given["master"], q=given.get("q"))
+
+
+REFUSED: list[tuple[str, Callable[[], object]]] = [
+    ("`mass` must be symmetric and positive definite, got [[0.0]].", lambda: one_mass(0.0)),
+    ("`damping` must be a square matrix of 1 rows, got shape (2, 2).", lambda: Plant([[1.0]], [], damping=np.eye(2))),
+    ("`direction` of attachment 0 must have 2 entries", lambda: Plant(np.eye(2), [Attachment([1.0])])),
+    ("`mass` must be finite, got [[nan]].", lambda: one_mass(math.nan)),
+    ("`series` must be >= 1, got 0.", lambda: one_mass(1.0, series=0)),
+    ("`parallel` must be >= 1, got 0.", lambda: one_mass(1.0, parallel=0)),
+    ("cannot be read as an FMU", lambda: FmuSpring(__file__)),
+    ("`tolerance` must be > 0 [m], got 0.0.", lambda: Iterative(tolerance=0.0)),
+    ("has no parameter `stiffness`", lambda: FmuSpring(fmu(MOUNT), parameters={"stiffness": 1.0})),
+    ("1 attachments, but 2 springs", lambda: _simulated(springs=2)),
+    ("`step` must be > 0 [s]", lambda: _simulated(step=0.0)),
+    ("`q` must be 1 finite numbers, got [nan].", lambda: _simulated(q=[math.nan])),
+    ("in 1 iterations, but differ by", lambda: _simulated(master=Iterative(max_iterations=1))),
+    ("diverged in the step at", lambda: _simulated(stop=60.0, step=0.1)),
+]
+
+
+@pytest.mark.parametrize(("text", "call"), REFUSED, ids=[text for text, _ in REFUSED])
+def test_refusals_say_what_is_wrong(text: str, call: Callable[[], object]) -> None:
+    with pytest.raises(CosimulationError) as refused:
+        call()
+    assert text in str(refused.value)
+
+
+def test_leaving_the_identified_range_is_warned_of_once_a_run() -> None:
+    outside = "`displacement` must be within the identified range, 0.02 to 0.08 m, got"
+    with FmuSpring(fmu(MOUNT), "mount") as spring:
+        for rows in ("48 of 101", "48 of 100"):  # where the second begins was counted in the first
+            with pytest.warns(UserWarning, match=outside) as warned:
+                simulate(one_mass(MASS, LOAD, offset=MIDDLE), [spring], 0.1, 1e-3, velocity=[4.0])
+            (warning,) = warned
+            assert f"in {rows} rows the force is extrapolated" in str(warning.message)
+            assert warning.filename == __file__
+        assert any("outside the identified range" in message for message in spring.messages)
+    spring = FmuSpring(fmu(MOUNT))
+    spring.start(MIDDLE)
+    with spring.rollback():
+        spring.commit(0.0, 1.0, 1.0)  # is no part of the path
+    spring.commit(0.0, 1.0, 0.09)
+    with pytest.warns(UserWarning, match=r"got 0\.09 m at index 1: in 1 of 2 rows"):
+        spring.close()
+
+
+# simulate_fmu
+
+
+@cache
+def prescribed(name: str, spring: SpringParameters | None = None) -> Path:
+    """The FMU of a form, built once."""
+    _folders.append(TemporaryFolder())
+    return FORMS[name].build(_folders[-1].path, spring)
+
+
+_folders: list[TemporaryFolder] = []
+STEPPED = ["co-simulation", "fmi3", "fmi3 arrays", "python"]
+
+
+@leaves_the_range
+@pytest.mark.parametrize("name", STEPPED)
+def test_every_row_is_the_model_at_that_displacement(name: str) -> None:
+    path, built = wandering_path(SPRING, 200, seed=8), prescribed(name)
+    time = 3.0 + np.cumsum(np.random.default_rng(8).uniform(1e-4, 1e-2, path.size))
+    motion, spring = simulate_fmu(built, path, time), Spring(SPRING)
+    np.testing.assert_array_equal((motion.time, motion.displacement), (time, path))
+    for found, expected in (
+        (motion.force, spring.response(path)), (motion.stiffness, spring.stiffness(path)),
+        (motion.absorbed_energy, spring.absorbed_energy(path)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12 * np.abs(expected).max())
+    default = simulate_fmu(built, path.tolist())
+    np.testing.assert_array_equal(default.force, motion.force)  # time does not matter and may be left out
+    np.testing.assert_allclose(default.time, 1e-3 * np.arange(path.size), rtol=1e-15)
+    changed = simulate_fmu(built, [0.02, 0.03, 0.015], parameters={"omega_start": 0.3}).force
+    np.testing.assert_allclose(changed, spring.response([0.02, 0.03, 0.015], 0.3), rtol=1e-12)
+    # The trap that it is there for: rows of FMPy's function of the same name are one step late.
+    table = np.rec.fromarrays([2.0**-10 * np.arange(path.size), path], names="time,displacement")
+    late = fmpy.simulate_fmu(
+        str(built), fmi_type="CoSimulation", stop_time=table.time[-1], output_interval=2.0**-10, input=table,
+        output=["displacement", "force"],
+    )  # fmt: skip
+    np.testing.assert_array_equal(late["force"][1:], motion.force[:-1])
+
+
+@leaves_the_range
+@pytest.mark.parametrize("name", ["fmi3 arrays", "table, arrays"])
+def test_arrays_give_the_bits_of_elements(name: str) -> None:
+    form = FORMS[name]
+    p, path = form.spring, wandering_path(form.spring, 200, seed=11)
+    arrays: dict[str, Any] = {"kA": (1.0, *(0.9 * value for value in p.kA[1:])), "rho": 1.2 * p.rho}
+    arrays["FE_forces" if p.FE_forces else "kE"] = [1.1 * v for v in p.FE_forces or p.kE]
+    elements = {f"{n}_{i}": v for n, values in arrays.items() if n != "rho" for i, v in enumerate(values)}
+    usual = prescribed("table" if p.FE_knots else "co-simulation")
+    found = simulate_fmu(prescribed(name), path, None, arrays)
+    for field, expected in vars(simulate_fmu(usual, path, None, elements | {"rho": 1.2 * p.rho})).items():
+        np.testing.assert_array_equal(getattr(found, field), expected, err_msg=field)
+
+
+def test_rows_outside_the_identified_range_are_counted_in_a_warning() -> None:
+    low, high = SPRING.displacement_min, SPRING.displacement_max
+    simulate_fmu(prescribed("fmi3"), [low, 1.001 * high, low])  # warnings are errors here
+    with pytest.warns(UserWarning, match=r"identified range.* at index 1: in 2 of 4 rows the force is extrapolated"):
+        simulate_fmu(prescribed("fmi3"), [low, 2.0 * high - low, high, 2.0 * low - high])
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "sentence"),
+    [
+        ("fmi3 arrays", {"kE": [1.0, 2.0]}, "`kE` must be an array of 4 numbers, got the shape (2,)"),
+        ("fmi3 arrays", {"kE": 1.0}, "`kE` must be an array of 4 numbers, got the shape ()"),
+        ("fmi3 arrays", {"kE_1": 1.0}, "has no parameter `kE_1`; it is an element of the array `kE`: give that with"),
+        ("co-simulation", {"kE": [1.0] * 4}, "its elements are parameters: give `kE_0` and so on"),
+        ("co-simulation", {"rho": [1.0]}, "`rho` must be a number, got the shape (1,)"),
+        ("fmi3", {"rho": "stiff"}, "`rho` must be a number, got 'stiff'"),
+        ("fmi3 arrays", {"kA": [2.0, 1.0, 1.0]}, "fmi3ExitInitializationMode failed. `kA_0` must be 1"),
+        ("fmi3", {"rho": np.nan}, "fmi3SetFloat64 failed. `rho` must be finite, got nan"),
+        ("states", {}, "has no co-simulation: build it without `states=True`"),
+        ("no energy", {}, "has no output `absorbed_energy`: build it without `no_energy=True`"),
+    ],
+)
+def test_fmus_and_parameters_that_do_not_fit(name: str, parameters: Any, sentence: str, capfd: Any) -> None:
+    with pytest.raises(CosimulationError) as refused:
+        simulate_fmu(prescribed(name), [0.02, 0.03], parameters=parameters)
+    assert sentence in str(refused.value)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("displacement", "time", "sentence"),
+    [
+        ([0.0, np.nan], None, "`displacement` must be finite [m], got nan at index 1"),
+        ([], None, "K >= 1, got shape (0,)"),
+        ([0.0, 0.01], [0.0, 1.0, 2.0], "`time` must have the shape (2,) of `displacement`, got (3,)"),
+        ([0.0, 0.01], [0.0, np.inf], "`time` must be finite [s]"),
+        ([0.0, 0.01, 0.02], [0.0, 1.0, 1.0], "`time` must rise [s], got 1.0 after 1.0 at index 2"),
+    ],
+)
+def test_what_cannot_be_a_path_is_refused(displacement: list[float], time: list[float] | None, sentence: str) -> None:
+    with pytest.raises(ValueError, match="must") as refused:
+        simulate_fmu(prescribed("co-simulation"), displacement, time)
+    assert sentence in str(refused.value)

@@ -1,0 +1,381 @@
+"""The exported Modelica library, compiled and simulated by a program of its own, against the model and the FMU.
+
+rumoca, a Modelica compiler and simulator, takes the library together with ``modelica_stub.mo``, which has the few
+classes of the Modelica Standard Library that the library needs.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from branched_springs import BRANCHED
+from fmu_tools import OTHER, SPRING
+from oracles import rate_of_omega
+from pages import ROOT, blocks
+from springs import TABLE, force_by_definition, force_scale, spring
+from strandspring import Spring, SpringParameters
+from strandspring.core.parameters import ARRAYS, SCALARS
+from strandspring.core.variables import variables
+from strandspring.cosimulation import FmuSpring, one_mass, simulate
+from strandspring.errors import StrandspringError
+from strandspring.exchange.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.model.coordinates import placed
+from strandspring.model.modelfile import ModelFile, load_model
+from tools import tool
+
+pytestmark = pytest.mark.long
+AWKWARD = (
+    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
+    '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
+)
+CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+HINGE = ROOT / "models" / "rubber_hinge.json"
+RECORD = "StrandSpring/Records/mount.mo"
+
+
+BENCH = """within ;
+package Bench
+  model Ground
+    Modelica.Mechanics.Translational.Interfaces.Flange_b flange;
+  equation
+    flange.s = 0;
+  end Ground;
+
+  model Mover
+    parameter Real middle=0, reach=1;
+    Modelica.Mechanics.Translational.Interfaces.Flange_b flange;
+  equation
+    flange.s = middle + reach*sin(6*time)*(1 + 0.3*cos(17*time));
+  end Mover;
+
+  block Law "Stands for an imported FMU"
+    input Real displacement;
+    output Real force;
+  equation
+    force = 5 + 200*displacement;
+  end Law;
+
+  model System
+    Ground ground;
+    {system}
+  end System;
+end Bench;
+"""
+DRIVEN = """
+    StrandSpring.Components.Spring spring({options}data=StrandSpring.Records.{record}({changes}));
+    Mover mover(middle={middle!r}, reach={reach!r});
+  equation
+    connect(ground.flange, spring.flange_a);
+    connect(mover.flange, spring.flange_b);"""
+
+
+def swing(t: Any) -> Any:
+    """What `Bench.Mover` does about its middle, in units of its reach."""
+    return np.sin(6.0 * t) * (1.0 + 0.3 * np.cos(17.0 * t))
+
+
+def swing_rate(t: Any) -> Any:
+    return 6.0 * np.cos(6.0 * t) * (1.0 + 0.3 * np.cos(17.0 * t)) - 5.1 * np.sin(6.0 * t) * np.sin(17.0 * t)
+
+
+def turning_points(times: np.ndarray) -> list[float]:
+    """When `swing` turns back."""
+    crossings = np.flatnonzero(swing_rate(times[:-1]) * swing_rate(times[1:]) < 0.0)
+    return [float(brentq(swing_rate, times[k], times[k + 1], xtol=1e-15)) for k in crossings]
+
+
+def session(folder: Path, model: ModelFile) -> Any:
+    """With the exported library and the stub, read from files as a Modelica tool reads them."""
+    stub = folder / "Modelica.mo"
+    stub.write_bytes((ROOT / "tests" / "helpers" / "modelica_stub.mo").read_bytes())
+    return tool("rumoca").Session(roots=[str(write_library(folder, model, 0.0)), str(stub)])
+
+
+def compiled(folder: Path, model: ModelFile, system: str = "", **fields: Any) -> Any:
+    """`system` around the exported spring; the usual one is driven by `Mover`."""
+    fields = {"options": "", "changes": "", "record": "mount", "middle": 0.0, "reach": 1.0} | fields
+    folder.mkdir(exist_ok=True)
+    (folder / "Bench.mo").write_text(BENCH.format(system=system or DRIVEN.format(**fields)), encoding="utf-8")
+    return session(folder, model).load(folder / "Bench.mo", model="Bench.System")
+
+
+def simulated(model: Any, stop: float, tolerance: float = 1e-10, solver: str = "bdf") -> Any:
+    config = tool("rumoca").SimConfig(solver=solver, rtol=tolerance, atol=1e-3 * tolerance)
+    return model.simulate((0.0, stop), dt=1e-3, config=config)
+
+
+def errors_of(folder: Path, p: SpringParameters, omega: float, share: float, tolerance: float) -> tuple[float, float]:
+    """Of force, in units of the largest, and of omega on a path with ten reversals over a share of the range."""
+    middle, reach = (
+        0.5 * (p.displacement_min + p.displacement_max),
+        0.5 * share * (p.displacement_max - p.displacement_min),
+    )
+    model = compiled(folder, ModelFile("mount", p), changes=f"omega_start={omega!r}", middle=middle, reach=reach)
+    found = simulated(model, 1.5, tolerance)
+    times = np.asarray(found.time)
+    # The turning points belong to the path, wherever the samples fall.
+    every = np.union1d(times, turning_points(times))
+    path, sampled = middle + reach * swing(every), np.searchsorted(every, times)
+    assert found["spring.displacement"] == pytest.approx(path[sampled], rel=1e-12)  # rounding of the sine
+    outside = (path < p.displacement_min) | (path > p.displacement_max)
+    assert np.array_equal(np.asarray(found["spring.extrapolating"]) > 0.5, outside[sampled])
+    force = np.max(np.abs(found["spring.f"] - Spring(p).response(path, omega)[sampled]))
+    omegas = np.max(np.abs(found["spring.omega"] - Spring(p).omega(path, omega)[sampled]))
+    return float(force / force_scale(p, path)), float(omegas)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "omega_start", "share"),
+    [
+        (SPRING, 0.0, 1.0), (OTHER, -0.4, 1.0), (load_model(HINGE).parameters, 0.7, 0.7), (CONSTANT, 0.0, 0.7),
+        (LONGEST, 0.0, 0.9), (spring(n=0.05, sigma=30.0, saturations=5.0), 0.3, 1.0),
+        (spring(n=20.0, sigma=0.5, saturations=5.0), 1.0, 1.0), (TABLE, 0.2, 1.0),
+    ],
+    ids=["n 0.2", "n 1.6", "hinge", "constant", "longest", "sharp", "square", "table"],
+)  # fmt: skip
+def test_the_modelica_spring_has_the_force_of_the_model(
+    parameters: SpringParameters, omega_start: float, share: float, tmp_path: Path
+) -> None:
+    force, omega = errors_of(tmp_path, parameters, omega_start, share, tolerance=1e-10)
+    # The simulator's error adds up over its steps. Measured: 2e-10 to 3e-9 and 2e-9 to 4e-9.
+    assert (force < 1e-8, omega < 2e-8) == (True, True), (force, omega)
+    model = ModelFile("mount", parameters)
+    found = compiled(tmp_path, model).parameters
+    table = {v.name: v for v in variables(*parameters.counts) if v.causality == "parameter"}
+    for name in (*SCALARS, "omega_start"):  # all parameters of the FMU, with every bit
+        variable, of_record = table[name], found[f"spring.data.{name}"]
+        assert of_record.value == getattr(parameters, name, 0.0)
+        assert (of_record.unit, of_record.min, of_record.max) == (variable.unit, variable.minimum, variable.maximum)
+        assert of_record.description == variable.description
+    for name in ARRAYS:  # the compiler does not tell their values
+        declared = re.search(
+            rf"^    {name}=(?:\{{(.*?)\}}|fill\(0\.0, 0\))", record_text(model, "mount", ""), re.DOTALL | re.MULTILINE
+        )
+        assert declared, name
+        values = map(float, declared[1].split(",") if declared[1] else ())
+        assert tuple(values) == getattr(parameters, name)
+
+
+def test_the_difference_from_the_model_is_the_tolerance_of_the_simulator(tmp_path: Path) -> None:
+    """Within the range, where a relative tolerance of 1e-6 promises the force to 1e-6 of its largest value."""
+    errors = {tolerance: errors_of(tmp_path, SPRING, 0.0, 0.7, tolerance)[0] for tolerance in (1e-6, 1e-8, 1e-10)}
+    assert all(error < 10.0 * tolerance for tolerance, error in errors.items()), errors  # measured: 1 to 3 times
+    assert errors[1e-6] > 100.0 * errors[1e-10], errors
+
+
+@pytest.mark.parametrize("name", BRANCHED)
+def test_second_mechanisms_and_branches_follow_their_equations(name: str, tmp_path: Path) -> None:
+    """Against their differential equations as they stand, solved by LSODA between the turning points."""
+    p = BRANCHED[name]
+    middle, reach = 0.5 * (p.displacement_min + p.displacement_max), 0.4 * (p.displacement_max - p.displacement_min)
+    starts = "omega_start=0.2, second_omega_start=-0.4"
+    found = simulated(compiled(tmp_path, ModelFile("mount", p), changes=starts, middle=middle, reach=reach), 1.5)
+    times, parts = np.asarray(found.time), p.mechanisms
+
+    def rates(t: float, state: np.ndarray) -> list[float]:
+        v = reach * float(swing_rate(t))
+        slips = [rate_of_omega(m, v, w) for m, w in zip(parts, state.tolist(), strict=False)]
+        return [*slips, *(v - e / b.time_constant for e, b in zip(state[len(parts) :], p.branches, strict=True))]
+
+    state = np.array([0.2, -0.4][: len(parts)] + [0.0] * len(p.branches))
+    states = np.empty((state.size, times.size))
+    for begin, end in pairwise([0.0, *turning_points(times), 1.5]):
+        inside = (times >= begin) & (times <= end)
+        every = np.union1d(times[inside], [begin, end])
+        solved = solve_ivp(rates, (begin, end), state, "LSODA", every, rtol=1e-11, atol=1e-13).y
+        states[:, inside], state = solved[:, np.isin(every, times)], solved[:, -1]
+    path = middle + reach * swing(times)
+    force = sum(b.stiffness * e for b, e in zip(p.branches, states[len(parts) :], strict=True))
+    for mechanism, omega in zip(parts, states, strict=False):
+        force += np.array([force_by_definition(mechanism, x, w) for x, w in zip(path[:, None], omega, strict=True)])[
+            :, 0
+        ]
+    # Both solvers at a relative tolerance of 1e-10 or less.
+    assert found["spring.f"] == pytest.approx(force, abs=1e-8 * float(np.abs(force).max()))
+
+
+def test_other_parameters_flanges_and_the_work_of_a_spring(tmp_path: Path) -> None:
+    changed = replace(OTHER, kE=(1.0, 500.0), rho=50.0, displacement_max=0.2)
+    model, changes = ModelFile("mount", OTHER), "kE={1.0, 500.0}, rho=50.0, displacement_max=0.2"
+    bench = compiled(tmp_path, model, changes=changes, options="s_rel0=0.01, ", middle=0.01, reach=0.02)
+    found = simulated(bench, 0.2)
+    x = 0.02 * swing(np.asarray(found.time))
+    force = Spring(changed).response(x)
+    assert found["spring.f"] == pytest.approx(force, abs=1e-7 * force_scale(changed, x))
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(x))])
+    # Trapezoidal rule with 200 samples.
+    assert found["spring.absorbed_energy"] == pytest.approx(work, abs=3e-4 * np.abs(work).max())
+    # Turned round, as the user's guide says, for compression: the force pushes the flanges apart.
+    low, high = SPRING.displacement_min, SPRING.displacement_max
+    reach, middle = 0.3 * (high - low), 0.3 - 0.5 * (low + high)
+    turned = DRIVEN.replace("ground.flange, spring.flange_a", "mover.flange, spring.flange_a").replace(
+        "mover.flange, spring.flange_b", "ground.flange, spring.flange_b"
+    )
+    fields = {"options": "s_rel0=-0.3, ", "changes": "", "record": "mount", "middle": middle, "reach": reach}
+    found = simulated(compiled(tmp_path / "turned", ModelFile("mount", SPRING), turned.format(**fields)), 0.2)
+    compression, times = 0.3 - np.asarray(found["mover.flange.s"]), np.asarray(found.time)
+    assert found["spring.displacement"] == pytest.approx(compression, abs=1e-15)
+    every = np.union1d(times, turning_points(times))
+    path = 0.3 - middle - reach * swing(every)
+    force = Spring(SPRING).response(path)[np.searchsorted(every, times)]
+    assert found["mover.flange.f"] == pytest.approx(force, abs=1e-7 * np.abs(force).max())
+    # Flanges of an FMU pass displacement and force on: what is at flange_b is pulled back.
+    system = """
+    StrandSpring.Components.FMUFlanges flanges(s_rel0=0.1);
+    Mover mover(middle=0.12, reach=0.02);
+    Law fmu;
+  equation
+    connect(ground.flange, flanges.flange_a);
+    connect(mover.flange, flanges.flange_b);
+    connect(flanges.displacement, fmu.displacement);
+    connect(fmu.force, flanges.force);"""
+    found = simulated(compiled(tmp_path / "fmu", ModelFile("mount", SPRING), system), 0.5)
+    pull = 5.0 + 200.0 * (0.02 + 0.02 * swing(np.asarray(found.time)))
+    for flange, sign in (("mover", -1.0), ("ground", 1.0)):
+        assert found[f"{flange}.flange.f"] == pytest.approx(sign * pull, rel=1e-12)
+
+
+NAMES = [(word, f"_{word}") for word in ("model", "end", "Modelica", "Real", "size", "StrandSpring", "SpringData",
+                                         "strandedwiremount", "Package")]  # fmt: skip
+NAMES += [(name, name) for name in ("Spring", "Components", "Records", "data", "f", "lambda", "s_rel", "Model")]
+
+
+@pytest.mark.parametrize(("name", "record"), NAMES)
+def test_whatever_a_model_is_called_it_is_modelica(name: str, record: str, tmp_path: Path) -> None:
+    assert record_name(name) == record
+    assert compiled(tmp_path, ModelFile(name, SPRING), record=record).states.names
+    assert [d for d in tool("rumoca").validate(record_path(tmp_path, name)) if d.level != "warning"] == []
+
+
+def test_no_text_leaves_its_string(tmp_path: Path) -> None:
+    model = ModelFile("mount", SPRING, AWKWARD)
+    text = record_text(model, "mount", "")
+    literal = re.search(r"^record mount (\".*\")$", text, re.MULTILINE)
+    page = re.search(r"^<p>\n(.*quoted.*)\n</p>$", text, re.MULTILINE)
+    assert literal
+    assert page
+    fields = {"options": "", "changes": "", "record": "mount", "middle": 0.0, "reach": 1.0}
+    system = f'parameter Real a=1 {literal[1]};\n    parameter Real b=1 "{page[1]}";{DRIVEN.format(**fields)}'
+    found = compiled(tmp_path, model, system.replace("{{", "{ {")).parameters
+    assert found["a"].description.replace("{ {", "{{") == AWKWARD
+    assert not re.search("<b>|</html>", found["b"].description)
+    assert found["b"].description.startswith(
+        "&quot;quoted&quot; &#x27;single&#x27; &lt;b&gt;bold&lt;/b&gt; &lt;/html&gt;"
+    )
+
+
+def test_springs_share_one_library_whose_folders_list_their_classes(tmp_path: Path) -> None:
+    first, second = ModelFile("first", SPRING), ModelFile("second", TABLE)
+
+    def contents(folder: Path) -> dict[str, bytes]:
+        root = folder / LIBRARY
+        return {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*") if path.is_file()}
+
+    for folder, models in (("one", [second, first]), ("two", [first, second, first]), ("alone", [first])):
+        for model in models:
+            root = write_library(tmp_path / folder, model, 0.0)
+    found = contents(tmp_path / "one")
+    assert found == contents(tmp_path / "two")
+    assert found["Records/package.order"].decode() == "SpringData\nStrandedWireMount\nfirst\nsecond\n"
+    assert found.keys() - contents(tmp_path / "alone").keys() == {"Records/second.mo"}
+    orders = list(root.rglob("package.order"))
+    assert len(orders) == 4
+    for order in orders:
+        classes = {p.stem for p in order.parent.iterdir() if p.suffix == ".mo" and p.name != "package.mo"}
+        classes |= {p.name for p in order.parent.iterdir() if p.is_dir()}
+        assert sorted(order.read_text(encoding="utf-8").split()) == sorted(classes), order
+    own_icons = {"Components/Spring.mo", "Components/FMUFlanges.mo", "Records/first.mo", "Records/StrandedWireMount.mo"}
+    for text, without in (("Documentation(info=", set()), ("within StrandSpring", {"package.mo"}),
+                          ("extends Modelica.Icons.", own_icons)):  # fmt: skip
+        modelica = {
+            name: content.decode() for name, content in contents(tmp_path / "alone").items() if name.endswith(".mo")
+        }
+        assert {name for name, content in modelica.items() if text not in content} == without, text
+    (tmp_path / "mine" / LIBRARY).mkdir(parents=True)
+    (tmp_path / "mine" / LIBRARY / "notes.txt").write_text("mine", encoding="utf-8")
+    with pytest.raises(StrandspringError, match="is not a library that strandspring has written"):
+        write_library(tmp_path / "mine", first, 0.0)
+    with pytest.raises(StrandspringError, match=r"First\.mo would take the place of first\.mo where file names ignore"):
+        write_library(tmp_path / "alone", ModelFile("First", SPRING), 0.0)
+
+
+def example(
+    folder: Path, name: str, model: ModelFile, **changes: float
+) -> tuple[np.ndarray, Callable[[str], np.ndarray]]:
+    """Times and samples of variables of an example, simulated as its annotation says with the spring of a model."""
+    library = session(folder, model)
+    text = (folder / LIBRARY / "Examples" / f"{name}.mo").read_text(encoding="utf-8")
+    experiment = re.search(r"experiment\(StopTime=(\S+), Interval=(\S+), Tolerance=(\S+)\)", text)
+    assert experiment
+    stop, interval, tolerance = map(float, experiment.groups())
+    modifications = [f"{parameter}={value!r}" for parameter, value in changes.items()]
+    if model is not EXAMPLE:
+        modifications.append(f"data=StrandSpring.Records.{model.name}()")
+    source = f"""within ;
+model Run
+  extends StrandSpring.Examples.{name}({", ".join(modifications)});
+  parameter Modelica.Units.SI.Mass unused=1 "Without it, rumoca does not look for the library Modelica";
+end Run;
+"""
+    config = tool("rumoca").SimConfig(solver="rk-like", rtol=tolerance, atol=1e-3 * tolerance)
+    found = library.loads(source, model="Run").simulate((0.0, stop), dt=interval, config=config)
+    # Events are among the results twice.
+    times = interval * np.arange(round(stop / interval) + 1)
+    rows = np.searchsorted(found.time, times - 1e-6 * interval)
+    np.testing.assert_allclose(np.asarray(found.time)[rows], times, rtol=0.0, atol=1e-9)
+    return times, lambda variable: np.asarray(found[variable])[rows]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ["FreeDecay", "FreeDecay far", "Transmissibility"])
+def test_examples_move_as_the_fmu(case: str, tmp_path: Path) -> None:
+    # The range of one does not contain the rig's zero: the FMU counts from the middle of it, and so does the library.
+    model = ModelFile("far", TABLE) if "far" in case else EXAMPLE
+    mass, load, start = (0.5, 30.0, 0.004) if "far" in case else (5.0, 50.0, 0.01 if "Decay" in case else 0.0)
+    changes = {"m": mass, "load": load, "s_start": start} if "Decay" in case else {}
+    counted = placed(model, None)[0] if "far" in case else model
+    times, samples = example(tmp_path, case.split()[0], counted, **changes)
+
+    def base(t: float) -> float:
+        return float(0.001 * np.sin(40.0 * np.pi * t)) if "Trans" in case else 0.0
+
+    with FmuSpring(build_native_fmu(model, tmp_path)) as one:
+        motion = simulate(one_mass(mass, load, base), [one], times[-1], 0.1 * times[1], q=[start])
+    for name, expected in (("mass.s", motion.q), ("mass.v", motion.velocity), ("spring.f", motion.force),
+                           ("spring.absorbed_energy", motion.absorbed_energy)):  # fmt: skip
+        # The error of the co-simulation's steps, of second order. Measured: 2e-5 to 1e-4; 1e-6 with a quarter step.
+        assert samples(name) == pytest.approx(expected[::10, 0], abs=2e-4 * np.ptp(expected)), name
+    if "Trans" in case:
+        within = (motion.times >= 2.0 - 5e-8) & (motion.times < 2.5 - 5e-8)
+        wave = np.exp(-40j * np.pi * motion.times[within])
+        expected = 2.0 * abs(np.mean(motion.q[within, 0] * wave)) / 0.001
+        assert samples("transmissibility")[-1] == pytest.approx(expected, rel=1e-4)  # of the co-simulation's steps
+
+
+def test_the_loop_and_the_model_of_the_documentation(tmp_path: Path) -> None:
+    times, samples = example(tmp_path, "QuasiStaticLoop", EXAMPLE)
+    frequency, decay = 0.2 * np.pi, 0.02
+    every = np.union1d(times, (np.arctan(frequency / decay) + np.pi * np.arange(8)) / frequency)
+    path = 0.025 * np.exp(-decay * every) * np.sin(frequency * every)
+    force = Spring(EXAMPLE.parameters).response(path)[np.searchsorted(every, times)]
+    assert samples("spring.f") == pytest.approx(force, abs=1e-7 * np.ptp(force))  # of the simulator; measured: 1e-8
+    (block,) = blocks("export", "modelica")
+    source = block.replace("\nend", '\n  parameter Modelica.Units.SI.Mass unused=1 "As above";\nend')
+    hinge = placed(load_model(HINGE), None)[0]
+    found = session(tmp_path, hinge).loads(source, model="DecayOfMine").simulate((0.0, 0.5), dt=1e-3)
+    s = np.asarray(found["mass.s"])
+    assert s[0] == 0.005
+    assert np.ptp(s[-100:]) < 0.5 * np.ptp(s)
+    assert not np.any(found["spring.extrapolating"])

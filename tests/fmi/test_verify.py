@@ -1,0 +1,367 @@
+"""What FMUs carry about themselves, what `verify` finds in those that were changed, and where they start."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import re
+import subprocess
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import fmpy
+import numpy as np
+import pytest
+
+from fmu_tools import SPRING, instance
+from forms import FORMS, Form
+from strandspring import BuildError, Record, Spring, SpringParameters, build_fmu, export, identify, simulate_fmu, verify
+from strandspring.core.branches import MaxwellBranch, Mechanism
+from strandspring.errors import ModelError
+from strandspring.fmu.checks.check import examine_fmu
+from strandspring.fmu.checks.verification import verify_fmu
+from strandspring.fmu.native.native_fmu import build_native_fmu
+from strandspring.fmu.native.platforms import host_folder
+from strandspring.fmu.python_backed import build_python_fmu
+from strandspring.fmu.related_files import HASHES, REFERENCE, RELATED, STIMULI
+from strandspring.kernel.path import PathSolver
+from strandspring.model.coordinates import placed
+from strandspring.model.file_tables import Start
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile, load_model, save_model
+from terminal import Terminal
+from tools import program
+
+pytestmark = pytest.mark.long
+
+
+def contents_of(fmu: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    monkeypatch.chdir(tmp_path)
+    return Terminal(capsys)
+
+
+TUNED = ["kE[0]", "kE[1]", "kE[2]", "kE[3]", "kA[1]", "kA[2]", "ln kappa_omega", "ln rho", "ln sigma", "ln n"]
+JOINT = {"parameters": TUNED, "root": [[0.0] * k + [0.05] for k in range(10)]}
+UNCERTAINTY = {
+    "interval_95": {"kappa_omega": [20.0, 23.0], "rho": [280.0, None], "sigma": [None, None], "n": [0.2, 0.25]},
+    "joint": JOINT,
+}
+NOTICE = "documentation/licenses/license.txt"
+MOUNT = ModelFile("mount", SPRING, "a mount", uncertainty=UNCERTAINTY)
+
+
+@pytest.fixture(scope="module", params=["native", "fmi3", "python"])
+def fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder, author = tmp_path_factory.mktemp("papers"), "A. Engineer & Söhne"
+    if request.param == "python":
+        return build_python_fmu(MOUNT, folder, author=author)
+    return build_native_fmu(MOUNT, folder, author=author, fmi=3 if request.param == "fmi3" else 2)
+
+
+def written(path: Path, contents: dict[str, bytes]) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in contents.items():
+            archive.writestr(name, content)
+    return path
+
+
+def edited(fmu: Path, folder: Path, edit: Callable[[dict[str, bytes]], object]) -> Path:
+    """A copy whose files are edited."""
+    contents = contents_of(fmu)
+    edit(contents)
+    return written(folder / "edited.fmu", contents)
+
+
+def problems(fmu: Path) -> list[str]:
+    return [finding.text for finding in verify_fmu(fmu) if finding.is_problem]
+
+
+def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    contents, description = contents_of(fmu), fmpy.read_model_description(str(fmu))
+    assert (description.author, description.license) == ("A. Engineer & Söhne", "MIT")
+    assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{12}", description.version)
+    assert (description.generationDateAndTime, float(description.defaultExperiment.tolerance)) == (None, 1e-6)
+    manifest = ElementTree.fromstring(contents[f"{RELATED}/fmi-ls-manifest.xml"])
+    related = list(manifest.iter("Related"))
+    assert {frozenset(one.attrib) for one in related} == {frozenset(("type", "source", "role", "description"))}
+    sources = {one.get("source") for one in related}
+    there = {name.removeprefix(f"{RELATED}/") for name in contents if name.startswith(RELATED)}
+    assert sources - {f"../../{MODEL_IN_FMU}"} == there - {"fmi-ls-manifest.xml"}
+    stimuli, reference = (
+        np.genfromtxt(io.BytesIO(contents[name]), delimiter=",", names=True) for name in (STIMULI, REFERENCE)
+    )
+    spring = placed(MOUNT, None)[0].parameters
+    path = stimuli["displacement"]
+    for name in ("force", "stiffness", "absorbed_energy"):
+        expected = getattr(PathSolver(spring), name)(path)
+        np.testing.assert_allclose(reference[name], expected, rtol=1e-12, atol=1e-12)
+    assert (path.min(), path.max()) == pytest.approx((spring.displacement_min, spring.displacement_max))
+    ends = {
+        "lower": {"kappa_omega": 20.0, "rho": 280.0, "n": 0.2},
+        "upper": {"kappa_omega": 23.0, "n": 0.25},
+        "nominal": {},
+    }
+    for name, values in ends.items():
+        table = ElementTree.fromstring(contents[f"{RELATED}/{name}.ssv"])
+        given = {p.get("name"): float(p[0].get("value")) for p in table.iterfind("{*}Parameters/{*}Parameter")}  # type: ignore[arg-type]
+        assert {key: given[key] for key in values} == values
+        if description.fmiVersion == "2.0":
+            with instance(fmu, tmp_path / "unpacked") as one:
+                found = one.initialize(**given).step(0.01, "force")  # type: ignore[arg-type]
+            expected = PathSolver(replace(spring, **values)).force(np.array([0.0, 0.01]))[-1]
+            assert found == [pytest.approx(expected, rel=1e-12)]
+        units = {one.get("name") for one in table.iterfind("{*}Units/{*}Unit")}
+        assert units == {one.get("unit") for one in table.iter() if one.get("unit")}
+    assert len({contents[f"{RELATED}/drawn_{k}.ssv"] for k in (1, 2, 3)}) == 3
+    assert json.loads(contents[f"{RELATED}/uncertainty.json"]) == UNCERTAINTY
+    assert load_model(fmu) == MOUNT
+    save_model(tmp_path / "model.json", load_model(fmu))
+    assert (tmp_path / "model.json").read_bytes() == contents[MODEL_IN_FMU]
+    for provenance, stated in (
+        ({"author": "B. Tester", "date": "2026-11-25"}, ("B. Tester", "2026-11-25T00:00:00Z")),
+        ({"author": ["B"], "date": "last spring"}, (None, None)),
+        ({}, (None, "1970-01-02T00:00:00Z")),
+    ):
+        if not provenance:
+            monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
+        dated = fmpy.read_model_description(str(build_native_fmu(replace(MOUNT, provenance=provenance), tmp_path)))
+        assert (dated.author, dated.generationDateAndTime) == stated
+    with pytest.raises(ModelError, match="its lower ends are no spring: `n` must be within"):
+        build_native_fmu(replace(MOUNT, uncertainty={"interval_95": {"n": [-1.0, 2]}}), tmp_path)
+
+
+def test_verify_finds_good_what_is_good_and_any_change(fmu: Path, tmp_path: Path) -> None:
+    found = verify_fmu(fmu)
+    assert [finding.about for finding in found] == ["files", "rules", "spring", "run"]
+    assert not any(finding.is_problem for finding in found)
+    assert "The reference comes out of co-simulation" in found[3].text
+    names = [name for name in contents_of(fmu) if name != HASHES]
+    kinds = ["modelDescription.xml", REFERENCE, STIMULI, "resources/", "documentation/index"]
+    for kind in (*kinds, "sources/" if any(name.startswith("sources/") for name in names) else "binaries/"):
+        name = next(name for name in names if name.startswith(kind))
+
+        def flip(contents: dict[str, bytes], name: str = name) -> None:
+            content = bytearray(contents[name])
+            content[len(content) // 2] ^= 1
+            contents[name] = bytes(content)
+
+        said = verify_fmu(edited(fmu, tmp_path, flip))
+        assert f"{name!a} has been changed, or its hash in {HASHES}." in [f.text for f in said if f.is_problem]
+        assert "It was not run." in [f.text for f in said]
+    assert problems(edited(fmu, tmp_path, lambda c: c.pop(NOTICE))) == [f"'{NOTICE}' is missing."]
+    added = edited(fmu, tmp_path, lambda c: c.update({"resources/x.txt": b"x"}))
+    assert problems(added) == [f"'resources/x.txt' has been added: it is not in {HASHES}."]
+    assert problems(edited(fmu, tmp_path, lambda c: c.pop(HASHES)))[0].startswith("It has no list of hashes")
+    unlisted = problems(edited(fmu, tmp_path, lambda c: c.update({HASHES: b"["})))
+    assert unlisted == [f"{HASHES} has been changed: it is no list of hashes."]
+    content = bytearray(fmu.read_bytes())
+    with zipfile.ZipFile(fmu) as archive:
+        entry = archive.getinfo("modelDescription.xml")
+    content[entry.header_offset + 80 + entry.compress_size // 2] ^= 1
+    (tmp_path / "damaged.fmu").write_bytes(content)
+    assert len(problems(tmp_path / "damaged.fmu")) == 1
+    for bad, says in (
+        (b"", "It is not an FMU"),
+        (b"PK\x03\x04junk", "It cannot be unpacked"),
+        (b"no", "It is not an FMU"),
+    ):
+        (tmp_path / "bad.fmu").write_bytes(bad)
+        assert problems(tmp_path / "bad.fmu")[0].startswith(says)
+        with pytest.raises(ModelError, match="cannot be read as an FMU"):
+            load_model(tmp_path / "bad.fmu")
+
+
+def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program("cc", package="gcc libc6-dev")
+    fmu = build_native_fmu(MOUNT, tmp_path)
+    with zipfile.ZipFile(fmu) as archive:
+        archive.extractall(tmp_path / "unpacked")
+    # As the page of the FMU says.
+    command = "cc -std=c11 -O2 -ffp-contract=off -fvisibility=hidden -fPIC -shared {} -lm -o {}"
+
+    def compiled(source: str) -> bytes:
+        subprocess.run(command.format(source, tmp_path / "x.so").split(), cwd=tmp_path / "unpacked", check=True)
+        return (tmp_path / "x.so").read_bytes()
+
+    (tmp_path / "abort.c").write_text("#include <stdlib.h>\n__attribute__((constructor)) void end(void) { abort(); }")
+    here, ends = f"binaries/{host_folder()}/mount.so", "Its binary for this computer ends the process that runs it; "
+    for content, said in (
+        (compiled("sources/fmi2_all.c"), ""), (compiled("../abort.c"), ends), (b"no library", "It cannot be run: ")
+    ):  # fmt: skip
+        found = verify_fmu(edited(fmu, tmp_path, lambda c, content=content: c.update({here: content})))  # type: ignore[misc]
+        assert found[0].text.startswith(
+            f"'{here}' is not of this build: it has been compiled elsewhere, or is damaged;"
+        )
+        assert [f.text[: len(said)] for f in found if f.is_problem] == [said] * bool(said)
+        assert ("The reference comes out of co-simulation" in found[-1].text) == (not said)
+    added = verify_fmu(edited(fmu, tmp_path, lambda c: c.update({"binaries/riscv64-linux/mount.so": b"x"})))
+    assert not any(finding.is_problem for finding in added)
+    assert "it is not run on this computer, so verify it on its own." in added[0].text
+    stray = here.replace("mount", "other")  # nobody loads it
+    assert problems(edited(fmu, tmp_path, lambda c: c.update({stray: b"x"}))) == [
+        f"'{stray}' has been added: it is not in {HASHES}."
+    ]
+    # A changed law is condemned whatever the binary.
+    law = edited(
+        fmu, tmp_path, lambda c: c.update({here: b"x", "modelDescription.xml": c["modelDescription.xml"] + b" "})
+    )
+    assert problems(law) == [f"'modelDescription.xml' has been changed, or its hash in {HASHES}."]
+    # So is Python code that ends the process, even if the list of hashes has been made to fit.
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
+
+    def edit(contents: dict[str, bytes]) -> None:
+        (slave,) = [name for name in contents if name.endswith("_slave.py")]
+        contents[slave] = b"import os\nos.abort()\n"
+        hashes = {name: hashlib.sha256(content).hexdigest() for name, content in contents.items() if name != HASHES}
+        contents[HASHES] = json.dumps(hashes).encode()
+
+    assert problems(edited(build_python_fmu(MOUNT, tmp_path), tmp_path, edit)) == [f"{ends}build or compile it again."]
+    assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def test_the_commands_verify_and_info(fmu: Path, tmp_path: Path, terminal: Terminal) -> None:
+    assert "The reference comes out of co-simulation" in terminal("verify", str(fmu))
+    assert verify(fmu).ok
+    bad = edited(fmu, tmp_path, lambda c: c.update({NOTICE: b""}))
+    findings = json.loads(terminal("verify", str(bad), str(fmu), "--json", status=1))["fmus"]
+    assert [any(f["is_problem"] for f in one["findings"]) for one in findings] == [True, False]
+    assert f"edited.fmu must not be used: '{NOTICE}' has been changed" in terminal.err
+    terminal("verify", str(edited(fmu, tmp_path, lambda c: c.update({NOTICE: b"", "extra\x1b": b""}))), status=1)
+    assert terminal.err.splitlines()[-1].endswith(". It has 1 more problem.")
+    terminal("verify", "none\x1b.fmu", status=1)
+    assert "\x1b" not in terminal.err
+    terminal("info", str(fmu), "--save", "back.json")
+    assert load_model("back.json") == MOUNT
+    terminal("build", str(fmu), "-o", str(fmu.parent), status=2)
+    assert "would overwrite the input" in terminal.err
+    terminal("build", str(fmu), "-o", "again")
+    assert (tmp_path / "again" / fmu.name).read_bytes() == fmu.read_bytes()
+
+
+def test_the_check_says_why_it_does_not_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fmu = FORMS["python"].build(tmp_path)
+    monkeypatch.setattr("platform.machine", lambda: "riscv64")
+    report = examine_fmu(fmu)
+    assert "riscv64" in str(report.not_run)
+    assert (report.steps, report.summary) == (0, f"valid, but not run. {report.not_run}")
+
+
+def test_the_check_finds_other_rates_of_states(tmp_path: Path) -> None:
+    """A description of another sigma than the binary's; without energy, the rest is compared."""
+    fmu = FORMS["states"].build(tmp_path)
+    change = {"modelDescription.xml": contents_of(fmu)["modelDescription.xml"].replace(b'start="1.3"', b'start="1.4"')}
+    (problem,) = examine_fmu(edited(fmu, tmp_path, lambda c: c.update(change))).problems
+    assert "der(omega) differ" in problem
+    assert verify(fmu).ok
+    for form in ({"fmi": 2}, {"fmi": 3}):
+        assert verify(Form(options={**form, "real_time": True, "no_energy": True}).build(tmp_path)).ok
+
+
+# Where a path starts
+
+RUBBER = SpringParameters((1.4, 50.0), (1.0,), 0.9, 250.0, 0.8, 0.9, 0.01, 0.0, 0.02)
+TIME = np.linspace(0.0, 3.0, 601)
+STATE = Start(displacement=0.0, omega=-0.75, second_omega=0.25, branch_forces=[0.0], at_rest=False)
+SECOND = Mechanism(kA=(1.0,), kappa_omega=9.0, rho=2500.0, sigma=0.8, n=1.7)
+WHOLE = ModelFile("whole", replace(RUBBER, second=SECOND, branches=(MaxwellBranch(700.0, 0.03),)), start=STATE)
+
+
+@pytest.mark.parametrize("name", ["co-simulation", "states", "fmi3", "real time", "python"])
+def test_the_whole_recorded_state_starts_in_all_forms_and_exports(name: str, tmp_path: Path) -> None:
+    form = FORMS[name]
+    fmu = build_python_fmu(WHOLE, tmp_path) if form.python else build_native_fmu(WHOLE, tmp_path, **form.options)
+    start = {v.name: v.start for v in fmpy.read_model_description(str(fmu)).modelVariables}
+    names = ("omega", "second_omega") if form.has_states else ("omega_start", "second_omega_start")
+    assert [float(start[one]) for one in names] == [-0.75, 0.25]
+    assert examine_fmu(fmu).problems == ()  # binary and description begin alike
+    if name == "co-simulation":
+        ssv, modelica = export(Spring.from_model(WHOLE), tmp_path, ssv=True, modelica=True)
+        (law,) = export(Spring.from_model(WHOLE), tmp_path, c=True)
+        for one, value in (("omega_start", "-0.75"), ("second_omega_start", "0.25")):
+            text = ssv.read_text(encoding="utf-8").split(f'name="{one}"')[1].split("</ssv:Parameter>")[0]
+            assert f'value="{value}"' in text
+            assert f"    {one}={value}" in modelica.read_text(encoding="utf-8")
+        header = " ".join(law.with_suffix(".h").read_text(encoding="utf-8").replace("\n *", "").split())
+        assert "begins with spring_start(0.0, -0.75) and spring_added_start(0.0, 0.25)" in header
+
+
+@pytest.mark.parametrize("python", [False, True], ids=["native", "python"])
+def test_a_first_loading_begins_at_rest(python: bool, tmp_path: Path) -> None:
+    """Issue 52: RNL was 0.26 along the FMU's own record, and 0.9 N the force of a spring that nothing loads."""
+    swing = 0.5 * (1.0 - np.cos(2.0 * np.pi * TIME))
+    path = np.where(TIME < 0.5, 0.02 * swing, 0.004 + 0.016 * swing)
+    noise = 0.002 * np.random.default_rng(0).standard_normal(path.size)
+    found = identify(Record(path, Spring(RUBBER).response(path, omega_start=-1.0) + noise, TIME))
+    model, record = found.model_file("rubber"), found.records[0]
+    assert model.start is not None
+    assert (model.start.displacement, model.start.at_rest) == (0.0, True)
+    assert model.start.omega == pytest.approx(-1.0, abs=0.01)  # of noise of 0.002 N
+    fmu = (build_python_fmu if python else build_native_fmu)(model, tmp_path)
+    force = simulate_fmu(fmu, record.displacement).force
+    assert force[0] == pytest.approx(record.force[0], abs=0.01)
+    rnl = 1.0 - np.linalg.norm(force - record.force) / np.linalg.norm(record.force)
+    assert rnl == pytest.approx(model.fit["records"][0]["rnl"], abs=1e-9)  # rounding
+
+
+def test_what_was_left_out_of_the_fit_tells_where_it_began() -> None:
+    """The memory of the start is gone where the fit begins, so that only the first force shows it."""
+    swing = 0.5 * (1.0 - np.cos(2.0 * np.pi * TIME))
+    path = 0.02 * swing
+    model = identify(Record(path, Spring(RUBBER).response(path, omega_start=-0.6), TIME)).model_file()
+    assert model.start is not None
+    assert model.start.omega == pytest.approx(-0.6, abs=0.05)  # of a force within 0.03 %, one 20th of kappa_omega
+
+
+def test_elsewhere_it_starts_within_what_was_recorded_there(tmp_path: Path) -> None:
+    path = 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME + 0.4)
+    record = Record(path, Spring(RUBBER).response(path, omega_start=-0.4), TIME)
+    found = identify(record)
+    for zero in (0.001, 0.008, 0.019):
+        (there,) = simulate_fmu(build_native_fmu(found.model_file("mount"), tmp_path, zero=zero), [0.0]).force
+        recorded = record.force[np.abs(path - zero) < 2e-4]
+        assert recorded.min() < there < recorded.max()
+    assert load_model(build_fmu(found, tmp_path, name="mount")).start == found.model_file().start
+    # Each of two mechanisms starts midway between its loading and its unloading.
+    start = Start(displacement=0.015, omega=-0.75, second_omega=0.25, branch_forces=[0.0], at_rest=False)
+    elsewhere, zero = replace(WHOLE, start=start), 0.007
+    read = fmpy.read_model_description(str(build_native_fmu(elsewhere, tmp_path, zero=zero)))
+    starts = {v.name: float(v.start) for v in read.modelVariables if v.name.endswith("omega_start")}
+    up, down = np.array([0.0, 0.02, 0.0, zero]), np.array([0.0, 0.02, 0.0, 0.02, zero])
+    for name, part in zip(("omega_start", "second_omega_start"), WHOLE.parameters.mechanisms, strict=True):
+        expected = 0.5 * (Spring(part).omega(up)[-1] + Spring(part).omega(down)[-1])
+        assert starts[name] == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_command_checks_the_fmu_along_its_record(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    terminal, swing = Terminal(capsys), 0.01 - 0.01 * np.cos(2.0 * np.pi * TIME)
+    record = Record(swing, Spring(RUBBER).response(swing, omega_start=-0.4), TIME)
+    record.save("rubber.csv")
+    model = identify("rubber.csv").model_file("rubber")
+    save_model("rubber.json", model)
+    told = terminal("build", "rubber.json", "--record", "rubber.csv", "--backend", "both", "-o", "model")
+    assert " ".join(told.split()).count("RNL as stated along rubber.csv") == 2
+    assert "RNL" not in terminal("build", "rubber.json", "-o", "alone")
+    content = json.loads(model.to_json())
+    content["fit"]["records"][0]["rnl"] -= 2e-6
+    Path("other.json").write_text(json.dumps(content), encoding="utf-8")
+    terminal("build", "other.json", "--record", "rubber.csv", "-o", "other", status=1)
+    assert "RNL along rubber.csv must be " in terminal.err
+    replace(record, force=record.force + 0.001).save("another.csv")
+    terminal("build", "rubber.json", "--record", "another.csv", "-o", "other", status=1)
+    assert "another.csv: the model rubber states no figures of this record" in terminal.err
+    with pytest.raises(BuildError, match="`record` is for a model"):
+        build_fmu("rubber.csv", record="rubber.csv")
+    assert not Path("other").exists()
