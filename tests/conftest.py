@@ -22,19 +22,20 @@ from strandspring.model.modelfile import ModelFile
 # Files whose tests take more than some 4 s together; all others are quick.
 LONG = frozenset(
     """
-    test_beside_records test_branched_fmu test_branched_isolation test_branched_paths test_catalogue
+    test_beside_records test_branched_fmu test_branched_isolation test_branched_paths
     test_certainty test_cli test_comparison test_constrained_fit test_content test_docstrings test_endings
     test_export_modelica test_fmi3_binaries test_fmi3_files test_fmu_errors test_fmu_python
     test_fmu_related_files test_fmu_tuning test_formats test_free_decay test_fuzz test_golden
-    test_hard_numbers test_identification test_implausible test_isolate_system test_isolation test_limits
-    test_manners test_many test_masters test_measured_mounts test_modelfile test_motion_figures
-    test_motion_laws test_motion_reference test_native_build test_native_exchange test_native_kernel
+    test_hard_numbers test_identification test_limits
+    test_manners test_many test_masters test_measured_mounts test_modelfile
+    test_native_build test_native_exchange test_native_kernel
     test_native_kernel_build test_native_rounding test_native_sources test_native_stack
     test_native_states_form test_ni test_packaging test_page test_pages test_paper test_path test_planning
     test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets test_records_reading
     test_refusals_of_records test_resolution_fmu test_rig_effects test_saturation test_simulating
-    test_simulation_page test_spectrum_limits test_study test_study_runners test_system_fmi3
-    test_system_fmu_command test_system_study
+    test_simulation_page test_study test_study_runners
+    test_system_study
+    test_motion test_steady_vibration test_system_conformance test_system_fmu test_verdicts
     """.split()  # noqa: SIM905 - as a list it is fifty lines
 )
 
