@@ -122,6 +122,7 @@ def test_strokes_stops_and_ranges_that_are_left() -> None:
         worst = answer.worst(FigureKind.STROKE)
         assert worst is not None
         assert (worst.value > 1.0) == (verdict is CaseVerdict.OUTSIDE)
+        assert worst.limit == 1.0
     heavy = replace(one_mass(MountAxis(hysteretic(0.6, 60.0), DOWN, 0.0), 1000.0), gravity=(0.0, 0.0, -9.80665))
     assert answer_candidate("heavy", heavy, {}, Unknowns()).refusal
     answer = answered(heavy, shaken(HalfSine(50.0, 0.02)))
