@@ -12,29 +12,10 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
-# Files whose tests take more than some 4 s together; all others are quick.
-LONG = frozenset(
-    """
-    test_beside_records test_branched_fmu test_branched_isolation test_branched_paths test_catalogue
-    test_certainty test_cli test_comparison test_constrained_fit test_content test_docstrings test_endings
-    test_export_modelica test_fmi3_binaries test_fmi3_files test_fmu_errors test_fmu_python
-    test_fmu_related_files test_fmu_tuning test_formats test_free_decay test_fuzz test_golden
-    test_identification test_implausible test_isolate_system test_isolation test_limits
-    test_manners test_many test_masters test_measured_mounts test_modelfile test_motion_figures
-    test_motion_laws test_motion_reference test_native_build test_native_exchange test_native_kernel
-    test_native_kernel_build test_native_rounding test_native_sources test_native_stack
-    test_native_states_form test_ni test_packaging test_page test_pages test_paper test_path test_planning
-    test_reader_process test_realtime_fmu test_realtime_header test_realtime_targets test_records_reading
-    test_refusals test_resolution_fmu test_rig_effects test_saturation test_simulating
-    test_simulation_page test_spectrum_limits test_study test_study_runners test_system_fmi3
-    test_system_fmu_command test_system_study
-    """.split()  # noqa: SIM905 - as a list it is fifty lines
-)
-
-# The same examples at each run; --hypothesis-profile=default draws others.
-settings.register_profile("same", derandomize=True)
+# The same examples at each run, whatever the clock says; --hypothesis-profile=default draws others.
+settings.register_profile("same", derandomize=True, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("same")
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -62,7 +43,7 @@ def _note_skipped(name: str, is_skipped: bool) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark as quick what is neither slow nor long, nor in a long file."""
+    """Mark as quick what is neither slow nor long."""
     for item in items:
-        if not any(map(item.get_closest_marker, ("slow", "long"))) and item.path.stem not in LONG:
+        if not any(map(item.get_closest_marker, ("slow", "long"))):
             item.add_marker("quick")

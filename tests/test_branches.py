@@ -38,7 +38,7 @@ from strandspring.core.branches import MaxwellBranch
 from strandspring.core.law import SpringLaw
 from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums
 from strandspring.kernel.path import PathSolver, packed
-from strandspring.loops.loop import relaxed_branches, steady_loop_figures
+from strandspring.loops.loop import relaxed_branches, steady_loop
 from strandspring.model.joint import JointCovariance
 from strandspring.model.modelfile import model_of_text, model_schema
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
@@ -334,8 +334,8 @@ def test_springs_in_rows_scale_all_parts_and_slow_loops_leave_branches_out() -> 
         columns = frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band).columns
         ratios.append(np.interp(band, columns["frequency"], columns["transmissibility"]))
     assert ratios[0] == pytest.approx(ratios[1], rel=1e-6)  # of Newton's method
-    slow = steady_loop_figures(PathSolver(SPRINGS["both"]), 0.04, 0.06)
-    assert slow == steady_loop_figures(PathSolver(SPRINGS["second"]), 0.04, 0.06)
+    slow = steady_loop(PathSolver(SPRINGS["both"]), 0.04, 0.06).figures
+    assert slow == steady_loop(PathSolver(SPRINGS["second"]), 0.04, 0.06).figures
     # Of both mechanisms, after cycles that repeat.
     path = np.tile(np.concatenate([np.linspace(0.04, 0.06, 200), np.linspace(0.06, 0.04, 200)[1:-1]]), 12)
     energy = PathSolver(SPRINGS["second"]).absorbed_energy(path)

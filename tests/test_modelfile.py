@@ -32,6 +32,8 @@ from strandspring.model.file_tables import Certificate, Start
 from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model, saved_model
 from strandspring.model.names import NAME_PATTERN
 
+pytestmark = pytest.mark.long
+
 # Files are rewritten example by example, so that one folder per test is enough.
 LAW = settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
 

@@ -20,6 +20,8 @@ from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_na
 from strandspring.model.modelfile import ModelFile
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
+pytestmark = pytest.mark.long
+
 TRUE = spring_of(1.0, 1.0)
 DRAWS = 40  # enough for a standard deviation to 11 %
 SIZES = (AMPLITUDE / 2.0, AMPLITUDE)

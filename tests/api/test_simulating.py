@@ -16,6 +16,8 @@ from strandspring.examples import systems
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
 
+pytestmark = pytest.mark.long
+
 EXAMPLES = Path(systems.__path__[0])
 CRADLE = EXAMPLES / "gun_cradle.toml"
 

@@ -38,6 +38,8 @@ from strandspring.campaigns.jobs.runners import JobError, Local
 from strandspring.loops.selection import Wanted
 from terminal import Terminal
 
+pytestmark = pytest.mark.long
+
 ROWS = 360  # of a record, for speed
 COUNT = 9
 FAST = TwoStageOptions(degrees=(3, 2))  # where the method is of no matter

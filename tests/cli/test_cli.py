@@ -21,6 +21,8 @@ from strandspring.model.modelfile import load_model
 from synthetic import record_of, sine, spring_of
 from terminal import unfolded
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 HINGE = str(ROOT / "models/records/rubber_stretch.csv")
 FRICTION = str(ROOT / "tests/data/actuator/circle_3bar.csv")

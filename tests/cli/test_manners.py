@@ -29,6 +29,8 @@ from strandspring.ground.files import refuse_unwritable, write_text
 from terminal import Terminal
 from tools import program as found
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = [sys.executable, "-W", "error", "-m", "strandspring"]
 

@@ -16,6 +16,8 @@ from strandspring.core.law import SpringLaw
 from strandspring.core.parameters import LARGEST_DISPLACEMENT
 from tools import slow_but
 
+pytestmark = pytest.mark.long
+
 # A third of these is also computed by the stepper of Python, which is what takes the time.
 SEEDS = slow_but(range(300), range(25))
 

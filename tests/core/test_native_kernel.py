@@ -17,6 +17,8 @@ from strandspring.core.law import SpringLaw
 from strandspring.core.saturation import Saturation, inverse_saturation
 from strandspring.kernel.path import PathSolver
 
+pytestmark = pytest.mark.long
+
 
 def stepped(parameters: SpringParameters, path: np.ndarray, omega: float) -> np.ndarray:
     """omega, force, stiffness and absorbed energy of Python's stepper at each sample."""

@@ -19,6 +19,8 @@ from strandspring import SpringParameters
 from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
 from tools import ziglang
 
+pytestmark = pytest.mark.long
+
 BAD = {
     "kA[0]": {"kA": (1.5, 2.0)},
     "kA[0] by a bit": {"kA": (1.0 + 2.0**-52,)},

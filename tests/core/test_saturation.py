@@ -24,6 +24,8 @@ from strandspring.core.saturation import (
 from strandspring.kernel.arrays import FloatArray, address, floats
 from strandspring.kernel.saturation_table import SaturationTable
 
+pytestmark = pytest.mark.long
+
 # The design asks for 1e-10. The interpolants are good to this, and W' multiplies the rounding of xi.
 ACCURACY = 1e-13
 ROUNDING = float(np.finfo(float).eps)

@@ -32,6 +32,8 @@ from strandspring.vibration.bodies.mounted import MOST_AXES, MOST_BODIES
 from strandspring.vibration.bodies.simulation import MOST_STEPS
 from strandspring.vibration.description import system_file
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:

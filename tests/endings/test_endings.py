@@ -29,6 +29,8 @@ from strandspring.ground.children import kill_all, run
 from strandspring.ground.endings import kept_endings
 from strandspring.ground.scratch import TemporaryFolder
 
+pytestmark = pytest.mark.long
+
 PATIENCE = 30.0  # seconds, for a busy machine
 
 

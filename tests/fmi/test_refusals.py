@@ -15,6 +15,8 @@ from native_tools import DISCARD, ERROR, OK, WARNING, doubles
 from springs import TABLE
 from strandspring import SpringParameters
 
+pytestmark = pytest.mark.long
+
 # Calls and modes: sections 3.2.3 and 4.2.4 of FMI 2.0, without the states that no instance reaches: error, fatal, and a
 # step in progress, failed or cancelled. o: not legal there, but known from hosts, and does nothing.
 LEGAL = """

@@ -13,7 +13,10 @@ import harness
 HERE = Path(__file__).resolve().parent
 SCRIPTS = HERE / "targets"
 
-pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc")
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc"),
+]
 
 
 @pytest.mark.parametrize("target", sorted(folder.name for folder in (HERE / "corpus").iterdir()))

@@ -19,6 +19,8 @@ import pytest
 from cases import CASES, HERE, Case, Outputs, Workshop
 from tolerances import numbers, tolerance
 
+pytestmark = pytest.mark.long
+
 KEPT: dict[str, Outputs] = json.loads(gzip.decompress((HERE / "golden.json.gz").read_bytes()))["cases"]
 
 

@@ -28,6 +28,36 @@ def unit(*components: float) -> Vector:
     return x, y, z
 
 
+def vector(*components: float) -> Vector:
+    x, y, z = components
+    return float(x), float(y), float(z)
+
+
+def turned(R: FloatArray, v: Vector) -> Vector:
+    """A vector rotated."""
+    return vector(*(R @ np.array(v)))
+
+
+def rotated(system: MountedSystem, R: FloatArray) -> MountedSystem:
+    """With all places, directions, moments of inertia and weights rotated about the origin."""
+    bodies = []
+    for body in system.bodies:
+        first, second, third = (R @ np.array(body.inertia) @ R.T).tolist()
+        inertia = (vector(*first), vector(*second), vector(*third))
+        direction = unit(*turned(R, body.direction))
+        bodies.append(replace(body, center=turned(R, body.center), inertia=inertia, direction=direction))
+    mounts = tuple(
+        replace(
+            mount, place=turned(R, mount.place),
+            axes=tuple(replace(axis, direction=unit(*turned(R, axis.direction))) for axis in mount.axes),
+        )
+        for mount in system.mounts
+    )  # fmt: skip
+    points = tuple(replace(point, place=turned(R, point.place)) for point in system.points)
+    gravity = turned(R, system.gravity)
+    return replace(system, bodies=tuple(bodies), mounts=mounts, points=points, gravity=gravity)
+
+
 def elastic(*kE: float, half: float = 1.0) -> SpringParameters:
     """A spring with the elastic coefficients kE, and a hysteretic force of 1e-12 N that no test can see."""
     return SpringParameters(kE, (1.0,), 1e-12, 1.0 / half, 1.0, 1.0, 0.0, -half, half)

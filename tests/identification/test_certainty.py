@@ -20,6 +20,8 @@ from strandspring.model.joint import JointCovariance, joint_names, names_of
 from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known
 
+pytestmark = pytest.mark.long
+
 NAMES = ("kappa_omega", "rho", "sigma", "n")
 KNOWN, PLAIN = known(1.0, 1.0), RefinedOptions((3, 2), mechanisms=1, branches=0)  # a spring and its class
 

@@ -27,6 +27,8 @@ from strandspring.identification.samples import Samples
 from strandspring.identification.spring import spring_of
 from synthetic import drawn_own_record
 
+pytestmark = pytest.mark.long
+
 Y = np.linspace(-1.0, 1.0, 201)
 SEEDS = st.integers(0, 2**32 - 1)
 

@@ -32,6 +32,8 @@ from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 from tools import slow_but
 from zoo_rig import draw_case
 
+pytestmark = pytest.mark.long
+
 CUBIC = RefinedOptions(degrees=(3, 2))
 FALLING = MEAN + (sine(6, 1800) - MEAN) * np.linspace(1.0, 0.3, 1800)
 BRANCH = (1500.0, 0.08)  # N/m, s: about a tenth of the force

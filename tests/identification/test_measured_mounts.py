@@ -16,9 +16,12 @@ from tools import slow_but
 from zoo_mounts import DRAWS
 from zoo_rig import draw_case
 
+
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
 from held_out import RECORDS, case_of
+
+pytestmark = pytest.mark.long
 
 # Error on held-out strokes [%] that may not be passed, by record and split: a tenth above what was reached.
 CEILINGS = {

@@ -28,6 +28,8 @@ from strandspring import (
 )
 from synthetic import AMPLITUDE, MEAN, drawn_own_record, record_of, sine, spring_of
 
+pytestmark = pytest.mark.long
+
 OWN = record_of(spring_of(1.0, 1.0), sine())
 NOISY = record_of(spring_of(1.0, 1.0), sine(), noise=0.01)
 PHASE = np.linspace(0.0, 6.0 * np.pi, 1500)

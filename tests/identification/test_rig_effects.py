@@ -25,6 +25,8 @@ from strandspring import (
 )
 from synthetic import record_of, sine, spring_of
 
+pytestmark = pytest.mark.long
+
 
 def wrong(*values: Any, why: str) -> Any:
     """A case that the identification before this one got right, and this one does not."""

@@ -35,6 +35,8 @@ from strandspring.core.restoring import tangent_stiffness
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.steady import steady_omega
 
+pytestmark = pytest.mark.long
+
 LAW = settings(deadline=None, max_examples=100)
 
 examples = pytest.mark.parametrize("parameters", EXAMPLES.values(), ids=EXAMPLES)

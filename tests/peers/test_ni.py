@@ -18,6 +18,8 @@ from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method, sine_period
 from strandspring.peers.periods import whole_periods
 from synthetic import record_of, sine, spring_of
 
+pytestmark = pytest.mark.long
+
 # Amplitude [mm] and n with which the rms force of the paper's Table 1 comes out; the second loop nearly vanishes.
 EXPERIMENTS = {"visible loops": (5.0, 0.222), "drowned loops": (5.45, 1.0)}
 experiments = pytest.mark.parametrize(("amplitude", "n"), EXPERIMENTS.values(), ids=EXPERIMENTS)

@@ -13,6 +13,8 @@ from strandspring import Record, Spring, identify, plan, read_record
 from strandspring.errors import StrandspringError
 from synthetic import AMPLITUDE, MEAN, spring_of
 
+pytestmark = pytest.mark.long
+
 RIG = {"velocity": 0.3, "duration": 40.0, "sample_rate": 200.0}
 TRUE = spring_of(1.0, 1.2, strokes_in_steady=4.0)
 

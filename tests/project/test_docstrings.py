@@ -10,6 +10,8 @@ import pytest
 
 import strandspring
 
+pytestmark = pytest.mark.long
+
 PACKAGE = Path(strandspring.__file__).parent
 FILES = sorted(path for path in PACKAGE.rglob("*.py") if ">>> " in path.read_text(encoding="utf-8"))
 

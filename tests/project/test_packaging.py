@@ -18,6 +18,8 @@ import pytest
 import strandspring
 from tools import tool
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 
 USER = """

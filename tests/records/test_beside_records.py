@@ -20,6 +20,8 @@ from strandspring.examples import system_models
 from strandspring.ground.isolated import ISOLATED, isolated_processes
 from tools import slow_but
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPT = Path(sysconfig.get_path("scripts")) / "strandspring"
 # All that could be imported, and what Python imports when it starts; `python -m strandspring` would run another one.

@@ -44,6 +44,8 @@ from strandspring.records.formats import matlab, numpy_arrays, reader_process
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 
+pytestmark = pytest.mark.long
+
 T = np.linspace(0.0, 2.0, 161)
 X = 12.5 * np.sin(2.0 * np.pi * T) + 57.0  # [mm]
 R = 0.35 * np.sin(2.0 * np.pi * T) + 0.05 * np.sign(np.cos(2.0 * np.pi * T)) + 0.8  # [kN]

@@ -21,6 +21,8 @@ from strandspring.records.formats import reader_process
 from strandspring.records.formats.reader_process import read_in_process
 from strandspring.records.reading import read_record
 
+pytestmark = pytest.mark.long
+
 X = np.linspace(0.0, 1.0, 50)
 
 # A module that does to the process what damaged files do.

@@ -21,6 +21,8 @@ from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 from strandspring.records.spikes import find_spikes, spikes_of
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).resolve().parents[2]
 RUBBER = ROOT / "models" / "records" / "rubber_stretch.csv"
 CIRCLE = ROOT / "tests" / "data" / "actuator" / "circle_3bar.csv"

@@ -28,6 +28,8 @@ from strandspring.report.rendering.report_path import check_report_path
 from strandspring.report.report_content import report_content
 from synthetic import record_of, sine, spring_of
 
+pytestmark = pytest.mark.long
+
 
 def content_of(identification: Identification, **details: object) -> PageContent:
     return report_content(identification, identification.spring("a").model, ReportDetails(**details))  # type: ignore[arg-type]

@@ -17,6 +17,8 @@ from strandspring.report.details import ReportDetails
 from strandspring.report.rendering.palette import DARK, LIGHT
 from strandspring.report.report_content import write_report
 
+pytestmark = pytest.mark.long
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 

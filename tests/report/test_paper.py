@@ -26,6 +26,8 @@ from strandspring.report.rendering.drawing import STYLE, paper_figure
 from strandspring.report.rendering.report_path import check_report_path
 from strandspring.report.report_content import report_content, write_report
 
+pytestmark = pytest.mark.long
+
 
 def test_a_document_has_the_text_and_the_pages(tmp_path: Path) -> None:
     found = reports.hostile()

@@ -13,6 +13,8 @@ from strandspring import simulate
 from strandspring.examples import systems
 from strandspring.report.simulation_page import write_simulation
 
+pytestmark = pytest.mark.long
+
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 

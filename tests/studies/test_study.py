@@ -26,6 +26,8 @@ from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, Iso
 from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY, uncertainty_of_hysteresis
 from terminal import Terminal, unfolded
 
+pytestmark = pytest.mark.long
+
 DRAWN = tuple(HYSTERETIC_UNITS)
 
 

@@ -44,6 +44,8 @@ from strandspring.vibration.one_mass.system import Excitation, IsolationError
 from studies import CHEAP, COMMAND, ERRORS, SPRING, UNCERTAINTY, Counter, uncertainty_of_hysteresis
 from terminal import Terminal
 
+pytestmark = pytest.mark.long
+
 
 @pytest.fixture
 def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:

@@ -43,6 +43,8 @@ from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind
 from studies import Counter
 from terminal import Terminal
 
+pytestmark = pytest.mark.long
+
 BOX = SYSTEMS / "electronics_box.toml"
 CONTENT = read_description(BOX)
 CONTENT["units"] |= {"mass": "kg", "damping": "N s/m"}

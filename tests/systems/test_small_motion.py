@@ -1,0 +1,289 @@
+"""Modes, stable steps and rest of bodies on mounts: textbooks, exact kinematics, and steps that blow up."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, FloatArray, elastic, two_stages, unit, vector
+from springs import EXAMPLES, MOUNT
+from strandspring import SpringParameters
+from strandspring.core.branches import MaxwellBranch
+from strandspring.errors import MountedSystemError
+from strandspring.kernel.path import PathSolver
+from strandspring.loops.loop import steady_loop
+from strandspring.vibration.bodies.modes import modes
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.rest import mount_loads, rest
+from strandspring.vibration.bodies.small_motion import SmallMotion
+
+UNIT = np.eye(3)
+INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))
+ORIGIN: Vector = (0.0, 0.0, 0.0)
+
+
+def mount(name: str, place: Vector, stiffness: tuple[float, ...], **options: float) -> Mount:
+    """Linear springs along x, y and z."""
+    axes = (MountAxis(elastic(0.0, k), unit(*n), 0.0, **options) for k, n in zip(stiffness, UNIT, strict=True))  # type: ignore[arg-type]
+    return Mount(name, 0, place, tuple(axes))
+
+
+def box(**options: float) -> MountedSystem:
+    mounts = (mount(f"corner {k}", p, (9000.0, 12000.0, 20000.0), **options) for k, p in enumerate(CORNERS))
+    return MountedSystem((RigidBody("box", 20.0, inertia=INERTIA),), tuple(mounts), gravity=NO_WEIGHT)
+
+
+def guided(axis: MountAxis, mass: float) -> MountedSystem:
+    body = RigidBody("mass", mass, motion=MotionKind.AXIS)
+    return MountedSystem((body,), (Mount("foot", 0, ORIGIN, (axis,)),), gravity=NO_WEIGHT)
+
+
+def test_six_natural_frequencies() -> None:
+    found = modes(SmallMotion.about_nominal(box()))
+    expected = [5.156998, 5.771394, 10.065842, 10.208627, 13.612062, 14.423525]
+    assert [mode.frequency for mode in found] == pytest.approx(expected, abs=1e-6)  # digits given
+    # y rolls about x and x about y, because the mounts lie below the centre of gravity.
+    assert [mode.words.split(" ")[0] for mode in found] == ["y", "x", "z", "rz", "rx", "ry"]
+    assert found[2].words == "z 100 %"
+    for mode in found:
+        assert mode.shares.sum() == pytest.approx(1.0, rel=1e-12)
+        assert mode.damping == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_derivatives_of_the_exact_kinematics(seed: int) -> None:
+    """d = (R_A e).(P_B - P_A), of inclined mounts under and between two bodies far from the nominal pose."""
+    rng = np.random.default_rng(seed)
+    centers = rng.normal(0.0, 0.1, (2, 3))
+    bodies = tuple(RigidBody(f"b{k}", 2.0 + k, tuple(center), INERTIA) for k, center in enumerate(centers.tolist()))
+    mounts = []
+    for k, (body, support) in enumerate([(0, BASE), (0, BASE), (1, 0), (1, 0), (0, 1), (1, BASE)]):
+        directions = Rotation.random(random_state=rng).as_matrix().tolist()
+        axes = tuple(MountAxis(MOUNT, tuple(n), 0.05, series=1 + k % 2, damping=3.0) for n in directions)
+        mounts.append(Mount(f"m{k}", body, tuple(rng.normal(0.0, 0.2, 3).tolist()), axes, support))
+    system = MountedSystem(bodies, tuple(mounts))
+    pose = rng.normal(0.0, 0.01, (2, 3)), Rotation.from_rotvec(rng.normal(0.0, 0.3, (2, 3))).as_matrix()
+    motion = SmallMotion(system, pose)
+    forces = rng.normal(0.0, 100.0, len(system.axes))
+
+    def moved(q: FloatArray) -> FloatArray:
+        of_bodies = (motion.free @ q).reshape(2, 6)
+        rotations = np.concatenate([Rotation.from_rotvec(of_bodies[:, 3:]).as_matrix() @ pose[1], UNIT[None]])
+        shifts, about = np.vstack([pose[0] + of_bodies[:, :3], np.zeros(3)]), np.vstack([centers, np.zeros(3)])
+
+        def at(body: int, place: Vector) -> FloatArray:
+            return np.asarray(about[body] + shifts[body] + rotations[body] @ (place - about[body]))
+
+        return np.array([
+            (rotations[one.support] @ axis.direction) @ (at(one.body, one.place) - at(one.support, one.place))
+            for one, axis in zip(system.axis_mounts, system.axes, strict=True)
+        ])  # fmt: skip
+
+    steps = 1e-4 * np.eye(motion.free.shape[1])
+    series = [axis.series for axis in system.axes]
+    assert motion.springs == pytest.approx(0.05 + moved(0.0 * steps[0]) / series, rel=1e-12)
+    gradient = np.array([moved(step) - moved(-step) for step in steps]).T / 2e-4
+    assert motion.along == pytest.approx(gradient, abs=1e-7)  # third derivatives times the step's square
+    curvature = [[forces @ (moved(a + b) - moved(a - b) - moved(b - a) + moved(-a - b)) for a in steps] for b in steps]
+    assert motion.geometric(forces) == pytest.approx(np.array(curvature) / 4e-8, abs=1e-3)  # of some hundred; rounding
+    assert motion.damping == pytest.approx(3.0 * gradient.T @ gradient, abs=1e-5)
+
+
+def test_a_body_that_hangs_is_a_pendulum() -> None:
+    height, stiff, weight = 0.4, 1e9, 20.0 * GRAVITY
+    top = mount("top", (0.0, 0.0, height), (stiff, stiff, stiff))
+    system = MountedSystem((RigidBody("bell", 20.0, inertia=INERTIA),), (top,))
+    pose = (np.array([[0.0, 0.0, -weight / stiff]]), UNIT[None])
+    found = [mode.frequency for mode in modes(SmallMotion(system, pose))][:3]
+    swings = [math.sqrt(weight * height / (i + 20.0 * height**2)) / (2.0 * math.pi) for i in (0.25, 0.30)]
+    # Nothing resists the turn about z.
+    assert found == pytest.approx([0.0, *sorted(swings)], rel=1e-6)
+    below = replace(system, mounts=(replace(top, place=(0.0, 0.0, -height)),))
+    with pytest.raises(MountedSystemError, match=r"not stable: a motion of [xyr]+ .*; use stiffer mounts"):
+        modes(SmallMotion(below, pose))
+
+
+def test_two_masses_one_on_the_other() -> None:
+    """Chain of masses 3 and 1 kg on springs of 900 and 400 N/m."""
+    bodies = tuple(RigidBody(f"stage {k}", mass, motion=MotionKind.AXIS) for k, mass in enumerate((3.0, 1.0)))
+    axes = [(MountAxis(elastic(0.0, k), UP, 0.0, damping=2.0),) for k in (900.0, 400.0)]
+    mounts = (Mount("lower", 0, ORIGIN, axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
+    found = modes(SmallMotion.about_nominal(MountedSystem(bodies, mounts)))
+    circular = np.sqrt(np.linalg.eigvals(np.array([[1300.0 / 3.0, -400.0 / 3.0], [-400.0, 400.0]])))
+    assert [mode.frequency for mode in found] == pytest.approx(np.sort(circular) / (2.0 * np.pi), rel=1e-10)
+    assert found[0].words == "stage 1 z 54 %, stage 0 z 46 %"
+    assert all(0.0 < mode.damping < 0.2 for mode in found)
+
+
+def test_damping_of_one_axis_by_tangent_and_secant() -> None:
+    system = guided(MountAxis(MOUNT, UP, 0.05, parallel=3, series=2, damping=40.0), 5.0)
+    motion = SmallMotion.about_nominal(system)
+    (tangent,) = modes(motion)
+    stiffness = float(system.laws.tangents(motion.springs)[0])
+    assert stiffness == pytest.approx(1.5 * PathSolver(MOUNT).stiffness(np.array([0.05]))[0], rel=1e-12)
+    assert tangent.frequency == pytest.approx(math.sqrt(stiffness / 5.0) / (2.0 * math.pi), rel=1e-12)
+    assert tangent.damping == pytest.approx(40.0 / (2.0 * math.sqrt(stiffness * 5.0)), rel=1e-12)
+    loop = steady_loop(PathSolver(MOUNT), 0.05 - 0.006, 0.05 + 0.006).figures
+    assert 0.2 * system.laws.free_travel(motion.springs) == pytest.approx([0.012], rel=1e-12)
+    (secant,) = modes(motion, system.laws.secants(motion.springs, np.array([0.012])))
+    k = 1.5 * loop.secant_stiffness
+    assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
+    assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
+    with pytest.raises(MountedSystemError, match=r"foot must be finite and > 0 \[m\], got -0.001"):
+        system.laws.secants(system.laws.nominal, np.array([-1e-3]))
+
+
+@pytest.mark.parametrize("time_constant", [1e-5, 0.01, 10.0])
+def test_a_branch_counts_with_its_stiffness_at_the_mode(time_constant: float) -> None:
+    """Against the poles of m s^2 + k + c*s*tau/(1 + s*tau), whose loss is small."""
+    k, c, mass = 900.0, 30.0, 2.0
+    spring = replace(elastic(0.0, k), branches=(MaxwellBranch(c, time_constant),))
+    (mode,) = modes(SmallMotion.about_nominal(guided(MountAxis(spring, UP, 0.0, parallel=3, series=2), mass)))
+    poles = np.roots([mass * time_constant, mass, 1.5 * (k + c) * time_constant, 1.5 * k])
+    pole = poles[np.argmax(poles.imag)]
+    assert mode.frequency == pytest.approx(abs(pole) / (2.0 * math.pi), rel=3e-4)  # of second order in the loss
+    assert mode.damping == pytest.approx(-pole.real / abs(pole), rel=0.03)
+
+
+def test_a_stop_counts_where_it_is_touched() -> None:
+    system = guided(MountAxis(elastic(0.0, 20000.0), UP, 0.0, stops=Stops(-0.02, 0.01, 5e4)), 1.0)
+    for z, expected in ((0.0, 20000.0), (0.011, 70000.0), (-0.021, 70000.0)):
+        springs = SmallMotion(system, (np.array([[0.0, 0.0, z]]), UNIT[None])).springs
+        assert system.laws.tangents(springs) == pytest.approx([expected], rel=1e-9)
+        # From 0.009 to 0.013 the stop is touched over three quarters, from -0.023 to -0.019 likewise.
+        secant = 20000.0 + (0.0 if z == 0.0 else 5e4 * 0.75)
+        assert system.laws.secants(springs, np.full(1, 0.002)).real == pytest.approx([secant], rel=1e-9)
+
+
+# ---- stable steps ---------------------------------------------------------------------------------
+
+
+def uneven(damping: float) -> MountedSystem:
+    """Springs and dampers that do not share their modes."""
+    mounts = []
+    for k, place in enumerate([(0.15, 0.1, -0.12), (-0.15, 0.1, -0.12), (0.0, -0.1, -0.1), (0.05, 0.0, 0.1)]):
+        axes = tuple(
+            MountAxis(elastic(0.0, 9000.0), unit(*n), 0.0, parallel=1 + k + i, damping=damping * (i + (k == 2)))
+            for i, n in enumerate(UNIT)
+        )
+        mounts.append(Mount(f"m{k}", 0, place, axes))
+    return MountedSystem((RigidBody("box", 20.0, inertia=ASYMMETRIC),), tuple(mounts), gravity=NO_WEIGHT)
+
+
+def largest_motion(system: MountedSystem, share: float, count: int = 4000) -> float:
+    """Of any spring [m], from micrometres, after so many steps of a share of the stable one."""
+    step, kernel = share * SmallMotion.about_nominal(system).stable_step(), system.solver
+    channels, values, velocity = np.empty((0, 8)), np.empty((0, count)), np.array([1e-9, 2e-9, 1e-9])
+    found, _ = kernel.run(
+        channels, values, step, np.zeros(3), kernel.nominal_pose, np.zeros(kernel.axes), velocity
+    )  # fmt: skip
+    return float(found.of_axes[:, 1].max())
+
+
+@pytest.mark.parametrize("damping", [0.0, 60.0, 3000.0])
+def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> None:
+    system = uneven(damping)
+    assert largest_motion(system, 0.995) < 1e-9
+    assert largest_motion(system, 1.005) > 1e-4
+    # Whatever the rotation, the limit of tilted bodies is below that of the rotated pose.
+    bound = SmallMotion.about_nominal(system).stable_step(tilted=True)
+    for rotation in Rotation.random(20, random_state=3).as_matrix():
+        assert bound <= SmallMotion(system, (np.zeros((1, 3)), rotation[None])).stable_step()
+
+
+@pytest.mark.parametrize("time_constant", [1e-7, 1e-4, 1e-3, 3e-3, 0.03, 1.0])
+@pytest.mark.parametrize("damping", [0.0, 300.0])
+def test_below_the_limit_branches_do_not_blow_up(damping: float, time_constant: float) -> None:
+    """From springs to dampers, stiffer than the springs that they are beside."""
+    branches = (MaxwellBranch(1e5, time_constant),)
+    system = uneven(damping).with_springs(lambda spring: replace(spring, branches=branches))
+    assert largest_motion(system, 0.999, 20_000) < 1e-9
+
+
+def test_one_axis_by_hand() -> None:
+    """h^2*k + 4*h*c = 4*m."""
+    spring = SpringParameters((0.0, 900.0), (1.0,), 10.0, 50.0, 2.0, 1.0, 0.0, -0.1, 0.1)
+    system = guided(MountAxis(spring, UP, 0.0, 4, 2, 30.0, Stops(-0.05, 0.05, 7e3)), 3.0)
+    stiffness = 2.0 * (900.0 + 2.0 * 2.0 * 10.0 * 50.0) + 7e3
+    expected = (-120.0 + np.sqrt(120.0**2 + 48.0 * stiffness)) / (2.0 * stiffness)
+    for tilted in (False, True):
+        assert SmallMotion.about_nominal(system).stable_step(tilted=tilted) == pytest.approx(expected, rel=1e-12)
+    across = guided(replace(system.axes[0], direction=(1.0, 0.0, 0.0)), 3.0)
+    assert SmallMotion.about_nominal(across).stable_step() == np.inf
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_steepest_slope_is_a_near_bound(name: str) -> None:
+    spring, rng = EXAMPLES[name], np.random.default_rng(5)
+    bound = float(guided(MountAxis(spring, UP, spring.displacement_offset), 1.0).laws.steepest[0])
+    path = rng.uniform(spring.displacement_min, spring.displacement_max, 20_000)
+    solver, way = PathSolver(spring), 1e-12 * (spring.displacement_max - spring.displacement_min)
+    assert solver.stiffness(path).max() <= bound
+    just_turned = [
+        float(solver.stiffness(np.array([x, x - omega * way]), omega)[1])
+        for x in np.linspace(spring.displacement_min + way, spring.displacement_max - way, 401)
+        for omega in (-1.0, 1.0)
+    ]
+    assert 0.9 * bound <= max(just_turned) <= bound
+
+
+# ---- rest -----------------------------------------------------------------------------------------
+
+
+@settings(deadline=None, max_examples=60, phases=[Phase.generate])
+@given(
+    st.integers(0, 2**32), st.floats(-8.0, 1.0), st.integers(-20, 20),
+    st.sampled_from([NO_WEIGHT, (0.0, 0.0, -GRAVITY), (3.0, -5.0, -8.0)]), st.sampled_from([0.0, 1e-6, 1e-3]),
+    st.sampled_from([0.0, 0.5, 1.0]),
+)  # fmt: skip
+def test_rest_is_found_and_balanced_at_any_scale_of_force(
+    seed: int, friction: float, power: int, gravity: Vector, preload: float, share: float
+) -> None:
+    """Of linear springs with dry friction; a power of two as a factor of all forces changes no bit of the pose."""
+    random, mounts = np.random.default_rng(seed), []
+    for corner in CORNERS:
+        stiffness, directions = 10.0 ** random.uniform(3.5, 5.0, 3), Rotation.random(random_state=random).as_matrix()
+        axes = tuple(
+            MountAxis(replace(elastic(0.0, k), kappa_omega=10.0**friction, rho=1e3), unit(*n), preload * shift)
+            for k, n, shift in zip(stiffness, directions, random.uniform(-1.0, 1.0, 3), strict=True)
+        )
+        mounts.append(Mount("corner", 0, vector(*(corner + 0.03 * random.normal(size=3))), axes))
+    system = MountedSystem((RigidBody("box", 20.0, inertia=ASYMMETRIC),), tuple(mounts), (), gravity)
+    omega = share * random.choice([-1.0, 1.0], 12)
+    pose, _, is_found = system.solver.rest(np.array(gravity), omega)
+    assert is_found
+    # Force and moment over 0.2 m, over what rounding may leave of them: 1e-12 of the sum of the magnitudes, and
+    # stiffness times ten roundings of a place.
+    total, size = np.array([20.0 * np.array(gravity), np.zeros(3)]), 20.0 * GRAVITY * any(gravity)
+    for one, axis, own in zip(system.axis_mounts, system.axes, omega.tolist(), strict=True):
+        arm = Rotation.from_quat(pose[0, 3:], scalar_first=True).apply(one.place)
+        along = axis.nominal + np.dot(axis.direction, pose[0, :3] + arm - one.place)
+        pull = axis.spring.kE[1] * along + axis.spring.kappa_omega * own
+        total -= pull * np.array([axis.direction, np.cross(arm, axis.direction) / 0.2])
+        size += abs(pull) + axis.spring.kappa_omega + 1e-4 * axis.spring.kE[1]
+    assert np.abs(total).max() < 1e-12 * size
+    factor = 2.0**power  # 1e-6 to 1e6
+    scaled = system.with_springs(
+        lambda spring: replace(spring, kE=(0.0, factor * spring.kE[1]), kappa_omega=factor * spring.kappa_omega)
+    )
+    body = replace(system.bodies[0], mass=factor * 20.0, inertia=tuple(map(tuple, factor * np.array(ASYMMETRIC))))
+    again = replace(scaled, bodies=(body,)).solver.rest(np.array(gravity), omega)[0]
+    np.testing.assert_array_equal(again, pose)
+
+
+def test_loads_of_mounts_balance_weights() -> None:
+    """Of a box on a frame that stands askew on unequal feet, so that the axes of the box' mounts have turned."""
+    plain = two_stages()
+    feet = tuple(replace(foot, place=(foot.place[0] + 0.03, *foot.place[1:])) for foot in plain.mounts[4:])
+    system = replace(plain, mounts=(*plain.mounts[:4], *feet))
+    pose = rest(system)
+    loads, weights = mount_loads(system, pose), np.array([[0.0, 0.0, -body.mass * GRAVITY] for body in system.bodies])
+    assert np.linalg.norm(pose.rotations[1] - np.eye(3)) > 1e-3
+    np.testing.assert_allclose([loads[:4].sum(axis=0), loads[4:].sum(axis=0)], np.cumsum(weights, axis=0), atol=1e-9)
