@@ -16,7 +16,6 @@ from tools import slow_but
 from zoo_mounts import DRAWS
 from zoo_rig import draw_case
 
-
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
 from held_out import RECORDS, case_of
