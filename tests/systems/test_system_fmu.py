@@ -168,14 +168,17 @@ def test_description_and_bytes(fmi: int, tmp_path: Path) -> None:
     step, gravity = table["step"], table["gravity_z"]
     assert [float(v) for v in (step.start, step.max, gravity.start)] == [1e-4, 1e-3, -9.80665]
     # Only what a body can follow is an input.
-    stages = fmpy.read_model_description(str(build_system_fmu(STAGES, tmp_path, replace(STAGES_OPTIONS, fmi=fmi), ())))
+    upper = replace(STAGES_OPTIONS, fmi=fmi)
+    fmu = build_system_fmu(STAGES, tmp_path, upper, platforms)
+    assert examine_system_fmu(fmu, STAGES, upper).problems == ()
+    stages = fmpy.read_model_description(str(fmu))
     names = [v.name for v in stages.modelVariables if v.causality == "input"]
     assert (stages.modelName, names) == (
         "spring_2_stages" + "_fmi3" * (fmi == 3),
         ["base_acceleration_x", "base_acceleration_z"],
     )
     changed = [(BOX, options), (replace(BOX, gravity=(0.0, 0.0, -9.0)), options), (BOX, replace(options, step=2e-4)),
-               (BOX, replace(options, forces=())), (STAGES, replace(STAGES_OPTIONS, fmi=fmi))]  # fmt: skip
+               (BOX, replace(options, forces=())), (STAGES, upper)]  # fmt: skip
     tokens = {
         re.findall(rb'(?:guid|instantiationToken)="([^"]+)"', system_contents(*one, ())["modelDescription.xml"])[0]
         for one in changed
