@@ -35,7 +35,8 @@ LONG = frozenset(
     test_refusals_of_records test_resolution_fmu test_rig_effects test_saturation test_simulating
     test_simulation_page test_study test_study_runners
     test_system_study
-    test_motion test_steady_vibration test_system_conformance test_system_fmu test_verdicts
+    test_motion test_shock_spectra test_small_motion test_steady_vibration test_system_conformance
+    test_system_fmu test_verdicts
     """.split()  # noqa: SIM905 - as a list it is fifty lines
 )
 
