@@ -99,7 +99,7 @@ CASES: dict[str, tuple[MountedSystem, LoadCase, float]] = {
     "second mechanisms act together": (replace(branched(), coupled=True), driven(SHOCK), 0.5),
     "base turns": (two_stages(), driven(TURNING, SHOCK, RECOIL), 0.3),
 }
-QUICK = ("one mass", "stops", "plane", "base turns at once", "friction acts together")
+QUICK = ("one mass", "stops", "base turns at once", "friction acts together")
 # Ends of identified ranges and loads that are there at once: the error depends on where a step falls.
 CORNERED = ("beyond the range", "base turns at once")
 

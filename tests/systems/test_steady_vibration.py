@@ -40,6 +40,7 @@ from strandspring.vibration.one_mass.harmonic_balance import largest_of_period
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from terminal import Terminal
+from tools import slow_but
 
 pytestmark = pytest.mark.long
 
@@ -75,9 +76,9 @@ def test_a_linear_spring_is_the_textbook(excitation: Excitation, level: float) -
 @pytest.mark.parametrize(
     ("system", "excitation", "level", "frequencies"),
     [
-        (IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), BASE, 1e-3, (4.0, 10.4, 14.0)),
-        (IsolatedMass(MOUNT, 30.0, None, 4, 2, 60.0), ACCELERATION, 1.0, (5.0, 6.3)),
-        (IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), FORCE, 20.0, (11.5, 30.0)),
+        (IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), BASE, 1e-3, (4.0, 10.4)),
+        (IsolatedMass(MOUNT, 30.0, None, 4, 2, 60.0), ACCELERATION, 1.0, (5.0, 6.0)),
+        (IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), FORCE, 20.0, (11.0, 11.5)),
     ],
     ids=["base displacement", "base acceleration, 4 x 2 springs", "force"],
 )
@@ -243,7 +244,7 @@ PLACE = (0.05, -0.1, 0.1)
 STOPPED = one_mass(MountAxis(STRAIGHT, UP, 0.0, damping=15.0, stops=Stops(-0.002, 0.02, 4e4)), 2.5, (0.0, 0.0, -9.8))
 
 
-@pytest.mark.parametrize("frequency", [8.0, 13.0])
+@pytest.mark.parametrize("frequency", slow_but([8.0, 13.0], [13.0]))
 @pytest.mark.parametrize(
     ("system", "shaking", "level"),
     [
