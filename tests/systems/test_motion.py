@@ -15,6 +15,7 @@ from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
 from bodies_oracle import Course, bodies_motion, half_sine, rest_of, sine
+from exudyn_motion import exudyn_motion
 from mounted_examples import (
     COMPRESSION,
     GRAVITY,
@@ -358,3 +359,17 @@ def test_steps_divide_the_interval_of_a_record_whose_times_are_rounded() -> None
     run = simulate_case(box(), LoadCase("record", "record", 0.1, (replace(SHOCK, signal=signal),)))
     steps = times[-1] / (times.size - 1) / run.step
     assert steps == pytest.approx(round(steps), rel=1e-12)
+
+
+def test_motion_is_that_of_exudyn() -> None:
+    """Six degrees of freedom on four mounts of three hysteretic springs under a half-sine: Runge and Kutta's method of
+    fourth order, which does not stop where springs turn, is within 5e-6 of the reference at 1e-4 s.
+    """
+    system, case = box(three_axes(2, 1, 8.0)), LoadCase("half-sine", "pulse", 0.06, (SHOCK,))
+    state = rest_of(system, case, 0.0)
+    pose = np.concatenate([state[:3], Rotation.from_quat(state[6:10]).as_rotvec()])
+    other = exudyn_motion(system, case, 5e-5, 0.0, pose, every=20)
+    acceleration = kernel_motion(system, case, 2e-5, every=1e-3).histories.acceleration
+    assert acceleration.shape == other.acceleration.shape
+    assert np.abs(other.acceleration).max() > 4.0 * GRAVITY
+    np.testing.assert_allclose(acceleration, other.acceleration, atol=1e-5 * np.abs(other.acceleration).max())

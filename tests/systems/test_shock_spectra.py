@@ -26,6 +26,9 @@ from strandspring.vibration.signals.shock_synthesis import synthesized_shock
 from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
 from strandspring.vibration.verdicts.draws import Unknowns
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind, Limits
+from tools import tool
+
+pytestmark = pytest.mark.long
 
 N, SEED = 2000, 11
 HALF_SINE = np.sin(np.pi * np.arange(N + 1) / N)  # of a duration of 1 s: frequencies are the products f*T
@@ -288,3 +291,23 @@ def test_the_verdict_follows_the_spectrum_and_draws_of_it() -> None:
         assert np.abs(20.0 * np.log10(found / asked.at(asked.frequencies))).max() <= 3.0
     unseen = of_spectrum(answered(synthesized_shock(asked, 0.3, 1000), FALLING, "srs")).value
     assert figure.low <= unseen <= figure.high
+
+
+@pytest.mark.parametrize("quality", [5.0, 50.0])
+def test_pyyeti_finds_the_same(quality: float) -> None:
+    srs = tool("pyyeti.srs").srs
+    rng, step = np.random.default_rng(15), 1e-5
+    time = step * np.arange(12_000)
+    frequencies = octave_frequencies(5.0, 500.0, 6)
+    shock = sum(rng.standard_normal() * np.exp(-80.0 * time) * np.sin(2.0 * np.pi * f * time) for f in frequencies[::3])
+    found = shock_spectrum(shock, step, frequencies, 0.5 / quality)
+    options = {"stype": "absacce", "rolloff": "none", "parallel": "no"}
+    primary = found.extrema[:2]
+    for peak, ours in (("poss", primary[0]), ("negs", primary[1]), ("abs", np.abs(primary).max(axis=0))):
+        theirs = srs(shock, 1.0 / step, frequencies, quality, peak=peak, time="primary", **options)
+        # pyyeti takes the largest sample, which misses up to (2*pi*f*h)^2/8 = 1.3e-4 at 500 Hz.
+        assert ours == pytest.approx(theirs, rel=1.5e-4)
+        # Its coefficients lose up to 1e-6 at 5 Hz, where 2*pi*f*h is 3e-4.
+        assert np.all(np.abs(ours) >= np.abs(theirs) * (1.0 - 2e-6))
+    theirs = srs(shock, 1.0 / step, frequencies, quality, peak="abs", time="total", **options)
+    assert found.maximax == pytest.approx(theirs, rel=1.5e-4)

@@ -24,6 +24,8 @@ from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAx
 from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.small_motion import SmallMotion
 
+pytestmark = pytest.mark.long
+
 UNIT = np.eye(3)
 INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))
 ORIGIN: Vector = (0.0, 0.0, 0.0)
