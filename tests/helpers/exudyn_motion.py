@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis
+from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody
 from tools import tool
 
 FloatArray = NDArray[np.float64]
@@ -96,16 +96,8 @@ def exudyn_motion(
     assert all(channel.kind is ChannelKind.BASE_ACCELERATION for channel in case.channels)
     container = exudyn.SystemContainer()
     mbs: Any = container.AddSystem()
-    center, inertia = np.array(body.center), np.array(body.inertia)
-    node = mbs.AddNode(
-        items.NodeRigidBodyRotVecLG(
-            referenceCoordinates=[*center, 0.0, 0.0, 0.0],
-            initialCoordinates=pose.tolist(),
-            initialVelocities=[*case.velocity, 0.0, 0.0, 0.0],
-        )
-    )
-    moments = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))]
-    rigid = mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
+    center = np.array(body.center)
+    rigid = _rigid_body(mbs, body, pose, case)
     ground = mbs.AddObject(items.ObjectGround())
 
     def marker(owner: Any, place: FloatArray) -> Any:
@@ -167,14 +159,7 @@ def exudyn_motion(
         )
     ]
     mbs.Assemble()
-    settings: Any = exudyn.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = round(case.duration / step)
-    settings.timeIntegration.endTime = case.duration
-    settings.timeIntegration.verboseMode = 0
-    settings.timeIntegration.explicit.computeEndOfStepAccelerations = True
-    settings.solution.file.write = False
-    settings.solution.sensors.writePeriod = every * step
-    mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
+    _solve(mbs, case.duration, step, every)
     moved, turned, *points = (np.array(mbs.GetSensorStoredData(sensor)) for sensor in sensors)
     of_base = np.array([base(t) for t in moved[:, 0].tolist()])
     return ExudynMotion(
@@ -183,3 +168,28 @@ def exudyn_motion(
         turned[:, 1:].reshape(-1, 3, 3),
         np.stack([point[:, 1:] + of_base for point in points], axis=1),
     )
+
+
+def _rigid_body(mbs: Any, body: RigidBody, pose: FloatArray, case: LoadCase) -> Any:
+    items, inertia = tool("exudyn.itemInterface"), np.array(body.inertia)
+    node = mbs.AddNode(
+        items.NodeRigidBodyRotVecLG(
+            referenceCoordinates=[*body.center, 0.0, 0.0, 0.0],
+            initialCoordinates=pose.tolist(),
+            initialVelocities=[*case.velocity, 0.0, 0.0, 0.0],
+        )
+    )
+    moments = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))]
+    return mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
+
+
+def _solve(mbs: Any, duration: float, step: float, every: int) -> None:
+    exudyn = tool("exudyn")
+    settings: Any = exudyn.SimulationSettings()
+    settings.timeIntegration.numberOfSteps = round(duration / step)
+    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.explicit.computeEndOfStepAccelerations = True
+    settings.solution.file.write = False
+    settings.solution.sensors.writePeriod = every * step
+    mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
