@@ -20,7 +20,7 @@ from fmpy.ssp.simulation import simulate_ssp
 from fmpy.ssp.ssd import read_ssd, read_ssv
 from fmpy.validation import validate_fmu
 
-from fmu_tools import SPRING, run_python, wandering_path
+from fmu_tools import AWKWARD, CONSTANT, LONGEST, SPRING, run_python, wandering_path
 from forms import FORMS
 from pages import ROOT
 from springs import force_scale
@@ -39,12 +39,6 @@ from terminal import Terminal, unfolded
 from tools import tool
 
 pytestmark = pytest.mark.long
-AWKWARD = (
-    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
-    '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
-)
-CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
-LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 HINGE = ROOT / "models" / "rubber_hinge.json"
 RECORD = "StrandSpring/Records/mount.mo"
 

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from branched_springs import BRANCHED
-from fmu_tools import OTHER, SPRING
+from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING
 from oracles import rate_of_omega
 from pages import ROOT, blocks
 from springs import TABLE, force_by_definition, force_scale, spring
@@ -35,14 +35,7 @@ from strandspring.model.modelfile import ModelFile, load_model
 from tools import tool
 
 pytestmark = pytest.mark.long
-AWKWARD = (
-    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
-    '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
-)
-CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
-LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 HINGE = ROOT / "models" / "rubber_hinge.json"
-RECORD = "StrandSpring/Records/mount.mo"
 
 
 BENCH = """within ;

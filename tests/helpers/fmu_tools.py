@@ -38,6 +38,13 @@ SPRING = SpringParameters(
     displacement_min=0.001,
     displacement_max=0.05,
 )
+# A name from anywhere, and the shortest and the longest spring.
+AWKWARD = (
+    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
+    '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
+)
+CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 OTHER = SpringParameters(
     kE=(0.0, 4.0e3), kA=(1.0,), kappa_omega=150.0, rho=90.0, sigma=0.7, n=1.6,
     displacement_offset=-0.01, displacement_min=-0.1, displacement_max=0.1,
