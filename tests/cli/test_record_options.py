@@ -64,10 +64,10 @@ def test_a_description_file_is_read_as_its_records(terminal: Terminal) -> None:
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        (("--cycles", "x"), "must be a cycle or FIRST:LAST"),
+        (("--cycles", "x"), "must be a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5, got 'x'"),
         (("--cycles", "4:2"), "the first is not above the second"),
         (("--displacement-range", "5"), "must be FROM:TO"),
-        (("--displacement-range", "5:1"), "None for an open end, got '5:1'"),
+        (("--displacement-range", "5:1"), "the first is not above the second, got '5:1'"),
         (("--time", "5:1"), "the first is not above the second"),
         (("--force-unit", "furlong"), "unit 'furlong' of the force is not known"),
         (("--time-unit", "mm"), "unit 'mm' of the time is a unit of length"),

@@ -189,7 +189,7 @@ LINE = np.linspace(0.0, 1.0, 50)
         (RECORD, {"time": (float("nan"), 2.0)}, "`time` must be two finite numbers"),
         (RECORD, {"time": (10**400, None)}, "`time` must be two finite numbers"),
         (RECORD, {"time": ("a", None)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": 3.0}, "`time` must be two finite numbers [s]"),
+        (RECORD, {"time": 3.0}, "`time` must be a pair of first and last [s]"),
         (RECORD, {"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
         (Record(PATH, PATH), {"time": (0.0, 5.0)}, "the record has none"),
         (Record(PATH, PATH, -TIME), {"time": (0.0, 5.0)}, "do not fall back"),

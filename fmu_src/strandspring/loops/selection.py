@@ -104,13 +104,13 @@ def select(
 
 def _check_ends(name: str, ends: Bounds, shown: object) -> None:
     """Refuse what are no two ends, of which either may be None."""
-    is_pair = isinstance(ends, tuple | list) and len(ends) == 2
-    given = [value for value in ends if value is not None] if is_pair else [math.nan]
+    unit = {"time": " [s]", "displacement": " [m]"}.get(name, "")
+    if not (isinstance(ends, tuple | list) and len(ends) == 2):
+        raise RecordError(f"`{name}` must be a pair of first and last{unit}, None for an open end, got {shown!s:.60}.")
+    given = [value for value in ends if value is not None]
     if not all(map(is_finite_number, given)) or given != sorted(given):
-        unit = {"time": " [s]", "displacement": " [m]"}.get(name, "")
         raise RecordError(
-            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, None for an open "
-            f"end, got {shown!s:.60}."
+            f"`{name}` must be two finite numbers{unit} of which the first is not above the second, got {shown!s:.60}."
         )
     if name == "cycles" and any(value != int(value) or value < 1 for value in given):
         raise RecordError(f"`cycles` must be whole numbers from 1 on, got {shown!s:.60}.")
@@ -173,7 +173,9 @@ def is_window(text: str) -> bool:
 
 def window(text: str, name: str = "window", factor: float = 1.0) -> Bounds:
     """Both ends of "FROM:TO" times a factor, None for one that is left out; other texts are a RecordError."""
-    match = _WINDOW.fullmatch(text) if isinstance(text, str) and is_window(text) else None
+    # One cycle is both ends of its range.
+    whole = f"{text}:{text}" if name == "cycles" and isinstance(text, str) and ":" not in text else text
+    match = _WINDOW.fullmatch(whole) if isinstance(whole, str) and is_window(whole) else None
     if match is None:
         cycles = "a cycle or FIRST:LAST, such as 3, 2:5, 2: or :5"
         form = cycles if name == "cycles" else "FROM:TO, such as 2.5:10, 2.5: or :10"
@@ -185,7 +187,7 @@ def window(text: str, name: str = "window", factor: float = 1.0) -> Bounds:
 
 def cycle_range(text: str) -> Bounds:
     """First and last cycle of "2:5", "2:", ":5" or "3"; other texts are a RecordError."""
-    return window(f"{text}:{text}" if isinstance(text, str) and ":" not in text else text, "cycles")
+    return window(text, "cycles")
 
 
 @dataclass(frozen=True)
