@@ -24,6 +24,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -82,26 +83,28 @@ def python_mutants(file: Path) -> Iterator[Mutant]:
         if not line.isascii():
             continue  # columns count bytes
         if isinstance(node, ast.Compare) and len(node.ops) == 1:
-            between = node.left.end_col_offset, node.comparators[0].col_offset
-            yield Mutant(file, node.lineno, *between, f" {COMPARISONS[type(node.ops[0])]} ")
+            yield _between(file, line, node.left, node.comparators[0], COMPARISONS[type(node.ops[0])])
         elif isinstance(node, ast.BinOp) and type(node.op) in OPERATORS:
-            begin, end = node.left.end_col_offset, node.right.col_offset
-            yield Mutant(file, node.lineno, begin, end, _operator(line[begin:end], OPERATORS[type(node.op)]))
+            yield _between(file, line, node.left, node.right, OPERATORS[type(node.op)])
         elif isinstance(node, ast.BoolOp) and len(node.values) == 2:
-            between = node.values[0].end_col_offset, node.values[1].col_offset
-            yield Mutant(file, node.lineno, *between, " or " if isinstance(node.op, ast.And) else " and ")
+            yield _between(file, line, *node.values, "or" if isinstance(node.op, ast.And) else "and")
         elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
             yield Mutant(file, node.lineno, node.col_offset, node.end_col_offset, str(not node.value))
         elif isinstance(node, ast.Constant) and isinstance(node.value, int | float):
             number = 2 * node.value if isinstance(node.value, float) and node.value else node.value + 1
             yield Mutant(file, node.lineno, node.col_offset, node.end_col_offset, repr(number))
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not | ast.USub):
-            yield Mutant(file, node.lineno, node.col_offset, node.operand.col_offset, "")
+            sign = "not" if isinstance(node.op, ast.Not) else "-"
+            yield Mutant(file, node.lineno, node.col_offset, node.col_offset + len(sign), "")
 
 
-def _operator(between: str, new: str) -> str:
-    """What stands between two operands, parentheses included, with another operator."""
-    return re.sub(r"//|[-+*/]", new, between, count=1)
+def _between(file: Path, line: str, left: ast.expr, right: ast.expr, new: str) -> Mutant:
+    """Another operator between two operands of a line, whose parentheses stay."""
+    assert left.end_col_offset is not None
+    operator = re.search(r"[^\s()]+(?: not| in)?(?=[\s()]|$)", line[left.end_col_offset : right.col_offset])
+    assert operator is not None, line
+    begin = left.end_col_offset + operator.start()
+    return Mutant(file, left.lineno, begin, begin + len(operator[0]), new)
 
 
 def _without_effect(node: ast.AST) -> Iterator[ast.AST]:
@@ -141,8 +144,19 @@ def drawn(seed: str, python: int, c: int) -> list[Mutant]:
         files = [path.relative_to(ROOT) for path in sorted((ROOT / PACKAGE).rglob("*")) if path.suffix in suffixes]
         found = [mutant for file in files for mutant in all_of(file)]
         generator.shuffle(found)
-        chosen += list({(mutant.file, mutant.line): mutant for mutant in found}.values())[:count]
+        found = list({(mutant.file, mutant.line): mutant for mutant in found}.values())
+        chosen += list(islice(filter(_is_program, found), count))
     return chosen
+
+
+def _is_program(mutant: Mutant) -> bool:
+    """Whether the mutant can be compiled; what cannot would be killed by no merit of a test."""
+    if mutant.file.suffix == ".py":
+        try:
+            compile(mutant.applied((ROOT / mutant.file).read_text()), str(mutant.file), "exec")
+        except SyntaxError:
+            return False
+    return True
 
 
 class Tests:
