@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 
 from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring
 
-LAW = settings(deadline=None, max_examples=100)
+LAW = settings(max_examples=100)
 
 CLASSIC = {
     "n below 1": ClassicBoucWen(alpha=0.1, k=2e4, D=0.003, A=1.0, beta=0.7, gamma=0.2, n=0.4),

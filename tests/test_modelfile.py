@@ -35,7 +35,7 @@ from strandspring.model.names import NAME_PATTERN
 pytestmark = pytest.mark.long
 
 # Files are rewritten example by example, so that one folder per test is enough.
-LAW = settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+LAW = settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 
 SCHEMA = Path(__file__).resolve().parents[1] / "models/strandspring-model.schema.json"
 PARAMETERS = EXAMPLES["wire_rope"]

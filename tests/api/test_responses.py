@@ -14,7 +14,7 @@ from springs import EXAMPLES, FloatArray, along, energy_scale, fractions, omegas
 from strandspring import ModelError, Responses, Spring, SpringParameters, responses
 from strandspring.core.parameters import ARRAYS
 
-LAW = settings(deadline=None, max_examples=60)
+LAW = settings(max_examples=60)
 ALL = ("force", "stiffness", "absorbed_energy")
 examples = pytest.mark.parametrize("parameters", EXAMPLES.values(), ids=EXAMPLES)
 MOUNT = Spring(EXAMPLES["wire_rope"])

@@ -17,7 +17,7 @@ from strandspring import SpringParameters
 from strandspring.core.parameters import problems
 from strandspring.core.polynomials import antiderivative, derivative, least_value, polynomial
 
-LAW = settings(deadline=None, max_examples=200)
+LAW = settings(max_examples=200)
 
 GOOD = SpringParameters(
     kE=(1.0, 2000.0),

@@ -30,7 +30,7 @@ pytestmark = pytest.mark.long
 ACCURACY = 1e-13
 ROUNDING = float(np.finfo(float).eps)
 
-LAW = settings(deadline=None, max_examples=150)
+LAW = settings(max_examples=150)
 
 # Close to 0, in the middle and close to 1, in more digits than a double holds.
 LEVELS = [

@@ -33,7 +33,7 @@ Y = np.linspace(-1.0, 1.0, 201)
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(SEEDS, st.integers(1, 9), st.integers(0, 3))
 def test_nonnegative_least_squares_is_scipys(seed: int, columns: int, free: int) -> None:
     draw = np.random.default_rng(seed)
@@ -65,7 +65,7 @@ def test_columns_are_scipys_splines(degree: int, number: int) -> None:
     np.testing.assert_allclose(amplifier_columns(wide, degree)[[0, -1]], np.eye(degree + 1)[[0, -1]], atol=1e-14)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(SEEDS, st.sampled_from(ELASTIC), st.sampled_from(AMPLIFIER))
 def test_a_spring_has_the_fe_and_fa_of_its_fit(seed: int, elastic: tuple[int, int], degree: int) -> None:
     draw = np.random.default_rng(seed)
@@ -122,7 +122,7 @@ def test_derivatives_of_variable_projection_are_those_of_differences() -> None:
         assert solved.residuals @ own == pytest.approx(solved.residuals @ difference, rel=0.02, abs=1e-3)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     SEEDS, st.sampled_from(ELASTIC), st.lists(st.sampled_from(AMPLIFIER), min_size=1, max_size=2), st.integers(0, 2),
     st.booleans(),

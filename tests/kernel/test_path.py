@@ -37,7 +37,7 @@ from strandspring.kernel.steady import steady_omega
 
 pytestmark = pytest.mark.long
 
-LAW = settings(deadline=None, max_examples=100)
+LAW = settings(max_examples=100)
 
 examples = pytest.mark.parametrize("parameters", EXAMPLES.values(), ids=EXAMPLES)
 

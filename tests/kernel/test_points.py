@@ -14,7 +14,7 @@ from strandspring.kernel.path import PathSolver
 from strandspring.kernel.points import RecordPoints
 from stroke_points import omega_with_derivatives
 
-LAW = settings(deadline=None, max_examples=100)
+LAW = settings(max_examples=100)
 RHO = 4.0
 TURNS = np.array([0.1, 0.8, -0.2, 0.1, -0.05, 0.02, -0.9, 0.3, 0.29, 0.6])
 SHARES = np.linspace(0.05, 1.0, 20)

@@ -95,7 +95,7 @@ def test_the_steady_loop_is_where_many_cycles_end(n: float, sigma: float, steady
     assert (figures.min_force, figures.max_force) == pytest.approx((force.min(), force.max()), rel=1e-6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(st.floats(0.1, 5.0), st.floats(0.5, 20.0), st.floats(-2.0, 2.0), st.floats(0.01, 3.0), st.floats(-1.0, 1.0))
 def test_every_loop_absorbs_and_more_so_a_larger_one(
     n: float, sigma: float, log_steady: float, amplitude: float, shift: float

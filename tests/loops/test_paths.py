@@ -54,7 +54,7 @@ def reversals(path: FloatArray, least: float) -> list[int]:
     return found[1:]
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=500)
 @given(st.lists(st.integers(-50, 50), min_size=2, max_size=60), st.integers(1, 60))
 def test_turning_points_are_running_extremes(values: list[int], threshold: int) -> None:
     path = np.array(values, dtype=float)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from branched_springs import SECOND
@@ -47,7 +47,7 @@ def rigs(draw: st.DrawFn, spring: SpringParameters) -> dict[str, float]:
     }
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15)
 @given(st.data())
 def test_a_programme_keeps_to_all_limits(data: st.DataObject) -> None:
     spring = data.draw(wider_springs())

@@ -149,7 +149,7 @@ def _text(
     return end.join(lines) + end
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(
     rows=columns,
     separator=st.sampled_from(SEPARATORS),
@@ -185,7 +185,7 @@ def test_every_way_of_writing_gives_the_same_numbers(
     np.testing.assert_allclose(record.force, [FORCES[f_unit] * f for _, f in rows], rtol=1e-12)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(content=st.one_of(st.binary(max_size=300), st.text("0123456789.,;\t\n\r -+eE\"'#[]()mNxF\0", max_size=200)))
 def test_garbage_is_refused_in_a_sentence_or_read(content: bytes | str) -> None:
     with tempfile.TemporaryDirectory() as folder:

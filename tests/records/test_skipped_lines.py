@@ -84,7 +84,7 @@ def read_or_refused(path: Path, skips: bool) -> Record | None:
         return None
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(
     rows=st.lists(
         st.sampled_from(["1,2", "2.5,-1", "3,4,5", "x,1", "7", '"1,2', "", "1,020.5,3", "nan,1", "12:00:01,4"])

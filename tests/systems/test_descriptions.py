@@ -500,7 +500,7 @@ def test_what_is_no_length_is_refused(text: object, refusal: str) -> None:
     assert refusal in str(caught.value)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(st.text(st.sampled_from("0123456789.eE+- mkNgsHzdeglbin/^()*·²\"'°"), max_size=80))
 def test_any_text_is_read_or_refused(text: str) -> None:
     for quantity in (quantities.LENGTH, quantities.ACCELERATION):

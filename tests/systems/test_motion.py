@@ -151,7 +151,7 @@ def stored(spring: SpringParameters, displacement: float, force: float) -> float
     return float(elastic.integ()(x)) + spring.kappa_omega / spring.rho * unloading
 
 
-@settings(deadline=None, max_examples=40, phases=[Phase.generate])
+@settings(max_examples=40, phases=[Phase.generate])
 @given(st.sampled_from([*CASES.values()]), st.integers(0, 2**31), st.integers(1, 100))
 def test_laws_of_motion(one: tuple[MountedSystem, LoadCase, float], seed: int, steps: int) -> None:
     """All rotated moves as before, loads that come later move later, springs create no energy, and without loads all

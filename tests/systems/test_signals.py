@@ -104,7 +104,7 @@ def test_averages_are_integrals(
 ALL = [*(signal for signal, *_ in SIGNALS), VelocityStep(0.3), RandomVibration(DENSITY, 0.03, seed=1), RECORD]
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=80)
 @given(signal=st.sampled_from(ALL), step=st.floats(1e-5, 0.1), count=st.integers(1, 400))
 def test_halving_the_step_does_not_change_the_signal(signal: Signal, step: float, count: int) -> None:
     """What a run with half the step changes is the error of the integration, not the signal."""
@@ -113,7 +113,7 @@ def test_halving_the_step_does_not_change_the_signal(signal: Signal, step: float
     assert halves.reshape(-1, 2).mean(axis=1) == pytest.approx(whole, rel=1e-10, abs=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(seed=st.integers(0, 10_000), samples=st.integers(2, 60), step=st.floats(1e-3, 3.0), is_held=st.booleans())
 def test_averages_of_records_at_uneven_times(seed: int, samples: int, step: float, is_held: bool) -> None:
     """From the first sample on; after the last they are zero or held."""

@@ -239,7 +239,7 @@ def test_the_steepest_slope_is_a_near_bound(name: str) -> None:
 # ---- rest -----------------------------------------------------------------------------------------
 
 
-@settings(deadline=None, max_examples=60, phases=[Phase.generate])
+@settings(max_examples=60, phases=[Phase.generate])
 @given(
     st.integers(0, 2**32), st.floats(-8.0, 1.0), st.integers(-20, 20),
     st.sampled_from([NO_WEIGHT, (0.0, 0.0, -GRAVITY), (3.0, -5.0, -8.0)]), st.sampled_from([0.0, 1e-6, 1e-3]),
