@@ -30,13 +30,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "helpers"))
 
 from honesty import cautions_of, clean_cases, described
 from honesty import measured as measured_records
 
+from oracles import OracleSpring
 from rig import FloatArray, draw_experiment, draw_spring
-from spring_oracle import OracleSpring
 from strandspring import Record, RefinedOptions, identify, read_record
 from strandspring.errors import StrandspringError
 from strandspring.loops.strokes import find_strokes

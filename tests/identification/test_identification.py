@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from mounts_with_branches import FIRST, SECOND, maxwell, record, sines, two_rates
-from spring_oracle import OracleSpring
+from oracles import OracleSpring
 from springs import TABLE
 from strandspring import (
     IdentificationError,
