@@ -5,7 +5,7 @@ usage: python .ci/budget.py [--fall]; with `--fall` limits above what stands are
 `.ci/budget` states lines and files of each folder, and the bytes of a line in the mean. All text that git keeps counts
 but recorded data: records, corpora, golden outputs, models and pictures. A limit rises by what an issue states only,
 and the commit that moves it says why. A file of code has at most 900 lines, a function of Python at most 80 beside its
-docstring; how complex it may be is in pyproject.toml (ruff, C901).
+docstring.
 """
 
 from __future__ import annotations

@@ -210,7 +210,7 @@ def _further(name: str, value: float, error: float, quantile: float) -> dict[str
 
 
 def _around(value: float, reach: float) -> Interval:
-    """The interval of a logarithm known to so much; open where that is nothing."""
+    """The interval of a logarithm known to so much; open where that is nothing: 50 is beyond all bounds of it."""
     return (None, None) if reach > 50.0 else (value * math.exp(-reach), value * math.exp(reach))
 
 

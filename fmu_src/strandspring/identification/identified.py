@@ -117,7 +117,7 @@ class IdentifiedModel(Followed):
             parts["lack_of_fit"] = asdict(self.certainty.lack)
         return parts
 
-    @property
+    @cached_property
     def notes(self) -> tuple[str, ...]:
         """What is good to know of the records, but no reason for caution."""
         effects = unknown_effects(self.records, self.effects)
