@@ -1,0 +1,205 @@
+"""Derivatives by the steps in C and at points of records, against difference quotients and analytic cases."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from kernel_tools import FloatArray, Kernel, c_parameters
+from springs import EXAMPLES, along, force_scale
+from strandspring import SpringParameters
+from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
+from strandspring.kernel.path import PathSolver
+from strandspring.kernel.points import RecordPoints
+from stroke_points import omega_with_derivatives
+
+# Strokes that end while omega recovers, near saturation, below and above the range; the last is the first motion.
+PATHS = {
+    "recovering": [0.0, 0.3, -0.2, 0.15, 0.1403], "saturating": [0.0, 0.6, -0.5, 0.1, -0.02, 0.31],
+    "below": [0.4, 0.9, -0.3, -0.25, -1.3], "above": [0.0, -0.5, 1.2, 1.1, 1.25], "first": [0.1, 0.17],
+}  # fmt: skip
+LISTS = ("kE", "kA", "FE_knots", "FE_forces")
+
+
+def response_to(p: SpringParameters, path: FloatArray, name: str, index: int, change: float) -> FloatArray:
+    """Force and stiffness at the end of the path, from omega = 0.3, after one quantity has been changed."""
+    changed, path, omega = c_parameters(p), path.copy(), 0.3
+    if name == "displacement":
+        path[-1] += change
+    elif name == "omega_start":
+        omega += change
+    elif name in LISTS:
+        getattr(changed, name)[index] += change
+    else:
+        setattr(changed, name, getattr(changed, name) + change)
+    return Kernel(changed).path(path, omega)[1:3, -1]
+
+
+def quantities(p: SpringParameters) -> list[tuple[str, int, float]]:
+    """Whatever there is a derivative by: name, index and over what the response changes."""
+    span = p.displacement_max - p.displacement_min
+    found = [("displacement", 0, min(span, 1.0 / p.rho)), ("omega_start", 0, 1.0)]
+    # A knot may move by a share of the distance to the next.
+    found += [("FE_knots", i, 0.1 * span) for i in range(len(p.FE_knots))]
+    for name in ("kE", "kA", "FE_forces"):
+        found += [(name, i, abs(c) or p.kappa_omega / span**i) for i, c in enumerate(getattr(p, name))]
+    return found + [(name, 0, span if name.startswith("displacement") else getattr(p, name)) for name in SCALARS]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("way", PATHS)
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_gradients_are_the_difference_quotients_of_the_response(name: str, way: str) -> None:
+    p = EXAMPLES[name]
+    path = along(p, PATHS[way])
+    scales = force_scale(p, path), float(np.abs(Kernel(p).path(path, 0.3)[2]).max())
+    gradients = Kernel(p).gradients(path, 0.3)[:, -1]
+    for quantity, index, size in quantities(p):
+        # Tables of neighbouring n and sigma differ by rounding, 1e-13 over a step of 1e-4: 1e-9. A formula of order 4
+        # leaves (1e-4*rho*travel)^4, or 1e-9 for the longest stroke, 60 in xi, but there omega is saturated.
+        step = 1e-4 * size
+        at = {k: response_to(p, path, quantity, index, k * step) for k in (-2, -1, 1, 2)}
+        expected = (8.0 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12.0 * step)
+        by = gradients[f"by_{quantity}"]
+        found = by[:, index] if quantity in LISTS else by
+        assert np.all(np.abs(found - expected) * size <= 1e-7 * np.array(scales)), (quantity, index, found, expected)
+
+
+RHO = 4.0
+TURNS = np.array([0.1, 0.8, -0.2, 0.1, -0.05, 0.02, -0.9, 0.3, 0.29, 0.6])
+
+
+def points_of(turns: FloatArray) -> tuple[NDArray[np.int64], FloatArray, NDArray[np.int64], FloatArray]:
+    """Direction and length of the strokes between turning points, stroke and travel of 20 points on each."""
+    length = np.diff(turns)
+    stroke = np.repeat(np.arange(length.size), 20)
+    return (
+        np.sign(length).astype(int),
+        np.abs(length),
+        stroke,
+        np.tile(np.arange(1, 21) / 20.0, length.size) * np.abs(length)[stroke],
+    )
+
+
+def path_of(turns: FloatArray) -> FloatArray:
+    """The same points as a path."""
+    direction, _, stroke, travel = points_of(turns)
+    return np.append(turns[0], turns[stroke] + direction[stroke] * travel)
+
+
+def of_omega(n: float, sigma: float) -> SpringParameters:
+    """A spring whose force is omega."""
+    return SpringParameters((0.0,), (1.0,), 1.0, RHO, sigma, n, 0.0, -1.0, 1.0)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (0.7, 0.5), (1.0, 1.0), (2.5, 1.4), (9.0, 40.0)])
+def test_records_have_the_omega_and_the_gradients_of_steps(n: float, sigma: float) -> None:
+    path, kernel = path_of(TURNS), Kernel(of_omega(n, sigma))
+    omega, derivatives = omega_with_derivatives(RHO, sigma, n, 0.35, *points_of(TURNS))
+    assert omega == pytest.approx(kernel.path(path, 0.35)[0, 1:], abs=1e-13)  # rounding of nine strokes
+    gradients = kernel.gradients(path, 0.35)[0, 1:]
+    for found, name in zip(derivatives, ("rho", "sigma", "n", "omega_start"), strict=True):
+        expected = gradients[f"by_{name}"]
+        # The same sums in another order: rounding, magnified where a stroke begins near saturation.
+        assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
+def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma: float) -> None:
+    at, path = np.array([RHO, sigma, n, -0.4]), path_of(TURNS)
+    omega, derivatives = omega_with_derivatives(*at, *points_of(TURNS))
+    # xi is rounded in other ways; W' is at most 2 sigma.
+    assert omega == pytest.approx(PathSolver(of_omega(n, sigma)).omega(path, -0.4)[1:], abs=1e-14 * (1 + 20 * sigma))
+    for row, size in enumerate((RHO, sigma, n, 1.0)):
+        # Tables of neighbouring n and sigma differ by 1e-13, over a step of 2e-4 by 1e-9; fourth order leaves 1e-9.
+        moved = {k: at + 2e-4 * k * size * np.eye(4)[row] for k in (-2, -1, 1, 2)}
+        response = {
+            k: PathSolver(SpringParameters((0.0,), (1.0,), 1.0, *m[:3].tolist(), 0.0, -1.0, 1.0)).omega(path, m[3])[1:]
+            for k, m in moved.items()
+        }
+        quotient = (8.0 * (response[1] - response[-1]) - (response[2] - response[-2])) / (2.4e-3 * size)
+        # Where omega passes zero the quotient crosses the cusp of n < 1.
+        smooth = np.min([np.abs(values) for values in response.values()], axis=0) > 0.02
+        assert np.count_nonzero(smooth) > 100
+        error = np.abs(derivatives[row] - quotient)[smooth].max() * size
+        assert error <= 2e-7 * max(np.abs(derivatives[row]).max() * size, 1.0)
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (2.5, 0.7), (9.0, 40.0)])
+def test_derivatives_by_n_and_sigma_over_one_stroke(n: float, sigma: float) -> None:
+    """From u0 to u1, where d(omega) = -slope(u1)*(d(xi)(u1) - d(xi)(u0)), with xi(u; n, sigma) in 30 digits."""
+    import mpmath as mp
+
+    def xi_of(u: float) -> FloatArray:
+        """W^-1(u) and its derivatives by n and by 2 sigma - 1."""
+
+        def xi(n: mp.mpf, c: mp.mpf) -> mp.mpf:
+            power = mp.mpf(u) ** n if u >= 0.0 else -c * mp.mpf(-u) ** n
+            return u * mp.hyp2f1(1, 1 / n, 1 + 1 / n, power)
+
+        with mp.workdps(30):
+            at = mp.mpf(n), 2 * mp.mpf(sigma) - 1
+            return np.array([xi(*at), mp.diff(xi, at, (1, 0)), mp.diff(xi, at, (0, 1))], dtype=float)
+
+    for u_0, u_1 in ((-0.95, -0.3), (-0.7, 0.4), (0.1, 0.9)):
+        xi, by_n, by_c = xi_of(u_1) - xi_of(u_0)
+        slope = 1.0 - u_1**n if u_1 >= 0.0 else 1.0 + (2.0 * sigma - 1.0) * (-u_1) ** n
+        omega, derivatives = omega_with_derivatives(RHO, sigma, n, u_0, *points_of(np.array([0.0, xi / RHO])))
+        assert omega[-1] == pytest.approx(u_1, abs=1e-10)  # the accuracy asked of W
+        # W' and the integrals at an omega off by 1e-13 to 1e-12.
+        expected = [slope * xi / RHO, -2.0 * slope * by_c, -slope * by_n]
+        assert derivatives[:3, -1] == pytest.approx(expected, rel=1e-10, abs=1e-14)
+
+
+@pytest.mark.parametrize("s_1", [0.15, 3.0, 30.0])  # the last two saturate, the third by far
+def test_derivatives_of_exponential_saturation_and_recovery(s_1: float) -> None:
+    """n = 1: omega = 1 - (1 - omega_start)*exp(-rho*s) in loading, then recovery with the rate (2 sigma - 1)*rho."""
+    sigma, start = 1.7, 0.2
+    c, s_2 = 2.0 * sigma - 1.0, np.linspace(0.0, 0.05, 11)
+    strokes = np.array([1, -1]), np.array([s_1, 0.05]), np.ones(11, dtype=int)
+    _, found = omega_with_derivatives(RHO, sigma, 1.0, start, *strokes, s_2)
+    left = math.exp(-RHO * s_1)
+    top, decay = 1.0 - (1.0 - start) * left, np.exp(-c * RHO * s_2)
+    # On the way back w = omega > 0 obeys dw/ds = -rho*(1 + c*w).
+    by_rho = (1.0 - start) * s_1 * left * decay - (1.0 + c * top) * s_2 * decay
+    by_c = (top * decay - (1.0 + c * top) * RHO * s_2 * decay) / c - ((1.0 + c * top) * decay - 1.0) / c**2
+    assert found[[0, 1, 3]] == pytest.approx(np.array([by_rho, 2.0 * by_c, left * decay]), abs=1e-12)
+
+
+def test_derivatives_of_tanh() -> None:
+    """n = 2: omega = tanh(artanh(omega_start) + rho*s)."""
+    s = np.linspace(0.01, 1.0, 10)
+    omega, found = omega_with_derivatives(RHO, 1.7, 2.0, 0.2, np.array([1]), np.array([1.0]), np.zeros(10, int), s)
+    expected = np.tanh(np.arctanh(0.2) + RHO * s)
+    assert omega == pytest.approx(expected, abs=1e-13)
+    slope = 1.0 - expected**2
+    assert found[[0, 1, 3]] == pytest.approx(np.array([slope * s, 0.0 * s, slope / (1.0 - 0.2**2)]), abs=1e-12)
+
+
+def test_records_are_as_each_alone_and_rates_as_one_after_the_other() -> None:
+    turns = [np.array([0.0, 1.0, -0.6, 0.1]), np.array([0.0, -0.9, 1.1])]
+    columns = [np.concatenate(column) for column in zip(*map(points_of, turns), strict=True)]
+    columns[2][60:] += 3
+    starts, law = np.array([0.4, -0.7]), (3.0, 1.7, 0.6)
+    both = RecordPoints(np.array([0, 3, 5]), np.array([0, 60, 100]), *columns)
+    omega, derivatives = both.omega(*law, starts)
+    for k, at in enumerate((slice(0, 60), slice(60, 100))):
+        own, by = omega_with_derivatives(*law, starts[k], *points_of(turns[k]))
+        np.testing.assert_array_equal(omega[at], own)
+        assert derivatives[:, at] == pytest.approx(by * np.array([*law, 1.0])[:, None], rel=1e-15)
+    rates = np.array([0.9, 3.0, 21.0])
+    expected = [both.omega(rho, *law[1:], np.zeros(2))[0] for rho in rates.tolist()]
+    assert both.omega_by_rate(rates, *law[1:]) == pytest.approx(np.array(expected), abs=1e-8)  # a coarse table's error
+    assert both.omega(*law, starts, coarse=True)[0] == pytest.approx(omega, abs=1e-8)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("n", [N_RANGE[0], 0.22, 0.9])
+def test_gradients_at_the_cusp_are_finite(n: float) -> None:
+    p = SpringParameters((3.0, 1.1e4), (1.0, 2.0, 30.0), 21.7, 310.0, SIGMA_RANGE[1], n, 0.02, 0.001, 0.05)
+    gradients = Kernel(p).gradients(along(p, [0.0, 1e-14, 0.5, 0.5, 0.1]), 0.0)
+    assert np.isfinite(gradients.view(np.float64)).all()

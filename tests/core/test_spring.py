@@ -1,0 +1,369 @@
+"""One spring along its path, by Python's steps, by whole paths and by the steps in C: the equations, and invariants."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kernel_tools import FloatArray, by_path, by_stepper, by_steps_in_c, in_each_way, random_path, random_spring
+from springs import EXAMPLES, along, energy_scale, force_scale, fractions, omegas, spring, springs
+from strandspring import SpringParameters
+from strandspring.core import parameters as limits
+from strandspring.core import stepper
+from strandspring.core.law import SpringLaw
+from strandspring.core.parameters import LARGEST_DISPLACEMENT
+from strandspring.core.saturation import Saturation, inverse_saturation
+from strandspring.kernel.path import PathSolver
+from strandspring.kernel.steady import steady_omega
+from tools import slow_but
+
+Respond = Callable[[SpringParameters, FloatArray, float], FloatArray]
+EPSILON = float(np.finfo(float).eps)
+PANELS = 30  # of a stroke
+LARGEST = spring(
+    n=1.3, sigma=2.0, saturations=6.0, elastic=tuple(np.cos(3.0 * np.arange(21.0))),
+    amplifier=tuple(0.11 * np.cos(2.0 * np.arange(8.0))),
+)  # fmt: skip
+SPRINGS = {**EXAMPLES, "of the largest degrees": LARGEST}
+examples = pytest.mark.parametrize("p", SPRINGS.values(), ids=SPRINGS)
+
+
+@cache
+def by_the_equation(p: SpringParameters) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """A path within the range and outside it, the force by the solver, and the energy at its turns by Gauss's rule."""
+    from oracles import OracleSpring
+
+    node, weight = np.polynomial.legendre.leggauss(5)
+    turns = along(p, [0.1, 0.9, -0.6, 0.2, 0.05, 1.3, -1.4, -0.1])
+    x, shares = [turns[:1]], 0.5 * (np.repeat(2.0 * np.arange(PANELS), 5) + 1.0 + np.tile(node, PANELS)) / PANELS
+    for begin, end in pairwise(turns.tolist()):
+        x.append(begin + (end - begin) * np.append(shares, 1.0))
+    path = np.concatenate(x)
+    force = OracleSpring(p.as_dict(), rtol=1e-10, atol=1e-12).force(path, -0.8)
+    means = force[1:].reshape(len(x) - 1, -1)[:, :-1] @ np.tile(0.5 * weight, PANELS) / PANELS
+    return path, force, np.append(0.0, np.cumsum(means * np.diff(turns)))
+
+
+@examples
+@in_each_way
+def test_force_and_energy_are_those_of_the_differential_equation(p: SpringParameters, respond: Respond) -> None:
+    path, expected, works = by_the_equation(p)
+    _, force, _, energy = respond(p, path, -0.8)
+    # What the solver leaves where it crosses the cusp at omega = 0.
+    assert np.abs(force - expected).max() <= 1e-8 * force_scale(p, path)
+    # Panels that hold a kink: at the ends of the range, at omega = 0 and at knots.
+    assert energy[:: 5 * PANELS + 1] == pytest.approx(works, abs=1e-5 * energy_scale(p, path))
+
+
+def rounding_of(p: SpringParameters, path: FloatArray, omega: float) -> tuple[float, FloatArray]:
+    """By how much of itself the stiffness may change when xi is rounded, and over what way the energy: u changes by W'
+    roundings, near u = -1 by 2 sigma of them, and there |u|^n by n times that; the origin of xi may lie far away.
+    """
+    origin = inverse_saturation(Saturation(p.n, p.sigma), abs(omega)) / p.rho
+    return 8.0 * EPSILON * p.n * p.sigma, EPSILON * (origin + np.ptp(path)) * np.arange(path.size)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", slow_but(range(40), range(10)))
+def test_the_three_agree_over_drawn_springs(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    p, start = random_spring(random), float(random.choice([-1.0, -0.4, 0.0, 1e-9, 0.7, 1.0]))
+    path = random_path(random, p, 150)
+    expected = by_stepper(p, path, start)
+    of_stiffness, of_energy = rounding_of(p, path, start)
+    scale, way = force_scale(p, path), np.cumsum(np.abs(np.diff(path, prepend=path[0])))
+    for found in (by_path(p, path, start), by_steps_in_c(p, path, start)):
+        omega, force, stiffness, energy = np.abs(found - expected)
+        # Python's W through logarithms, the kernel's by polynomials fitted to it: both within some 1e-13.
+        assert omega.max() <= 1e-12
+        assert force.max() <= 1e-12 * scale
+        assert stiffness.max() <= (1e-12 + of_stiffness) * np.abs(expected[2]).max()
+        # What work.py claims for its quadrature.
+        assert np.all(energy <= scale * (1e-12 * way + of_energy))
+
+
+def log_uniform(random: np.random.Generator, low: float, high: float) -> float:
+    """Within [low, high], at an end one time in three."""
+    share = random.choice([0.0, 1.0, random.random()], p=[1 / 6, 1 / 6, 2 / 3])
+    return float(np.clip(low * (high / low) ** share, low, high))
+
+
+def extreme_spring(random: np.random.Generator) -> SpringParameters:
+    """A spring anywhere within the limits, often at them; with terms that cancel or do not."""
+    width = log_uniform(random, *limits.WIDTH_RANGE)
+    low = float(random.choice([-0.5 * width, 0.0, -LARGEST_DISPLACEMENT if width > 1.0 else -width]))
+    high = low + width
+    offset = float(random.choice([low, high, 0.5 * (low + high)]))
+    # Rounding may have moved the ends.
+    width, reach = high - low, max(offset - low, high - offset)
+
+    def terms(count: int, largest: float, length: float) -> list[float]:
+        """Coefficients of terms that reach up to the largest value."""
+        sizes = [0.9 * largest * random.choice([1.0, 1e-3, 0.0, 1e-30]) / length**i for i in range(count)]
+        return [float(size * random.choice([-1.0, 1.0])) for size in sizes]
+
+    is_table = random.random() < 0.3
+    knots = low + width * np.linspace(0.0, 1.0, int(random.integers(7, 26)))
+    knots[1:-1] += 0.4 * (knots[1] - knots[0]) * random.uniform(-1.0, 1.0, len(knots) - 2)
+    knots[[0, -1]] = low, high
+    # FA > 0: terms of one sign where x is.
+    amplifier = [abs(term) for term in terms(int(random.integers(1, 10)), 1e9, reach)]
+    signs = [[1.0, 0.0], [1.0, 1.0], [1.0, -1.0]][(offset == low) + 2 * (offset == high)]
+    return SpringParameters(
+        kE=() if is_table else tuple(terms(int(random.integers(1, 22)), 1e15, reach)),
+        kA=(1.0, *(term * signs[i % 2] for i, term in enumerate(amplifier[1:], 1))),
+        kappa_omega=log_uniform(random, *limits.FORCE_RANGE),
+        rho=log_uniform(random, limits.SATURATION_RANGE[0] / width, limits.SATURATION_RANGE[1] / width),
+        sigma=log_uniform(random, *limits.SIGMA_RANGE),
+        n=log_uniform(random, *limits.N_RANGE),
+        displacement_offset=offset,
+        displacement_min=low,
+        displacement_max=high,
+        FE_knots=tuple(knots) if is_table else (),
+        FE_forces=tuple(terms(len(knots), 1e15, 1.0)) if is_table else (),
+    )
+
+
+@in_each_way
+@pytest.mark.parametrize("seed", slow_but(range(40), range(8)))
+def test_whatever_is_computed_within_the_limits_is_finite(seed: int, respond: Respond) -> None:
+    random = np.random.default_rng(seed)
+    p = extreme_spring(random)
+    inside = random.uniform(p.displacement_min, p.displacement_max, 20)
+    near = inside + random.standard_normal(20) * 10.0 ** random.uniform(-12.0, 3.0, 20) / p.rho
+    ends = random.choice([-LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, 0.0], 8)
+    path = np.concatenate([inside, near, ends, [p.displacement_min, p.displacement_max, p.displacement_offset]])
+    path = np.clip(random.permutation(path), -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
+    response = respond(p, path, float(random.choice([-1.0, 0.0, 1e-300, 1.0])))
+    assert np.isfinite(response).all(), p
+    assert np.abs(response[0]).max() <= 1.0
+
+
+@in_each_way
+@examples
+def test_cutting_a_stroke_or_standing_still_changes_no_bit(p: SpringParameters, respond: Respond) -> None:
+    random = np.random.default_rng(7)
+    corners = along(p, random.uniform(-1.3, 1.3, 25))
+    path, kept = [corners[:1]], [0]
+    for start, end in pairwise(corners.tolist()):
+        shares = np.repeat(np.sort(random.uniform(0.0, 1.0, random.integers(0, 6))), 2)
+        path.append(np.append(start + shares * (end - start), [end] * random.integers(1, 3)))
+        kept.append(kept[-1] + path[-1].size)
+    cut, whole = respond(p, np.concatenate(path), 0.2)[:, kept], respond(p, corners, 0.2)
+    np.testing.assert_array_equal(cut[:3], whole[:3])
+    # The energy is a sum over the pieces: other pieces of the quadrature, 1e-12 of the force times the way.
+    assert np.abs(cut[3] - whole[3]).max() <= 1e-12 * energy_scale(p, corners)
+
+
+@settings(max_examples=50)
+@given(springs(), fractions(minimum=2, reach=100.0), omegas())
+def test_omega_follows_the_motion_within_saturation(p: SpringParameters, shares: list[float], start: float) -> None:
+    path = along(p, shares)
+    omega = PathSolver(p).omega(path, start)
+    assert np.abs(omega).max() <= 1.0
+    assert omega[0] == start
+    growth = np.diff(omega) * np.sign(np.diff(path))
+    # Eq. (22): at most with slope 2*rho*sigma; 1e-12 is the step between cells of W, 1e-15 the rounding of a path.
+    assert growth.min() >= -1e-12
+    steps = np.abs(np.diff(path)) + 1e-15 * np.abs(path).max()
+    assert np.all(growth <= 2.0 * p.rho * p.sigma * steps + 1e-12)
+
+
+@settings(max_examples=25)
+@given(springs(), st.lists(st.floats(-1.0, 1.0), max_size=8))
+def test_steady_closed_loops_only_dissipate(p: SpringParameters, shares: list[float]) -> None:
+    # A full swing that saturates nearly, so often that the loop becomes steady.
+    p = replace(p, rho=max(p.rho, 4.0 / (p.x_max - p.x_min)), n=max(p.n, 0.1))
+    path = along(p, np.append(np.tile([-1.0, 1.0, *shares], 25), -1.0))
+    energy = PathSolver(p).absorbed_energy(path, 0.3)
+    # 1e-12 of the force times the way is the accuracy of the quadrature.
+    assert energy[-1] - energy[-3 - len(shares)] >= -1e-12 * energy_scale(p, path)
+
+
+@in_each_way
+@examples
+def test_stiffness_is_the_slope_of_the_force_along_the_motion(p: SpringParameters, respond: Respond) -> None:
+    turn, step = 0.6, 1e-4
+    scale, width = force_scale(p, along(p, [-1.0, 1.0])), p.displacement_max - p.displacement_min
+    # While loading, near the end of a stroke back, and outside the range.
+    for before, at in (((0.1,), 0.45), ((0.1, turn), 0.13), ((0.1, turn, -0.7), 0.41), ((0.1, 0.9), 1.2)):
+        h = step * np.sign(at - before[-1])
+        path = along(p, [*before, *(at + h * np.arange(-2, 3))])
+        force, stiffness = respond(p, path, 0.3)[1:3, -5:]
+        slope = (force[0] - 8.0 * force[1] + 8.0 * force[3] - force[4]) / (6.0 * h * width)
+        # Fourth order of step*rho*half <= 3e-3.
+        assert stiffness[2] == pytest.approx(slope, rel=1e-6, abs=1e-6 * scale / width)
+    # Just after a reversal it is steeper than going on: that is what makes a loop.
+    on, back = (respond(p, along(p, [0.1, turn, turn + side * 1e-9]), 0.3)[2, -1] for side in (1, -1))
+    assert back > on
+    one_sided = np.diff(respond(p, along(p, [0.1, turn, turn - 1e-7]), 0.3)[1])[-1] / (-0.5e-7 * width)
+    assert back == pytest.approx(one_sided, rel=2e-3)  # first order of step*rho*half*2*sigma*n
+    # Before the first motion it is that of loading.
+    assert respond(p, along(p, [0.3]), -0.6)[2] == pytest.approx(respond(p, along(p, [0.3, 0.3 + 1e-9]), -0.6)[2, 1:])
+
+
+# Energies
+
+
+def saturated_work(n: float, sigma: float, xi: FloatArray) -> FloatArray:
+    """W in closed form for n = 1 and 2."""
+    c, z = 2.0 * sigma - 1.0, np.minimum(xi, 0.0)
+    if n == 1.0:
+        return np.where(xi >= 0.0, -np.expm1(-np.maximum(xi, 0.0)), np.expm1(-c * z) / -c if c else z)
+    return np.where(xi >= 0.0, np.tanh(xi), np.tan(np.sqrt(c) * z) / np.sqrt(c) if c else z)
+
+
+def closed_inverse(n: float, sigma: float, u: float) -> float:
+    c, u = 2.0 * sigma - 1.0, min(u, 1.0 - 1e-16)
+    if u >= 0.0 or not c:
+        return float(u if u < 0.0 else -np.log1p(-u) if n == 1.0 else np.arctanh(u))
+    return float(-np.log1p(-c * u) / c if n == 1.0 else np.arctan(np.sqrt(c) * u) / np.sqrt(c))
+
+
+@pytest.mark.parametrize("degree", [0, 5, 8])
+@pytest.mark.parametrize(("n", "sigma"), [(1.0, 0.5), (2.0, 10.0), (1.0, 1000.0)])
+@pytest.mark.parametrize("saturations", [0.1, 3.0, 50.0, 1e4])
+def test_energies_where_every_step_turns(n: float, sigma: float, saturations: float, degree: int) -> None:
+    """FA = 1 + 0.9*T(x~) but for its scale, as wild as it may be: each step against quadrature of W in closed form."""
+    half, random = 0.01, np.random.default_rng(int(1e3 * saturations) + degree)
+    wave = np.polynomial.chebyshev.cheb2poly([1.0, *(0.0,) * (degree - 1), 0.9] if degree else [1.0])
+    kA = tuple(wave / wave[0] / half ** np.arange(degree + 1))
+    p = SpringParameters((0.0,), kA, 25.0, 0.5 * saturations / half, sigma, n, 0.0, -half, half)
+    signs = (-1.0) ** np.arange(40)
+    far = 2.0 * half * random.uniform(0.0, 1.0, 40) * signs
+    path = np.append(far, far[-1] + np.cumsum(2.0 * half * 10.0 ** random.uniform(-5.0, -1.0, 40) * signs))
+    omega, _, _, energy = by_path(p, path, 0.3)
+    node, weight = np.polynomial.legendre.leggauss(40)
+    tolerances = []
+    for k, (begin, end) in enumerate(pairwise(path.tolist())):
+        way = np.sign(end - begin)
+        first = closed_inverse(n, sigma, float(way * omega[k]))
+        last = first + p.rho * abs(end - begin)
+        kinks = [first + way * p.rho * (x - begin) for x in (-half, half)]
+        kinks += [0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, *np.linspace(min(first, 0.0), 0.0, 30)]
+        cuts = np.array([first, *sorted(cut for cut in kinks if first < cut < last), last])
+        xi = 0.5 * (cuts[1:] + cuts[:-1])[:, None] + 0.5 * np.diff(cuts)[:, None] * node
+        share = p.kappa_omega / p.rho * 0.5 * np.diff(cuts)[:, None] * weight
+        x = np.clip(begin + way * (xi - first) / p.rho, -half, half)
+        FA = (1.0 + 0.9 * np.cos(degree * np.arccos(x / half)) * (degree > 0)) / wave[0]
+        # FA with all its terms of one sign is rounded, up to 1e3 times FA, and so are the ends of the step.
+        terms = np.sum(share * np.polynomial.polynomial.polyval(np.abs(x), np.abs(kA)))
+        terms += p.kappa_omega / p.rho * (abs(first) + abs(last)) * FA.max()
+        tolerances.append(1e-13 * np.sum(share * FA) + 2.0 * EPSILON * terms)
+        alone = by_path(p, path[k : k + 2], float(omega[k]))[3, 1]
+        assert abs(alone - np.sum(share * saturated_work(n, sigma, xi) * FA)) <= tolerances[-1]
+        # The steps add up.
+        assert abs(energy[k + 1] - energy[k] - alone) <= tolerances[-1] + 2.0 * EPSILON * np.abs(energy).max()
+
+
+@cache
+def exact_stroke(p: SpringParameters, start: float) -> tuple[float, float]:
+    """Where a stroke from omega = -1 comes to 0.9, and its work, by quadrature over omega in 20 digits: of 1/slope and
+    of omega*FA/slope.
+    """
+    import mpmath as mp
+
+    with mp.workdps(20):
+        n, curvature = mp.mpf(p.n), 2 * mp.mpf(p.sigma) - 1
+
+        def xi(u: mp.mpf) -> mp.mpf:
+            return u * mp.hyp2f1(1, 1 / n, 1 + 1 / n, (1 if u >= 0 else -curvature) * abs(u) ** n)
+
+        begin = mp.mpf(start) - xi(mp.mpf(-1)) / p.rho
+
+        def rate(u: mp.mpf) -> mp.mpf:
+            slope = 1 - u**n if u >= 0 else 1 + curvature * (-u) ** n
+            return u * mp.polyval(p.kA, begin + xi(u) / p.rho - p.displacement_offset, asc=True) / slope
+
+        work = p.kappa_omega / p.rho * mp.quad(rate, [-1, -0.95, -0.9, -0.5, 0, 0.5, 0.9])
+        return float(begin + xi(mp.mpf("0.9")) / p.rho), float(work)
+
+
+@in_each_way
+@pytest.mark.parametrize(
+    ("n", "sigma", "degree", "saturations"),
+    [(0.22, 3.0, 2, 10.0), (2.5, 0.7, 6, 3.0), (47.0, 1000.0, 1, 2.0), (1.3, 2.0, 8, 4.0)],
+)
+def test_energy_of_one_stroke(n: float, sigma: float, degree: int, saturations: float, respond: Respond) -> None:
+    weights = 0.9 / degree * (-1.0) ** np.arange(degree)
+    p = spring(n, sigma, saturations, elastic=(0.0,), amplifier=tuple(weights))
+    start = float(along(p, -0.9))
+    end, work = exact_stroke(p, start)
+    omega, _, _, energy = respond(p, np.array([start, end]), -1.0)[:, -1]
+    assert omega == pytest.approx(0.9, abs=1e-10)  # the accuracy asked of W
+    # 300 roundings, which the sum of moments may cost; Python's error is that of W's interpolant.
+    assert energy == pytest.approx(work, rel=2e-13 if respond is by_stepper else 300.0 * EPSILON)
+
+
+@in_each_way
+@pytest.mark.parametrize("n", [0.5, 1.0, 2.0])
+def test_the_energy_of_small_loops_has_all_its_digits(n: float, respond: Respond) -> None:
+    """Of loops far below saturation, whose energy falls with the power 2 + n of their length."""
+    p = SpringParameters((0.0,), (1.0, 5.0), 10.0, 500.0, 1.0, n, 0.0, -0.02, 0.02)
+    means = []
+    for length in (1e-6, 1e-7):
+        omega, lows = -steady_omega(p, length), np.linspace(-0.019, 0.019, 20)
+        loops = np.array([respond(p, np.array([low, low + length, low]), omega)[3, -1] for low in lows])
+        energies = loops / (1.0 + 5.0 * (lows + 0.5 * length))
+        means.append(energies.mean())
+        # FA changes by 5e-6 of itself over the loop; rounding of the displacement, 3e-18 of 1e-7 m.
+        assert energies == pytest.approx(means[-1], rel=1e-5)
+    # The next term of W is below rho*length of the first, to the power n at most.
+    assert means[0] / means[1] == pytest.approx(10.0 ** (2.0 + n), rel=max(1e-4, 3.0 * (500.0 * 1e-6) ** n))
+
+
+@in_each_way
+def test_work_beyond_a_range_that_xi_hardly_notices(respond: Respond) -> None:
+    """FA of degree 1 over a range far below 1/rho, left by a thousand times."""
+    p = SpringParameters((0.0, 1.0), (1.0, 0.5), 1.0, 1.0, 1.0, 1.0, 0.0, -1e-3, 1e-3)
+    energy = respond(p, np.array([0.0, 1.0, -1.0]), 0.0)[3]
+    # W = 1 - exp(-x), and FA is 1.0005 beyond the range; that within it leaves 1e-6.
+    assert energy[1] == pytest.approx(0.5 + 1.0005 * np.exp(-1.0), rel=1e-6)
+
+
+@in_each_way
+@pytest.mark.parametrize(("n", "sigma", "omega"), [(0.22, 3.0, 0.62), (0.05, 50.0, -0.61), (0.5, 1000.0, -0.3)])
+def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float, respond: Respond) -> None:
+    import mpmath as mp
+
+    p = replace(spring(n, sigma, 1.0), displacement_offset=0.05)
+    path = 0.05 + 1e-10 / p.rho * (np.arange(1001) % 2)
+    with mp.workdps(20):
+        expected, curvature = mp.mpf(omega), 2 * mp.mpf(sigma) - 1
+
+        def rate(u: mp.mpf, step: float) -> mp.mpf:
+            return 1 + (-1 if step * u >= 0 else curvature) * abs(u) ** n
+
+        for step in (p.rho * np.diff(path)).tolist():
+            # Second order in the step leaves 1e-24 of each.
+            expected += step * rate(expected + step / 2 * rate(expected, step), step)
+    # Rounding of the strokes, and the accuracy of W once.
+    assert respond(p, path, omega)[0, -1] == pytest.approx(float(expected), abs=1e-12)
+
+
+# The verbs of Python's steps
+
+
+@pytest.mark.parametrize("name", ["wire_rope", "table"])
+def test_trials_leave_no_trace_and_a_rebuilt_memory_continues_bit_for_bit(name: str) -> None:
+    p, random = EXAMPLES[name], np.random.default_rng(9)
+    law = SpringLaw(p)
+    original = rebuilt = stepper.start(float(along(p, 0.1)), 0.2)
+    assert stepper.trial(law, original, original.displacement) is original
+    for position in along(p, random.uniform(-1.5, 1.5, 15)).tolist():
+        before = tuple(original)
+        for elsewhere in along(p, random.uniform(-2.0, 2.0, 2)).tolist():
+            tried = stepper.trial(law, original, elsewhere)
+            assert stepper.integrate(law, tried).energy == stepper.absorbed_energy(law, tried)
+        assert tuple(original) == before
+        rebuilt = stepper.Memory(*json.loads(json.dumps(tuple(rebuilt))))
+        original, rebuilt = stepper.trial(law, original, position), stepper.trial(law, rebuilt, position)
+        assert rebuilt == original
