@@ -1,128 +1,94 @@
-"""Write `inputs.json` and `golden.json.gz`; run with the version whose answers are to be kept.
+"""Whole outputs of public commands, kept in golden.json:
 
-The figures kept here come from commit 2c58de3, the last one before the refactoring of November 2026, but for those of
-identification (README.md):
+    PYTHONPATH=fmu_src python tests/golden/make.py [--only NAME ...]
 
-    PYTHONPATH=fmu_src python tests/golden/make.py [--only identify]
-
-`inputs.json` holds drawn springs and paths as numbers, so that no other generator of random numbers changes them; with
-`--inputs` they are drawn anew. `--only` and kinds of cases leaves the figures of all other kinds as they are.
+computes them, or some, anew (README.md).
 """
 
 from __future__ import annotations
 
-import gzip
+import csv
+import io
 import json
+import os
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from strandspring.core.parameters import MAXIMUM_AMPLIFIER_DEGREE
+from strandspring.cli.main import main as strandspring
 
 HERE = Path(__file__).parent
-SEED = 20261121
-SPRINGS = 25
-LARGEST = 1_000_000  # half the range in the unit of paths
+GOLDEN = HERE / "golden.json"
+# Models lie here, records and examples where they are installed from.
+SOURCES = (HERE, *(HERE.parents[1] / folder for folder in ("models/records", "fmu_src/strandspring/examples/systems")))
+KEPT = 24  # of a longer list, from its beginning to its end
+SHARE = 1e-9  # tolerance of a figure that is new
+
+
+def output(command: str, folder: Path) -> dict[str, Any]:
+    """Figures and words, by place, of what a command prints and writes to table.csv in an empty folder."""
+    out, here = io.StringIO(), Path.cwd()
+    for source in SOURCES:
+        for path in source.glob("*.[jct]*"):
+            (folder / path.name).symlink_to(path)
+    os.chdir(folder)
+    try:
+        with redirect_stdout(out), redirect_stderr(io.StringIO()):
+            strandspring(command.split())
+    except SystemExit as leaving:
+        if leaving.code:
+            raise RuntimeError(f"{command}: exit status {leaving.code}: {out.getvalue()}") from None
+    finally:
+        os.chdir(here)
+    found = dict(flat(json.loads(out.getvalue()))) if "--json" in command else {}
+    if (folder / "table.csv").exists():
+        with (folder / "table.csv").open(encoding="utf-8", newline="") as file:
+            found |= flat([{key: number(text) for key, text in row.items()} for row in csv.DictReader(file)], "table.")
+    return found
+
+
+def number(text: str) -> float | str:
+    """A number where a text is one."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def flat(content: Any, place: str = "") -> Iterator[tuple[str, Any]]:
+    """Leaves by their place, rows of one kind as columns; sentences, which may be said better, are left out."""
+    if isinstance(content, list) and content and all(isinstance(row, dict) for row in content):
+        # Where an output is computed between the frequencies that are asked for is left open.
+        rows = [row for row in content if str(row.get("requested", row.get("requested frequency", True))) == "True"]
+        is_table = len({tuple(row) for row in rows}) == 1
+        content = {key: [row[key] for row in rows] for key in rows[0]} if is_table else rows
+    if isinstance(content, list) and any(isinstance(value, list | dict) for value in content):
+        content = {str(k): value for k, value in enumerate(content)}
+    if isinstance(content, dict):
+        for key, value in content.items():
+            yield from flat(value, f"{place}{key}.")
+        return
+    if isinstance(content, list) and len(content) > KEPT:
+        content = [len(content), *(content[(len(content) - 1) * k // (KEPT - 1)] for k in range(KEPT))]
+    if not any(
+        isinstance(value, str) and " " in value for value in (content if isinstance(content, list) else [content])
+    ):
+        yield place.rstrip("."), content
 
 
 def main() -> None:
-    """Draw inputs where there are none, compute all cases, write them."""
-    if "--inputs" in sys.argv[1:] or not (HERE / "inputs.json").exists():
-        write_inputs()
-    from cases import CASES, Workshop  # reads the inputs
-
-    only = sys.argv[sys.argv.index("--only") + 1 :] if "--only" in sys.argv else []
-    kept = json.loads(gzip.decompress((HERE / "golden.json.gz").read_bytes()))["cases"] if only else {}
-    with tempfile.TemporaryDirectory(prefix="golden-") as folder:
-        workshop = Workshop(Path(folder))
-        outputs = {
-            name: kept[name] if name in kept and case.kind not in only else case.run(workshop)
-            for name, case in CASES.items()
-        }
-    text = json.dumps({"commit": "2c58de3", "cases": outputs}, allow_nan=False, separators=(",", ":"))
-    # Without a time stamp the same figures give the same bytes.
-    (HERE / "golden.json.gz").write_bytes(gzip.compress(text.encode(), mtime=0))
-
-
-def write_inputs() -> None:
-    """Draw springs and paths; one line for each of them."""
-    random = np.random.default_rng(SEED)
-    parts = []
-    for kind, members in (("springs", springs(random)), ("paths", paths(random))):
-        lines = [f"    {json.dumps(name)}: {json.dumps(member)}" for name, member in members.items()]
-        parts.append(f"  {json.dumps(kind)}: {{\n" + ",\n".join(lines) + "\n  }")
-    (HERE / "inputs.json").write_text("{\n" + ",\n".join(parts) + "\n}\n", encoding="utf-8")
-
-
-def springs(random: np.random.Generator) -> dict[str, dict[str, object]]:
-    """Springs over the whole supported range: n, sigma, rho and the degrees vary independently of each other."""
-    ns = [0.01, 100.0, *np.geomspace(0.05, 20.0, SPRINGS - 2)]
-    sigmas = [1000.0, 0.5, 0.5, *np.geomspace(0.52, 50.0, SPRINGS - 3)]
-    saturations = np.geomspace(0.05, 1e4, SPRINGS)  # rho * range
-    degrees = [(0, 0), (1, 0), (0, 2), (3, 2), (8, 6), (20, 20), (5, 0), (20, 1), (2, 12), (4, 4)]
-    degrees += [(int(a), int(b)) for a, b in random.integers(0, 21, (SPRINGS - len(degrees), 2))]
-    columns = zip(ns, random.permutation(sigmas), random.permutation(saturations), degrees, strict=True)
-    return {f"{k:02}": spring(random, *row) for k, row in enumerate(columns)}
-
-
-def spring(
-    random: np.random.Generator, n: float, sigma: float, saturation: float, degrees: tuple[int, int]
-) -> dict[str, object]:
-    """One spring; FA is positive because the other coefficients, over the range, sum up to less than 1."""
-    half = float(random.choice([1e-4, 0.02, 3.0]))
-    low = float(random.choice([0.0, 0.05, -0.3])) - half
-    offset = low + half if random.uniform() < 0.5 else _rounded(low + 2.0 * half * random.uniform())
-    reach = max(offset - low, low + 2.0 * half - offset)
-    force = _rounded(10.0 ** random.uniform(-2.0, 4.0))
-    elastic = random.uniform(-1.0, 1.0, degrees[0] + 1) * 10.0 ** random.uniform(-1.0, 1.0)
-    amplifier = random.uniform(-1.0, 1.0, degrees[1])
-    amplifier *= 0.9 / max(1.0, np.abs(amplifier).sum())
-    amplifier = amplifier[:MAXIMUM_AMPLIFIER_DEGREE]
-    return {
-        "kE": [_rounded(force * c / reach**i) for i, c in enumerate(elastic)],
-        "kA": [1.0, *(_rounded(c / reach ** (i + 1)) for i, c in enumerate(amplifier))],
-        "kappa_omega": force,
-        "rho": _rounded(saturation / (2.0 * half)),
-        "sigma": _rounded(sigma),
-        "n": _rounded(n),
-        "displacement_offset": offset,
-        "displacement_min": low,
-        "displacement_max": low + 2.0 * half,
-    }
-
-
-def paths(random: np.random.Generator) -> dict[str, list[int]]:
-    """Paths in millionths of half the range from its middle; whole numbers, so that they are exact everywhere."""
-    turns = random.integers(-LARGEST, LARGEST, 60)
-    zigzag = turns.copy()  # every sample turns
-    zigzag[0::2], zigzag[1::2] = -np.abs(zigzag[0::2]), np.abs(zigzag[1::2])
-    steps = np.arange(300)
-    loops = -600_000 + 4_000 * steps + 25_000 * np.array([0, 2, 1, -1])[steps % 4]
-    small = np.cumsum(np.tile([1_100, -1_000], 300))
-    tiny = np.cumsum(np.tile([2, -1], 300))
-    reversals = np.concatenate([[0], 200_000 + small, 200_000 + small[-1] - tiny])
-    dwells = np.repeat(random.integers(-LARGEST, LARGEST, 25), random.integers(1, 5, 25))
-    outside = random.integers(-16 * LARGEST // 10, 16 * LARGEST // 10, 40)
-    return {
-        "sweep": _whole(LARGEST * np.sin(2.0 * np.pi * np.arange(241) / 96)),
-        "zigzag": _whole(zigzag),
-        "loops": _whole(np.concatenate([[0, LARGEST, -LARGEST], loops])),
-        "reversals": _whole(reversals),
-        "dwells": _whole(np.concatenate([np.repeat(dwells[:1], 3), dwells])),
-        "outside": _whole(outside),
-        "wander": _whole(np.clip(np.cumsum(random.normal(0.0, 1e5, 180)), -LARGEST, LARGEST)),
-    }
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.7g}")
-
-
-def _whole(values: NDArray[np.float64] | NDArray[np.int64]) -> list[int]:
-    return [round(float(value)) for value in values]
+    """Compute, and write one line for each figure."""
+    golden = json.loads(GOLDEN.read_text(encoding="utf-8"))
+    for name in sys.argv[2:] if sys.argv[1:2] == ["--only"] else golden:
+        before = golden[name]["figures"]
+        with tempfile.TemporaryDirectory(prefix="golden-") as folder:
+            found = output(golden[name]["command"], Path(folder))
+        golden[name]["figures"] = {key: [value, before.get(key, [0, SHARE])[1]] for key, value in found.items()}
+    text = json.dumps(golden, allow_nan=False).replace('], "', '],\n"').replace('}}, "', '}},\n"')
+    GOLDEN.write_text(f"{text}\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
