@@ -7,16 +7,14 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
-from threadpoolctl import threadpool_info, threadpool_limits
 
 from strandspring import Record, Spring, SpringParameters, identify
 from strandspring.ground.one_thread import one_thread
 
+pytestmark = pytest.mark.long
 THREADS = 8
 SPRING = Spring(
     SpringParameters((1.0, 4000.0, 0.0, 2e6), (1.0, 5.0), 12.0, 700.0, 0.8, 0.6, 0.0, -0.015, 0.015), "mount"
@@ -34,35 +32,26 @@ def _isolate(number: int) -> bytes:
     return isolation.to_frame().to_csv(float_format=float.hex).encode()
 
 
-@cache
-def _record(number: int) -> Record:
+def _identify(number: int) -> bytes:
     path = 0.013 * np.sin(np.linspace(0.0, 8.0 * np.pi, 400)) * np.repeat([0.6, 1.0], 200)
     noise = 0.05 * np.random.default_rng(number).standard_normal(path.size)
-    return Record(path, SPRING.response(path) + noise)
-
-
-def _identify(number: int) -> bytes:
-    result = identify(_record(number))
+    result = identify(Record(path, SPRING.response(path) + noise))
     return repr((result.parameters, result.rmse, result.rnl)).encode()
 
 
-@pytest.mark.parametrize("work", [_response, _isolate, _identify], ids=["response", "isolate", "identify"])
-def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes], tmp_path: Path) -> None:
-    numbers = range(2) if work is _identify else range(THREADS)
-    alone = {number: work(number) for number in numbers}
+@pytest.mark.parametrize(
+    ("work", "count"), [(_response, THREADS), (_isolate, THREADS), pytest.param(_identify, 2, marks=pytest.mark.slow)]
+)
+def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes], count: int) -> None:
+    alone = [work(number) for number in range(count)]
     together = threading.Barrier(THREADS)
 
-    def begun_together(thread: int) -> tuple[int, bytes]:
-        number = numbers[thread % len(numbers)]
+    def begun_together(thread: int) -> bool:
         together.wait()
-        return number, work(number)
+        return work(thread % count) == alone[thread % count]
 
     with ThreadPoolExecutor(THREADS) as pool:
-        for number, answer in pool.map(begun_together, range(THREADS)):
-            if answer != alone[number]:
-                for name, text in (("alone", alone[number]), ("among_others", answer)):
-                    (tmp_path / name).write_bytes(text)
-                pytest.fail(f"number {number} differs among other threads; both answers are in {tmp_path}")
+        assert all(pool.map(begun_together, range(THREADS)))
 
 
 # What belongs to the program that imports, as text.
@@ -73,61 +62,46 @@ from threadpoolctl import threadpool_info
 
 def state():
     return {
-        "warnings": repr(warnings.filters),
-        "showwarning": repr(warnings.showwarning),
+        "warnings": repr((warnings.filters, warnings.showwarning)),
         "locale": locale.setlocale(locale.LC_ALL),
         "signals": repr([signal.getsignal(number) for number in signal.valid_signals()]),
         "linear algebra": repr([(pool["internal_api"], pool["num_threads"]) for pool in threadpool_info()]),
         "matplotlib": repr(list(dict.items(matplotlib.rcParams))),  # as it is: to ask for the backend would choose one
-        "environment": repr(sorted(os.environ.items())),
-        "folder": os.getcwd(),
-        "path": repr(sys.path),
-        "hooks": repr((sys.excepthook, sys.displayhook, threading.excepthook)),
-        "interpreter": repr((sys.getswitchinterval(), sys.getrecursionlimit())),
-        "streams": repr((sys.stdout, sys.stderr, sys.stdin)),
+        "environment": repr((sorted(os.environ.items()), os.getcwd(), sys.path)),
+        "hooks": repr((sys.excepthook, sys.displayhook, threading.excepthook, sys.stdout, sys.stderr, sys.stdin)),
+        "interpreter": repr((sys.getswitchinterval(), sys.getrecursionlimit(), gc.isenabled(), gc.get_threshold())),
         "numpy": repr((numpy.geterr(), numpy.get_printoptions())),
         "random": repr((random.getstate(), numpy.random.get_state())),
-        "decimal": repr(decimal.getcontext()),
-        "logging": repr((logging.root.handlers, logging.root.level)),
-        "garbage": repr((gc.isenabled(), gc.get_threshold())),
-        "running threads": threading.active_count(),
+        "others": repr((decimal.getcontext(), logging.root.handlers, logging.root.level, threading.active_count())),
     }
 
-"""
-IMPORT = """
-import importlib, pkgutil, strandspring
+# Libraries that are loaded first have done what they do.
+import scipy.optimize, scipy.linalg, pandas, pydantic, fmpy, pythonfmu
+import strandspring
 before = state()
-{load}
-after = state()
-changed = [name for name in before if before[name] != after[name]]
-print(*changed, sep="\\n")
-"""
-WHOLE = """
-for name in strandspring.__all__:
-    getattr(strandspring, name)
+LOAD
+print(*(name for name, value in state().items() if value != before[name]))
 """
 
 
 @pytest.mark.parametrize(
-    "load", ["import strandspring.api.identification", WHOLE], ids=["identify", "all public names"]
+    ("load", "changes"),
+    [
+        ("import strandspring.api.identification", []),
+        ("[getattr(strandspring, name) for name in strandspring.__all__]", []),
+        ("warnings.simplefilter('error'); os.environ['A_VARIABLE'] = '1'", ["warnings", "environment"]),
+    ],
+    ids=["identify", "all public names", "what would be noticed"],
 )
-def test_the_import_changes_nothing_of_the_program(load: str) -> None:
-    # Libraries that are loaded first have done what they do: NumPy, SciPy and pandas are not this package.
-    program = (
-        STATE + "import scipy.optimize, scipy.linalg, pandas, pydantic, fmpy, pythonfmu\n" + IMPORT.format(load=load)
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.split("\n") == ["", ""]
-
-
-def test_a_change_is_noticed() -> None:
-    program = STATE + IMPORT.format(load="warnings.simplefilter('error'); os.environ['A_VARIABLE'] = '1'")
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=False)
-    assert done.stdout.split() == ["warnings", "environment"]
+def test_the_import_changes_nothing_of_the_program(load: str, changes: list[str]) -> None:
+    program = STATE.replace("LOAD", load)
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=True)
+    assert done.stdout.split() == changes
 
 
 def test_one_thread_is_given_back_by_the_last() -> None:
+    from threadpoolctl import threadpool_info, threadpool_limits
+
     def threads() -> set[int]:
         return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
 

@@ -1,0 +1,60 @@
+"""What the sources say of themselves: the architecture, examples in docstrings, files that are named, and templates."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import architecture
+from architecture import PACKAGE, ROOT
+
+
+def test_the_picture_of_the_architecture_is_drawn_from_the_imports_and_every_folder_has_its_words() -> None:
+    page = architecture.PAGE.read_text(encoding="utf-8")
+    assert architecture.PICTURE.findall(page) == [architecture.picture()], "run python tests/helpers/architecture.py"
+    assert [room for room in architecture.rooms() if f"**{room}**" not in page.split()] == []
+
+
+def test_files_of_tests_that_are_named_exist() -> None:
+    folders = [ROOT / ".ci", ROOT / ".github", ROOT / "fmu_src"]
+    files = [
+        path for folder in folders for path in folder.rglob("*") if path.suffix in {"", ".md", ".py", ".h", ".yml"}
+    ]
+    for path in [*ROOT.glob("*.md"), *filter(Path.is_file, files)]:
+        for name in re.findall(r"\btests/[\w/]+\.py\b", path.read_text(encoding="utf-8")):
+            assert (ROOT / name).exists(), f"{path.relative_to(ROOT)} names {name}"
+
+
+@pytest.mark.long
+def test_examples_in_docstrings_give_what_they_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    files = [path for path in PACKAGE.rglob("*.py") if ">>> " in path.read_text(encoding="utf-8")]
+    assert len(files) >= 3
+    for path in files:
+        name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts).removesuffix(".__init__")
+        ran = doctest.testmod(import_module(name))
+        assert (ran.attempted > 0, ran.failed) == (True, 0), name
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_templates_escape_what_they_are_given() -> None:
+    """No environment of Jinja without autoescape, and no template that undoes it."""
+    found: list[tuple[str, dict[str | None, ast.expr]]] = []
+    for path in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call):
+                name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                found.append((name, {keyword.arg: keyword.value for keyword in node.keywords}))
+    settings = [given for name, given in found if name == "Environment"]
+    assert len(settings) >= 2
+    assert all(ast.unparse(given["autoescape"]) == "True" for given in settings)
+    assert "Template" not in {name for name, _ in found}
+    templates = list(PACKAGE.rglob("*.j2"))
+    assert len(templates) >= 4
+    for template in templates:
+        assert not re.search(r"\|\s*safe\b|autoescape", template.read_text(encoding="utf-8")), template.name
