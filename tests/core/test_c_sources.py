@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +19,7 @@ from strandspring.core.parameters import N_RANGE, SIGMA_RANGE
 from strandspring.errors import BuildError
 from strandspring.kernel.arrays import address
 from strandspring.kernel.structures import constants, rows, structures
-from tools import program, tool, ziglang
+from tools import program, tool
 
 pytestmark = pytest.mark.long
 
@@ -47,15 +45,6 @@ def test_objects_hold_no_variable_and_ask_for_the_c_library_only() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("source", SOURCES, ids=lambda source: source.stem)
-@pytest.mark.parametrize("target", ["x86_64-windows-gnu", "aarch64-macos.11.0"])
-def test_every_system_compiles_without_a_warning(target: str, source: Path) -> None:
-    # Windows adds one page after the other to a stack, which takes a call for each larger frame.
-    flags = "-O2", "-Wframe-larger-than=5500", "-c", source
-    compiled(build_folder() / f"{source.stem}-{target}.o", *flags, compiler=(*ziglang("cc"), "-target", target))
-
-
-@pytest.mark.slow
 def test_room_suffices_for_all_n_and_sigma() -> None:
     random = np.random.default_rng(3)
     smoothness = [*np.geomspace(*N_RANGE, 121), *np.geomspace(1.2, 1.5, 31), *10.0 ** random.uniform(-2.0, 2.0, 50)]
@@ -65,19 +54,11 @@ def test_room_suffices_for_all_n_and_sigma() -> None:
 
 
 @pytest.mark.slow
-def test_sanitizers_find_nothing(tmp_path: Path) -> None:
+def test_sanitizers_find_nothing() -> None:
     program("gcc", package="gcc libc6-dev")
     command = [sys.executable, instrumented.__file__, "-q", "tests/kernel", "tests/core", "--deselect", f"{__file__}"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=1800, check=False)
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
-    # The library that is named is what they use.
-    environment = {**os.environ, instrumented.VARIABLE: str(tmp_path / "none.so")}
-    command = [sys.executable, "-m", "pytest", "-n", "0", "-p", "instrumented", "-q", "tests/kernel/test_balance.py"]
-    done = subprocess.run(
-        command, cwd=instrumented.ROOT, env=environment, capture_output=True, text=True, timeout=600, check=False
-    )
-    assert done.returncode == 1
-    assert "none.so: cannot open shared object file" in done.stdout
 
 
 # Structures
@@ -102,19 +83,11 @@ def test_fields_are_where_compilers_put_them(target: Target) -> None:
     compile_with(KERNEL.sources(), target)
 
 
-@pytest.mark.parametrize(
-    ("header", "before", "after", "where"),
-    [
-        ("motion/motion", "double mass, center[3];", "double mass, added, center[3];", "MotionBody"),
-        ("balance/balance", "double parallel, series;", "double series, parallel;", "parallel of BalancedAxis"),
-    ],
-)
-def test_other_structures_are_noticed(header: str, before: str, after: str, where: str) -> None:
+def test_other_structures_are_noticed() -> None:
     sources = KERNEL.sources()
-    path = f"kernel/c/{header}.h"
-    assert sources[path].count(before.encode()) == 1
-    sources[path] = sources[path].replace(before.encode(), after.encode())
-    with pytest.raises(BuildError, match=where):
+    path = "kernel/c/balance/balance.h"
+    sources[path] = sources[path].replace(b"double parallel, series;", b"double series, parallel;")
+    with pytest.raises(BuildError, match="parallel of BalancedAxis"):
         compile_with(sources, FMU_TARGETS[0])
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kernel_tools import FloatArray, Kernel, c_parameters
 from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
-from strandspring.core.parameters import N_RANGE, SCALARS, SIGMA_RANGE
+from strandspring.core.parameters import SCALARS
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.points import RecordPoints
 from stroke_points import omega_with_derivatives
@@ -95,19 +95,6 @@ def of_omega(n: float, sigma: float) -> SpringParameters:
     return SpringParameters((0.0,), (1.0,), 1.0, RHO, sigma, n, 0.0, -1.0, 1.0)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (0.7, 0.5), (1.0, 1.0), (2.5, 1.4), (9.0, 40.0)])
-def test_records_have_the_omega_and_the_gradients_of_steps(n: float, sigma: float) -> None:
-    path, kernel = path_of(TURNS), Kernel(of_omega(n, sigma))
-    omega, derivatives = omega_with_derivatives(RHO, sigma, n, 0.35, *points_of(TURNS))
-    assert omega == pytest.approx(kernel.path(path, 0.35)[0, 1:], abs=1e-13)  # rounding of nine strokes
-    gradients = kernel.gradients(path, 0.35)[0, 1:]
-    for found, name in zip(derivatives, ("rho", "sigma", "n", "omega_start"), strict=True):
-        expected = gradients[f"by_{name}"]
-        # The same sums in another order: rounding, magnified where a stroke begins near saturation.
-        assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
-
-
 @pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
 def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma: float) -> None:
     at, path = np.array([RHO, sigma, n, -0.4]), path_of(TURNS)
@@ -127,32 +114,6 @@ def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma
         assert np.count_nonzero(smooth) > 100
         error = np.abs(derivatives[row] - quotient)[smooth].max() * size
         assert error <= 2e-7 * max(np.abs(derivatives[row]).max() * size, 1.0)
-
-
-@pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (2.5, 0.7), (9.0, 40.0)])
-def test_derivatives_by_n_and_sigma_over_one_stroke(n: float, sigma: float) -> None:
-    """From u0 to u1, where d(omega) = -slope(u1)*(d(xi)(u1) - d(xi)(u0)), with xi(u; n, sigma) in 30 digits."""
-    import mpmath as mp
-
-    def xi_of(u: float) -> FloatArray:
-        """W^-1(u) and its derivatives by n and by 2 sigma - 1."""
-
-        def xi(n: mp.mpf, c: mp.mpf) -> mp.mpf:
-            power = mp.mpf(u) ** n if u >= 0.0 else -c * mp.mpf(-u) ** n
-            return u * mp.hyp2f1(1, 1 / n, 1 + 1 / n, power)
-
-        with mp.workdps(30):
-            at = mp.mpf(n), 2 * mp.mpf(sigma) - 1
-            return np.array([xi(*at), mp.diff(xi, at, (1, 0)), mp.diff(xi, at, (0, 1))], dtype=float)
-
-    for u_0, u_1 in ((-0.95, -0.3), (-0.7, 0.4), (0.1, 0.9)):
-        xi, by_n, by_c = xi_of(u_1) - xi_of(u_0)
-        slope = 1.0 - u_1**n if u_1 >= 0.0 else 1.0 + (2.0 * sigma - 1.0) * (-u_1) ** n
-        omega, derivatives = omega_with_derivatives(RHO, sigma, n, u_0, *points_of(np.array([0.0, xi / RHO])))
-        assert omega[-1] == pytest.approx(u_1, abs=1e-10)  # the accuracy asked of W
-        # W' and the integrals at an omega off by 1e-13 to 1e-12.
-        expected = [slope * xi / RHO, -2.0 * slope * by_c, -slope * by_n]
-        assert derivatives[:3, -1] == pytest.approx(expected, rel=1e-10, abs=1e-14)
 
 
 @pytest.mark.parametrize("s_1", [0.15, 3.0, 30.0])  # the last two saturate, the third by far
@@ -195,11 +156,3 @@ def test_records_are_as_each_alone_and_rates_as_one_after_the_other() -> None:
     expected = [both.omega(rho, *law[1:], np.zeros(2))[0] for rho in rates.tolist()]
     assert both.omega_by_rate(rates, *law[1:]) == pytest.approx(np.array(expected), abs=1e-8)  # a coarse table's error
     assert both.omega(*law, starts, coarse=True)[0] == pytest.approx(omega, abs=1e-8)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("n", [N_RANGE[0], 0.22, 0.9])
-def test_gradients_at_the_cusp_are_finite(n: float) -> None:
-    p = SpringParameters((3.0, 1.1e4), (1.0, 2.0, 30.0), 21.7, 310.0, SIGMA_RANGE[1], n, 0.02, 0.001, 0.05)
-    gradients = Kernel(p).gradients(along(p, [0.0, 1e-14, 0.5, 0.5, 0.1]), 0.0)
-    assert np.isfinite(gradients.view(np.float64)).all()

@@ -105,9 +105,7 @@ def test_python_programs_run_in_order(folder: Path) -> None:
     for page in TEXTS:
         (folder / "program.py").write_text("\n".join(blocks(page, "python")), encoding="utf-8")
         run(folder, "-W", "error", "program.py")
-    written = (
-        "hinge.json hinge.html loop.svg curves.svg rig_record.html rig_report.html mount.json dist/mount.fmu drop.html"
-    )
+    written = "hinge.json hinge.html loop.svg curves.svg rig_record.html rig_report.html dist/mount.fmu drop.html"
     assert [name for name in written.split() if not (folder / name).stat().st_size] == []
 
 
@@ -187,25 +185,22 @@ def test_the_bounds_of_files_are_those_of_the_program() -> None:
     from strandspring.ground import strict_json, unpacking
     from strandspring.loops import selection
     from strandspring.model import modelfile
-    from strandspring.records import content
-    from strandspring.records.formats import reader_process
-    from strandspring.records.source import MAX_ROWS
-    from strandspring.vibration.bodies.mounted import MOST_AXES, MOST_BODIES
-    from strandspring.vibration.bodies.simulation import MOST_STEPS
-    from strandspring.vibration.description import system_file
+    from strandspring.records import content, source
+    from strandspring.records.formats import reader_process as reader
+    from strandspring.vibration.bodies import mounted, simulation
+    from strandspring.vibration.description import system_file as system
 
     bounds = (
         f"{content.MAX_BYTES // 2**30} GiB, {content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
-        f"{MAX_ROWS // 10**6} million rows",
-        f"{reader_process._MEMORY // 2**20} MiB of memory",
-        f"{reader_process._SECONDS:g} s of processor time plus 1 s for each "
-        f"{reader_process._BYTES_PER_SECOND / 1e6:g} MB",
+        f"{source.MAX_ROWS // 10**6} million rows",
+        f"{reader._MEMORY // 2**20} MiB of memory",
+        f"{reader._SECONDS:g} s of processor time plus 1 s for each {reader._BYTES_PER_SECOND / 1e6:g} MB",
         f"at most {strict_json._MAX_NESTING} levels",
         f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
         f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
         f"| {selection._MAX_BYTES // 10**6} MB, {selection._MAX_FILES:_} files |",
-        f"| {system_file._MAX_BYTES // 10**6} MB, {system_file._MOST_MODELS} model files, {MOST_BODIES} bodies, "
-        f"{MOST_AXES} axes of mounts, {MOST_STEPS // 10**6} million steps of a case |",
+        f"| {system._MAX_BYTES // 10**6} MB, {system._MOST_MODELS} model files, {mounted.MOST_BODIES} bodies, "
+        f"{mounted.MOST_AXES} axes of mounts, {simulation.MOST_STEPS // 10**6} million steps of a case |",
     )
     assert [bound for bound in bounds if bound.replace("_", " ") not in TEXTS["security"]] == []
 

@@ -40,12 +40,15 @@ def test_paths_that_are_refused(displacement: object, sentence: str) -> None:
         assert str(refusal.value) == sentence
 
 
-@pytest.mark.parametrize("omega_start", [1.0000001, -2.0, float("nan"), float("inf")])
-def test_starts_that_are_refused(omega_start: float) -> None:
+def test_starts_that_are_refused_and_ends_of_the_world() -> None:
     for method in METHODS:
-        with pytest.raises(ValueError, match=r"^`omega_start`") as refusal:
-            getattr(SPRING, method)([0.05], omega_start)
-        assert str(refusal.value) == f"`omega_start` must be within [-1, 1], got {omega_start!r}."
+        for start in (1.0000001, -2.0, float("nan")):
+            with pytest.raises(ValueError, match=r"^`omega_start`") as refusal:
+                getattr(SPRING, method)([0.05], start)
+            assert str(refusal.value) == f"`omega_start` must be within [-1, 1], got {start!r}."
+    assert SPRING.omega([0.05, 1e9, -1e9]).tolist() == [0.0, 1.0, -1.0]
+    # omega is that of the first mechanism.
+    assert Spring(BRANCHED["second"]).omega([0.05, 0.06]).tolist() == SPRING.omega([0.05, 0.06]).tolist()
 
 
 def test_a_path_that_leaves_the_range_is_warned_of_and_the_noise_of_a_record_is_not() -> None:

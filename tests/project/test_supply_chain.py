@@ -7,7 +7,6 @@ import json
 import re
 import subprocess
 import sys
-from importlib import metadata
 from pathlib import Path
 from typing import Any
 
@@ -96,17 +95,6 @@ def test_licences_of_all_dependencies_are_listed(
         assert "always" in listed[name_of(one)][1]
     # Nothing that every user installs asks for more than to be named.
     assert not [name for name, (licence, use) in listed.items() if "GPL" in licence and "always" in use]
-    compared = 0
-    for pin in pins:
-        try:
-            installed = metadata.metadata(pin.name)
-        except metadata.PackageNotFoundError:
-            continue
-        expression = installed.get("License-Expression")  # the backport of importlib.metadata raises KeyError
-        if expression and f"=={installed['Version']}" == str(pin.specifier):
-            assert listed[pin.name][0] == expression, pin.name
-            compared += 1
-    assert compared > 10
 
 
 def test_the_bill_of_materials_lists_what_users_install_in_the_form_of_cyclonedx(
@@ -116,15 +104,11 @@ def test_the_bill_of_materials_lists_what_users_install_in_the_form_of_cyclonedx
         subprocess.run([sys.executable, ROOT / ".ci" / "sbom.py", tmp_path / name], check=True)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
     bill = json.loads((tmp_path / "one").read_bytes())
-    # What the schema of CycloneDX 1.6 requires, and the types and values of what is used of it.
     assert (bill["bomFormat"], bill["specVersion"], bill["version"]) == ("CycloneDX", "1.6", 1)
-    for one in [bill["metadata"]["component"], *bill["components"]]:
-        assert one["type"] in ("application", "library")
-        assert one["purl"] == one["bom-ref"] == f"pkg:pypi/{one['name']}@{one['version']}"
-        assert [licence.keys() & {"expression", "license"} for licence in one["licenses"]] != [set()]
-    references = [one["bom-ref"] for one in [bill["metadata"]["component"], *bill["components"]]]
-    assert len(set(references)) == len(references)
-    assert [entry["ref"] for entry in bill["dependencies"]] == references
+    components = [bill["metadata"]["component"], *bill["components"]]
+    references = [f"pkg:pypi/{one['name']}@{one['version']}" for one in components]
+    assert references == [one["purl"] for one in components] == [one["bom-ref"] for one in components]
+    assert references == [entry["ref"] for entry in bill["dependencies"]]
     assert all(set(entry["dependsOn"]) <= set(references) for entry in bill["dependencies"])
     scopes = {one["name"]: one["scope"] for one in bill["components"]}
     uses = {name: use for name, (_, use) in listed.items() if use != "test"}
