@@ -35,7 +35,7 @@ def response_to(p: SpringParameters, path: FloatArray, name: str, index: int, ch
         getattr(changed, name)[index] += change
     else:
         setattr(changed, name, getattr(changed, name) + change)
-    return Kernel(changed).path(path, omega)[1:3, -1]
+    return Kernel(changed).along(path, omega)[0][1:3, -1]
 
 
 def quantities(p: SpringParameters) -> list[tuple[str, int, float]]:
@@ -55,17 +55,17 @@ def quantities(p: SpringParameters) -> list[tuple[str, int, float]]:
 def test_gradients_are_the_difference_quotients_of_the_response(name: str, way: str) -> None:
     p = EXAMPLES[name]
     path = along(p, PATHS[way])
-    scales = force_scale(p, path), float(np.abs(Kernel(p).path(path, 0.3)[2]).max())
-    gradients = Kernel(p).gradients(path, 0.3)[:, -1]
+    response, gradients = Kernel(p).along(path, 0.3)
+    scales = np.array([force_scale(p, path), np.abs(response[2]).max()])
     for quantity, index, size in quantities(p):
         # Tables of neighbouring n and sigma differ by rounding, 1e-13 over a step of 1e-4: 1e-9. A formula of order 4
         # leaves (1e-4*rho*travel)^4, or 1e-9 for the longest stroke, 60 in xi, but there omega is saturated.
         step = 1e-4 * size
         at = {k: response_to(p, path, quantity, index, k * step) for k in (-2, -1, 1, 2)}
         expected = (8.0 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12.0 * step)
-        by = gradients[f"by_{quantity}"]
+        by = gradients[:, -1][f"by_{quantity}"]
         found = by[:, index] if quantity in LISTS else by
-        assert np.all(np.abs(found - expected) * size <= 1e-7 * np.array(scales)), (quantity, index, found, expected)
+        assert np.all(np.abs(found - expected) * size <= 1e-7 * scales), (quantity, index, found, expected)
 
 
 RHO = 4.0
@@ -129,16 +129,6 @@ def test_derivatives_of_exponential_saturation_and_recovery(s_1: float) -> None:
     by_rho = (1.0 - start) * s_1 * left * decay - (1.0 + c * top) * s_2 * decay
     by_c = (top * decay - (1.0 + c * top) * RHO * s_2 * decay) / c - ((1.0 + c * top) * decay - 1.0) / c**2
     assert found[[0, 1, 3]] == pytest.approx(np.array([by_rho, 2.0 * by_c, left * decay]), abs=1e-12)
-
-
-def test_derivatives_of_tanh() -> None:
-    """n = 2: omega = tanh(artanh(omega_start) + rho*s)."""
-    s = np.linspace(0.01, 1.0, 10)
-    omega, found = omega_with_derivatives(RHO, 1.7, 2.0, 0.2, np.array([1]), np.array([1.0]), np.zeros(10, int), s)
-    expected = np.tanh(np.arctanh(0.2) + RHO * s)
-    assert omega == pytest.approx(expected, abs=1e-13)
-    slope = 1.0 - expected**2
-    assert found[[0, 1, 3]] == pytest.approx(np.array([slope * s, 0.0 * s, slope / (1.0 - 0.2**2)]), abs=1e-12)
 
 
 def test_records_are_as_each_alone_and_rates_as_one_after_the_other() -> None:

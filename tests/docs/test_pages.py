@@ -7,15 +7,12 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import click
-import numpy as np
 import pytest
 
 import strandspring
-from pages import README, ROOT, TEXTS, blocks, program_with
-from springs import MOUNT
+from pages import README, ROOT, TEXTS, blocks
 from strandspring import Spring, StrandspringError, read_record
 from strandspring.cli.commands.docs import reference
 from strandspring.cli.main import COMMANDS
@@ -107,34 +104,6 @@ def test_python_programs_run_in_order(folder: Path) -> None:
         run(folder, "-W", "error", "program.py")
     written = "hinge.json hinge.html loop.svg curves.svg rig_record.html rig_report.html dist/mount.fmu drop.html"
     assert [name for name in written.split() if not (folder / name).stat().st_size] == []
-
-
-@pytest.mark.slow
-def test_the_program_that_couples_a_mass_is_of_second_order(tmp_path: Path) -> None:
-    """A shaken mass on the spring, against one ODE of both; each halving of the step divides errors by four."""
-    from oracles import monolithic
-    from strandspring.cosimulation import Attachment, Plant
-    from strandspring.fmu.python_backed import build_python_fmu
-
-    namespace: dict[str, Any] = {}
-    exec(compile(program_with("def simulate"), "coupling.md", "exec"), namespace)
-    fmu = build_python_fmu(Spring(MOUNT, "mount").model, tmp_path, zero=0.0)
-    mass, load, stop, omega = 5.0, 50.0, 0.5, 2.0 * np.pi * 7.0
-
-    def base(t: float) -> float:
-        return float(0.004 * np.sin(omega * t))
-
-    mounted = Attachment((1.0,), offset=0.05, base=base)
-    plant = Plant(M=[[mass]], attachments=[mounted], load=lambda _: [load])
-    speed = [lambda t: float(0.004 * omega * np.cos(omega * t))]
-    exact = monolithic(plant, [MOUNT], np.linspace(0.0, stop, 501), base_velocities=speed, rtol=1e-10)
-    errors = []
-    for k in range(3):
-        found = namespace["simulate"](str(fmu), mass, load, base, 0.05, 1e-3 / 2**k, stop)[:, :: 2**k]
-        pairs = zip(found[[1, 3, 4]], (exact.q[:, 0], exact.force[:, 0], exact.absorbed_energy[:, 0]), strict=True)
-        errors.append([np.abs(one - other).max() / np.ptp(other) for one, other in pairs])
-    assert np.log2(np.divide(errors[:-1], errors[1:])) == pytest.approx(2.0, abs=0.15)
-    assert np.max(errors[-1]) < 5e-4
 
 
 def help_of(name: str) -> str:

@@ -15,7 +15,6 @@ import subprocess
 import tempfile
 import weakref
 from ctypes import c_double, c_int, c_size_t, c_void_p
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,11 +23,9 @@ from numpy.typing import NDArray
 
 import strandspring
 from instrumented import SANITIZED
-from springs import along, spring
 from strandspring import SpringParameters
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from strandspring.core.parameters import KNOTS, MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, N_RANGE, SIGMA_RANGE
 from strandspring.kernel.path import PathSolver, packed
 from strandspring.kernel.structures import rows, structures
 from tools import program
@@ -100,15 +97,10 @@ class Kernel:
         self.address = library().driver_spring(ctypes.addressof(given))
         weakref.finalize(self, library().driver_free, self.address)
 
-    def path(self, displacement: FloatArray, omega: float = 0.0) -> FloatArray:
-        """omega [-], force [N], stiffness [N/m] and absorbed energy [J] at each sample, shape (4, K)."""
-        return self._along(displacement, omega)[0]
-
-    def gradients(self, displacement: FloatArray, omega: float = 0.0) -> NDArray[np.void]:
-        """Derivatives of force and of stiffness at each sample, shape (2, K), as SpringGradient of spring.h."""
-        return self._along(displacement, omega)[1]
-
-    def _along(self, displacement: FloatArray, omega: float) -> tuple[FloatArray, NDArray[np.void]]:
+    def along(self, displacement: FloatArray, omega: float) -> tuple[FloatArray, NDArray[np.void]]:
+        """omega [-], force [N], stiffness [N/m] and absorbed energy [J] at each sample, shape (4, K), and derivatives
+        of force and of stiffness, shape (2, K), as SpringGradient of spring.h.
+        """
         path = np.ascontiguousarray(displacement, dtype=np.float64)
         response = np.empty((4, path.size))
         gradients = rows("SpringGradient", 2 * path.size)
@@ -144,44 +136,9 @@ def by_path(parameters: SpringParameters, path: FloatArray, omega: float) -> Flo
 
 def by_steps_in_c(parameters: SpringParameters, path: FloatArray, omega: float) -> FloatArray:
     """The same by the steps in C."""
-    return Kernel(parameters).path(path, omega)
+    return Kernel(parameters).along(path, omega)[0]
 
 
 in_each_way = pytest.mark.parametrize(
     "respond", [by_stepper, by_path, pytest.param(by_steps_in_c, marks=pytest.mark.long)]
 )
-
-
-def random_spring(random: np.random.Generator) -> SpringParameters:
-    """Any possible spring: all of the supported range of n and sigma, its corners often, all degrees, and tables."""
-    is_corner, is_table = random.random(2) < (0.2, 0.25)
-    weights = random.uniform(-1.0, 1.0, int(random.integers(0, MAXIMUM_AMPLIFIER_DEGREE + 1)))
-    weights *= random.uniform(0.0, 0.95) / max(1.0, float(np.sum(np.abs(weights))))
-    p = spring(
-        n=float(random.choice([N_RANGE[0], 1.0, 2.0, N_RANGE[1]]) if is_corner else 10.0 ** random.uniform(-2.0, 2.0)),
-        sigma=float(random.choice(SIGMA_RANGE) if is_corner else 0.5 + 10.0 ** random.uniform(-3.0, 2.99)),
-        saturations=10.0 ** random.uniform(-1.0, 2.5),
-        elastic=tuple(random.uniform(-5.0, 5.0, int(random.integers(1, MAXIMUM_DEGREE + 2)))),
-        amplifier=tuple(weights),
-        kappa_omega=float(random.choice([1e-3, 25.0, 1e6])),
-        middle=float(random.choice([0.0, -0.3, 0.05])),
-        half=float(random.choice([1e-4, 0.02, 3.0])),
-    )
-    if not is_table:
-        return p
-    count = int(random.integers(KNOTS[0], KNOTS[1] + 1))
-    # Distances differ by up to 30 times.
-    shares = np.cumsum(10.0 ** random.uniform(-1.5, 0.0, count - 1))
-    inner = p.displacement_min + shares[:-1] / shares[-1] * (p.displacement_max - p.displacement_min)
-    knots = (p.displacement_min, *inner, p.displacement_max)
-    return replace(p, kE=(), FE_knots=knots, FE_forces=tuple(p.kappa_omega * random.uniform(-5.0, 5.0, count)))
-
-
-def random_path(random: np.random.Generator, parameters: SpringParameters, steps: int) -> FloatArray:
-    """Steps from 1e-12 to three times the range, standstills, many reversals, and excursions out of the range."""
-    sizes = random.choice([0.0, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 6.0], steps) * random.standard_normal(steps)
-    path = [float(random.uniform(-1.0, 1.0))]
-    for size in sizes.tolist():
-        share = path[-1] + size
-        path.append(share if abs(share) <= 1.6 else float(random.uniform(-1.4, 1.4)))
-    return along(parameters, path)

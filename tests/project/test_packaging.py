@@ -1,4 +1,4 @@
-"""What is installed and what its imports load: type information, schema, bytes that are the same everywhere."""
+"""What is installed and what its imports load: public names, schema, bytes that are the same everywhere."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 
 import strandspring
-from tools import tool
 
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,26 +56,6 @@ def test_public_names_are_found_where_the_table_says_and_the_schema_is_that_besi
         _ = strandspring.nothing
     published = (ROOT / "models/strandspring-model.schema.json").read_text(encoding="utf-8")
     assert strandspring.model_schema() == json.loads(published)
-
-
-USER = """
-from strandspring import Record, Spring, identify
-result = identify(Record([0.0, 0.01, 0.0], [0.0, 1.0, 0.0]))
-force: float = result.spring("mount").response([0.0, 0.01]).sum()
-reveal_type(result.rnl)
-Spring.load(3.0)
-"""
-
-
-@pytest.mark.slow
-def test_type_checkers_know_the_package(tmp_path: Path) -> None:
-    tool("mypy")
-    (tmp_path / "user.py").write_text(USER, encoding="utf-8")
-    settings = {**os.environ, "MYPYPATH": "" if "site-packages" in strandspring.__file__ else str(ROOT / "fmu_src")}
-    command = [sys.executable, "-m", "mypy", "--strict", "user.py"]
-    said = subprocess.run(command, cwd=tmp_path, env=settings, capture_output=True, text=True, check=False).stdout
-    assert re.findall('Revealed type is "(.*)"', said) == ["float"]
-    assert re.findall("user.py:(.*): error: (.*?) has", said) == [("6", 'Argument 1 to "load" of "Spring"')]
 
 
 BUILD = """

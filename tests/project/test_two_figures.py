@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import reports
-from strandspring import Identification, build_fmu, predict, simulate_fmu
+from strandspring import Identification, build_fmu, simulate_fmu
 
 pytestmark = pytest.mark.long
 
@@ -48,14 +48,6 @@ def test_the_headline_is_that_of_the_saved_spring_by_an_independent_integration(
     for record, fit in zip(found.records, found.fits, strict=True):
         motion = simulate_fmu(fmu, record.displacement, parameters={"omega_start": fit.omega_start})
         np.testing.assert_allclose(motion.force, fit.predicted, rtol=0.0, atol=1e-9 * fit.rms_force)
-
-
-def test_predicting_its_own_record_gives_about_the_headline(found: Identification) -> None:
-    # omega_start is estimated, and the samples before the steady part are compared, too.
-    prediction = predict(found.spring(), list(found.records))
-    for record, fit, own in zip(found.records, prediction.fits, found.fits, strict=True):
-        errors = (fit.predicted - record.force)[own.first_sample :]
-        assert np.sqrt(np.mean(errors**2)) == pytest.approx(own.rmse, rel=0.02)
 
 
 def test_both_figures_are_told_where_they_differ() -> None:
