@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -285,26 +284,6 @@ def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float
             expected += step * rate(expected + step / 2 * rate(expected, step), step)
     # Rounding of the strokes, and the accuracy of W once.
     assert respond(p, path, omega)[0, -1] == pytest.approx(float(expected), abs=1e-12)
-
-
-# The verbs of Python's steps
-
-
-@pytest.mark.parametrize("name", ["wire_rope", "table"])
-def test_trials_leave_no_trace_and_a_rebuilt_memory_continues_bit_for_bit(name: str) -> None:
-    p, random = EXAMPLES[name], np.random.default_rng(9)
-    law = SpringLaw(p)
-    original = rebuilt = stepper.start(float(along(p, 0.1)), 0.2)
-    assert stepper.trial(law, original, original.displacement) is original
-    for position in along(p, random.uniform(-1.5, 1.5, 15)).tolist():
-        before = tuple(original)
-        for elsewhere in along(p, random.uniform(-2.0, 2.0, 2)).tolist():
-            tried = stepper.trial(law, original, elsewhere)
-            assert stepper.integrate(law, tried).energy == stepper.absorbed_energy(law, tried)
-        assert tuple(original) == before
-        rebuilt = stepper.Memory(*json.loads(json.dumps(tuple(rebuilt))))
-        original, rebuilt = stepper.trial(law, original, position), stepper.trial(law, rebuilt, position)
-        assert rebuilt == original
 
 
 @pytest.mark.parametrize("moves", [(), (0.6,), (0.6, -0.2)])

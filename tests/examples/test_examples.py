@@ -14,7 +14,7 @@ import pytest
 
 from example_springs import write_models
 from notebook import NOTEBOOK, notebook
-from strandspring import Spring, identify, isolate, predict
+from strandspring import identify, isolate, predict
 from strandspring.docs.site import page_text
 from strandspring.examples import calibration, paper
 from strandspring.examples.system_models import SYSTEMS
@@ -109,10 +109,6 @@ def test_the_installed_spring_is_identified_from_the_campaign_as_the_tutorial_sa
         assert made.parameters.as_dict()[name] == pytest.approx(value, rel=1e-6, abs=1e-9)
     for words in ("Synthesized, not measured", "176 mm", "one core wire and layers of 3 and 6 wires of 1.5 mm"):
         assert words in bundled.description
-    for record in records.values():
-        # 1 % of noise leaves 0.99.
-        missed = Spring.load(SYSTEMS / "recoil_spring.json").response(record.displacement) - record.force
-        assert 1.0 - np.sqrt(np.sum(missed**2) / np.sum(record.force**2)) > 0.98
     page = " ".join(page_text("tutorial").split("## 2.")[1].split())
     fit = identify([records["slow"], records["fast"]])
     table = page.split("| --- | --- |")[1].split("| the force does not depend")[0]

@@ -24,18 +24,16 @@ CORNER_SHEAR = ss.SpringParameters(
 )  # fmt: skip
 
 
-def softer(parameters: ss.SpringParameters, share: float) -> ss.SpringParameters:
-    """A spring with a share of the forces."""
-    return replace(
-        parameters, kE=tuple(share * force for force in parameters.kE), kappa_omega=share * parameters.kappa_omega
-    )
+def softer(p: ss.SpringParameters) -> ss.SpringParameters:
+    """A spring with 0.6 of the forces."""
+    return replace(p, kE=tuple(0.6 * force for force in p.kE), kappa_omega=0.6 * p.kappa_omega)
 
 
 SPRINGS = {
     "corner_compression": CORNER_COMPRESSION,
     "corner_shear": CORNER_SHEAR,
-    "corner_soft_compression": softer(CORNER_COMPRESSION, 0.6),
-    "corner_soft_shear": softer(CORNER_SHEAR, 0.6),
+    "corner_soft_compression": softer(CORNER_COMPRESSION),
+    "corner_soft_shear": softer(CORNER_SHEAR),
 }
 
 
@@ -50,14 +48,8 @@ def records(name: str) -> tuple[list[ss.Record], str]:
         )
     true = SPRINGS[name]
     half = 0.5 * (true.displacement_max - true.displacement_min)
-    record = ss.synthesize(
-        ss.Spring(true),
-        amplitudes=[share * half for share in AMPLITUDES],
-        mean=true.displacement_min + half,
-        samples=200,
-        noise=NOISE,
-        seed=SEED,
-    )
+    amplitudes, middle = [share * half for share in AMPLITUDES], true.displacement_min + half
+    record = ss.synthesize(ss.Spring(true), amplitudes=amplitudes, mean=middle, samples=200, noise=NOISE, seed=SEED)
     return [record], "Synthesized, not measured: see strandspring.examples.system_models."
 
 

@@ -52,7 +52,9 @@ def test_the_residual_is_that_of_the_equation_of_motion(name: str, harmonics: in
     assert omega[-1] == pytest.approx(start, abs=1e-5)
     assert found.motion.force[0] == pytest.approx(3.0 * of_spring + 15.0 * functions @ speed, abs=1e-6 * found.scale)
     assert (low, high) == pytest.approx((path.min(), path.max()), abs=1e-6 * np.ptp(path))
-    acting = 150.0 + (20.0 + 1e-3 * OMEGA**2 + 7e3 / OMEGA**2) * functions[:, 1]
+    forcing = 20.0 + 1e-3 * OMEGA**2 + 7e3 / OMEGA**2
+    assert mass_on(p, basis).forcing_at(OMEGA) == pytest.approx([forcing])
+    acting = 150.0 + forcing * functions[:, 1]
     unbalanced = found.motion.force[0] - 5.0 * OMEGA**2 * functions @ (order**2 * z) - acting
     share = np.where(order > 0.0, 2.0, 1.0) / samples
     assert found.residual == pytest.approx(share * (functions.T @ unbalanced), abs=1e-12 * found.scale)
