@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,6 @@ from strandspring.core.parameters import LARGEST_DISPLACEMENT
 from strandspring.core.saturation import Saturation, inverse_saturation
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.steady import steady_omega
-from tools import slow_but
 
 Respond = Callable[[SpringParameters, FloatArray, float], FloatArray]
 EPSILON = float(np.finfo(float).eps)
@@ -85,63 +84,35 @@ def test_the_three_agree_over_drawn_springs(p: SpringParameters, shares: list[fl
         assert np.all(energy <= scale * (1e-12 * way + of_energy))
 
 
-def log_uniform(random: np.random.Generator, low: float, high: float) -> float:
-    """Within [low, high], at an end one time in three."""
-    share = random.choice([0.0, 1.0, random.random()], p=[1 / 6, 1 / 6, 2 / 3])
-    return float(np.clip(low * (high / low) ** share, low, high))
-
-
-def extreme_spring(random: np.random.Generator) -> SpringParameters:
-    """A spring anywhere within the limits, often at them; with terms that cancel or do not."""
-    width = log_uniform(random, *limits.WIDTH_RANGE)
-    low = float(random.choice([-0.5 * width, 0.0, -LARGEST_DISPLACEMENT if width > 1.0 else -width]))
-    high = low + width
-    offset = float(random.choice([low, high, 0.5 * (low + high)]))
-    # Rounding may have moved the ends.
-    width, reach = high - low, max(offset - low, high - offset)
-
-    def terms(count: int, largest: float, length: float) -> list[float]:
-        """Coefficients of terms that reach up to the largest value."""
-        sizes = [0.9 * largest * random.choice([1.0, 1e-3, 0.0, 1e-30]) / length**i for i in range(count)]
-        return [float(size * random.choice([-1.0, 1.0])) for size in sizes]
-
-    is_table = random.random() < 0.3
-    knots = low + width * np.linspace(0.0, 1.0, int(random.integers(7, 26)))
-    knots[1:-1] += 0.4 * (knots[1] - knots[0]) * random.uniform(-1.0, 1.0, len(knots) - 2)
-    knots[[0, -1]] = low, high
-    # FA > 0: terms of one sign where x is.
-    amplifier = [abs(term) for term in terms(int(random.integers(1, 10)), 1e9, reach)]
-    signs = [[1.0, 0.0], [1.0, 1.0], [1.0, -1.0]][(offset == low) + 2 * (offset == high)]
-    return SpringParameters(
-        kE=() if is_table else tuple(terms(int(random.integers(1, 22)), 1e15, reach)),
-        kA=(1.0, *(term * signs[i % 2] for i, term in enumerate(amplifier[1:], 1))),
-        kappa_omega=log_uniform(random, *limits.FORCE_RANGE),
-        rho=log_uniform(random, limits.SATURATION_RANGE[0] / width, limits.SATURATION_RANGE[1] / width),
-        sigma=log_uniform(random, *limits.SIGMA_RANGE),
-        n=log_uniform(random, *limits.N_RANGE),
-        displacement_offset=offset,
-        displacement_min=low,
-        displacement_max=high,
-        FE_knots=tuple(knots) if is_table else (),
-        FE_forces=tuple(terms(len(knots), 1e15, 1.0)) if is_table else (),
-    )
+def springs_at_the_limits(n: float, sigma: float) -> Iterator[SpringParameters]:
+    """Of all sizes that are allowed, with the largest terms that cancel or do not; FA > 0 where x >= 0."""
+    ends = limits.WIDTH_RANGE, limits.SATURATION_RANGE, limits.FORCE_RANGE
+    for (width, saturations, force), is_table in product(product(*ends), (False, True)):
+        low = -LARGEST_DISPLACEMENT if width > 1.0 else 0.0
+        elastic = [0.9e15 * (-1.0) ** i / width**i for i in range(21)]
+        knots = low + width * np.linspace(0.0, 1.0, 25)
+        yield SpringParameters(
+            kE=() if is_table else tuple(elastic), kA=(1.0, *(0.9e9 / width**i for i in range(1, 9))),
+            kappa_omega=force, rho=saturations / width, sigma=sigma, n=n, displacement_offset=low,
+            displacement_min=low, displacement_max=low + width, FE_knots=tuple(knots) if is_table else (),
+            FE_forces=(1e15, -1e15, *(1e15,) * 23) if is_table else (),
+        )  # fmt: skip
 
 
 @in_each_way
-@pytest.mark.parametrize("seed", slow_but(range(40), range(8)))
-def test_whatever_is_computed_within_the_limits_is_finite(seed: int, respond: Respond) -> None:
-    random = np.random.default_rng(seed)
-    p = extreme_spring(random)
-    inside = random.uniform(p.displacement_min, p.displacement_max, 20)
-    near = inside + random.standard_normal(20) * 10.0 ** random.uniform(-12.0, 3.0, 20) / p.rho
-    ends = random.choice([-LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT, 0.0], 8)
-    path = np.concatenate([inside, near, ends, [p.displacement_min, p.displacement_max, p.displacement_offset]])
-    path = np.clip(random.permutation(path), -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
-    response = respond(p, path, float(random.choice([-1.0, 0.0, 1e-300, 1.0])))
-    assert np.isfinite(response).all(), p
-    if respond is by_steps_in_c:
-        assert np.isfinite(Kernel(p).along(path, 0.0)[1].view(np.float64)).all(), p
-    assert np.abs(response[0]).max() <= 1.0
+@pytest.mark.parametrize("pair", list(product(limits.N_RANGE, limits.SIGMA_RANGE)), ids=str)
+def test_whatever_is_computed_within_the_limits_is_finite(pair: tuple[float, float], respond: Respond) -> None:
+    random = np.random.default_rng(1)
+    for p in springs_at_the_limits(*pair):
+        inside = random.uniform(p.displacement_min, p.displacement_max, 8)
+        near = inside + random.standard_normal(8) * 10.0 ** random.uniform(-12.0, 3.0, 8) / p.rho
+        ends = [-LARGEST_DISPLACEMENT, 0.0, LARGEST_DISPLACEMENT, p.displacement_min, p.displacement_max]
+        path = np.clip(random.permutation([*inside, *near, *ends]), -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
+        response = respond(p, path, float(random.choice([-1.0, 1e-300, 1.0])))
+        assert np.isfinite(response).all(), p
+        assert np.abs(response[0]).max() <= 1.0
+        if respond is by_steps_in_c:
+            assert np.isfinite(Kernel(p).along(path, 0.0)[1].view(np.float64)).all(), p
 
 
 @in_each_way

@@ -150,30 +150,6 @@ def test_the_table_of_symbols_is_the_fmus_table() -> None:
     assert set(SCALARS) < set(listed)
 
 
-def test_the_bounds_of_files_are_those_of_the_program() -> None:
-    from strandspring.ground import strict_json, unpacking
-    from strandspring.loops import selection
-    from strandspring.model import modelfile
-    from strandspring.records import content, source
-    from strandspring.records.formats import reader_process as reader
-    from strandspring.vibration.bodies import mounted, simulation
-    from strandspring.vibration.description import system_file as system
-
-    bounds = (
-        f"{content.MAX_BYTES // 2**30} GiB, {content.MAX_UNPACKED_BYTES // 2**20} MiB unpacked, "
-        f"{source.MAX_ROWS // 10**6} million rows",
-        f"{reader._MEMORY // 2**20} MiB of memory",
-        f"{reader._SECONDS:g} s of processor time plus 1 s for each {reader._BYTES_PER_SECOND / 1e6:g} MB",
-        f"at most {strict_json._MAX_NESTING} levels",
-        f"| {modelfile.MAXIMUM_BYTES // 10**6} MB |",
-        f"{modelfile.MAXIMUM_FMU_BYTES // 10**6} MB packed or unpacked, {unpacking._MOST_FILES:_} files",
-        f"| {selection._MAX_BYTES // 10**6} MB, {selection._MAX_FILES:_} files |",
-        f"| {system._MAX_BYTES // 10**6} MB, {system._MOST_MODELS} model files, {mounted.MOST_BODIES} bodies, "
-        f"{mounted.MOST_AXES} axes of mounts, {simulation.MOST_STEPS // 10**6} million steps of a case |",
-    )
-    assert [bound for bound in bounds if bound.replace("_", " ") not in TEXTS["security"]] == []
-
-
 @pytest.mark.slow
 @pytest.mark.filterwarnings("default")  # those of Sphinx are its own affair
 def test_the_site_needs_no_network_and_has_the_same_bytes_again(tmp_path: Path) -> None:

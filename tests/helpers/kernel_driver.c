@@ -11,13 +11,6 @@ typedef struct {
     SpringLaw law;
 } Spring;
 
-Spring *driver_spring(const SpringParameters *parameters);
-void driver_free(Spring *spring);
-int driver_taken(const Spring *spring);
-int driver_path(const Spring *spring, int count, const double *displacement, double omega_start, double *response,
-                SpringGradient *of_force, SpringGradient *of_stiffness);
-void driver_saturation(const Spring *spring, int count, const double *value, double *u, double *xi);
-
 Spring *driver_spring(const SpringParameters *parameters)
 {
     Spring *spring = malloc(sizeof *spring);

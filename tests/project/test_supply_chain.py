@@ -97,9 +97,7 @@ def test_licences_of_all_dependencies_are_listed(
     assert not [name for name, (licence, use) in listed.items() if "GPL" in licence and "always" in use]
 
 
-def test_the_bill_of_materials_lists_what_users_install_in_the_form_of_cyclonedx(
-    required: list[Any], project: Any, listed: dict[str, tuple[str, str]], tmp_path: Path
-) -> None:
+def test_the_bill_of_materials_lists_what_users_install(listed: dict[str, tuple[str, str]], tmp_path: Path) -> None:
     for name in ("one", "other"):
         subprocess.run([sys.executable, ROOT / ".ci" / "sbom.py", tmp_path / name], check=True)
     assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
@@ -110,11 +108,9 @@ def test_the_bill_of_materials_lists_what_users_install_in_the_form_of_cyclonedx
     assert references == [one["purl"] for one in components] == [one["bom-ref"] for one in components]
     assert references == [entry["ref"] for entry in bill["dependencies"]]
     assert all(set(entry["dependsOn"]) <= set(references) for entry in bill["dependencies"])
-    scopes = {one["name"]: one["scope"] for one in bill["components"]}
     uses = {name: use for name, (_, use) in listed.items() if use != "test"}
-    assert scopes == {name: "required" if "always" in use else "optional" for name, use in uses.items()}
-    direct = {reference.partition("/")[2].partition("@")[0] for reference in bill["dependencies"][0]["dependsOn"]}
-    assert {name_of(one) for one in required[: len(project["dependencies"])]} <= direct
+    expected = {name: "required" if "always" in use else "optional" for name, use in uses.items()}
+    assert {one["name"]: one["scope"] for one in bill["components"]} == expected
 
 
 def test_the_citation_names_the_version() -> None:
