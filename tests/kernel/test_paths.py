@@ -17,6 +17,7 @@ from strandspring import Spring, SpringParameters
 from strandspring.core import resolution
 from strandspring.kernel.arrays import address
 from strandspring.kernel.library import library
+from strandspring.kernel.steady import steady_start
 
 SPRING = Spring(EXAMPLES["stranded_wire"])
 METHODS = ("response", "omega", "stiffness", "absorbed_energy")
@@ -62,6 +63,14 @@ def test_a_path_that_leaves_the_range_is_warned_of_and_the_noise_of_a_record_is_
         with pytest.warns(UserWarning, match="at index 2: in 2 of 5 rows the force is extrapolated") as caught:
             getattr(Spring(p), method)(outside)
         assert [each.filename for each in caught] == [__file__]
+
+
+@pytest.mark.parametrize("p", [SPRING.parameters, BRANCHED["second"]], ids=["plain", "second"])
+def test_a_steady_loop_repeats(p: SpringParameters) -> None:
+    low, high = along(p, [-0.4, 0.3]).tolist()
+    path = np.tile([*np.linspace(low, high, 40), *np.linspace(high, low, 40)], 2)
+    force = Spring(p).response(path, steady_start(p, high - low))
+    assert force[80:] == pytest.approx(force[:80], abs=1e-12 * np.ptp(force))
 
 
 # Resolution of the input
