@@ -63,11 +63,8 @@ class Result:
 
     @property
     def line(self) -> str:
-        p, e = self.case.spring, self.case.experiment
-        case = (
-            f"n {p.n:5.2f} sigma {p.sigma:5.2f} rho*A {p.rho * self.case.amplitude:5.1f} "
-            f"degrees {len(p.kE) - 1},{len(p.kA) - 1} {len(self.case.records)} x {e.shape:8}"
-        )
+        p = self.case.spring
+        case = f"n {p.n:5.2f} sigma {p.sigma:5.2f} rho*A {p.rho * self.case.amplitude:5.1f}"
         if self.judgement is None:
             return f"{case} refused: {self.problem}"
         verdict = "SILENT" if self.silent else "WRONG" if self.wrong else "right"
@@ -101,14 +98,14 @@ def summary(results: Sequence[Result]) -> dict[str, object]:
 def drawn_experiment(generator: np.random.Generator, coarse: bool, **fixed: Any) -> Experiment:
     """An experiment, of few samples in a cycle if it is to be a coarse one."""
     experiment = draw_experiment(generator, **fixed)
-    if not coarse:
-        return experiment
-    samples = round(generator.uniform(*FEW) * sum(experiment.cycles))
-    return replace(experiment, samples=samples, synchronous=False)
+    if coarse:
+        samples = round(generator.uniform(*FEW) * sum(experiment.cycles))
+        experiment = replace(experiment, samples=samples, synchronous=False)
+    return experiment
 
 
 def shown(label: str, result: Result, verbose: bool) -> Result:
-    if verbose or result.silent or (result.problem and not verbose):
+    if verbose or result.silent or result.problem:
         console.print(f"{label:30} {result.line}", soft_wrap=True)
     return result
 

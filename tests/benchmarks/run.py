@@ -34,7 +34,7 @@ def benchmarks() -> dict[str, Callable[..., None]]:
 
     functions = (
         honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.noise, zoo.zoo, held_out.held_out,
-        methods.table_1, planning.planning, systems.errors, systems.ranges, systems.verdicts, speed.kernel, speed.bulk,
+        methods.table_1, planning.planning, systems.ranges, systems.verdicts, speed.kernel, speed.bulk,
         speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.real_time, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from tables import console, counted, percent, show
@@ -41,54 +41,20 @@ _OTHER_SHARES = re.compile(r"[-+.\d]+ % (?:of (?:the|that|its) (?:amplitude|rang
 _PERCENT = re.compile(r"(\d+(?:\.\d+)?) %")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Judged:
-    """What came out of one case.
-
-    Attributes
-    ----------
-    case : ZooCase
-    problem : str        Why there is no spring.
-    cautions : dict      Names of outcomes with their sentences.
-    effects : sequence   What was removed.
-    energies, recorded : ndarray   By amplitude the energy of the spring's loops over the mount's, over the measured.
-    force, minor : float rms error along the records and on nested loops, shares of the force's standard deviation.
-    small : tuple        True energy of small loops, and the ends of the range given for it [J].
-    """
+    """What came out of one case: `problem` says why there is no spring, `effects` what was removed."""
 
     case: ZooCase
     problem: str = ""
-    cautions: dict[str, str] | None = None
-    effects: Sequence[str] = ()
-    energies: FloatArray | None = None
-    recorded: FloatArray | None = None
-    force: float = 0.0
+    cautions: dict[str, str] = field(default_factory=dict)
+    effects: tuple[str, ...] = ()
+    energy_error: float = 0.0
+    energy_silent: bool = False
+    as_recorded: bool = False
     minor: float = 0.0
-    small: tuple[float, float, float] = (0.0, 1.0, 0.0)
-
-    @property
-    def energy_error(self) -> float:
-        return float(np.abs(self.energies - 1.0).max())
-
-    @property
-    def energy_off(self) -> bool:
-        return self.energy_error > WRONG
-
-    @property
-    def energy_silent(self) -> bool:
-        return self.energy_off and not names_size(self.cautions.values(), self.energy_error, self.force)
-
-    @property
-    def minor_silent(self) -> bool:
-        """A mount that changes may also be said to do so, where the change was left in."""
-        kept = not any("wear" in effect for effect in self.effects)
-        says = any(name in OPEN or OPEN_WORDS.search(text.lower()) for name, text in self.cautions.items())
-        says |= self.case.mount.changes and kept and any("cycle to cycle" in text for text in self.cautions.values())
-        return self.minor > WRONG and not says
-
-    @property
-    def held(self) -> bool:
-        return self.small[1] <= self.small[0] <= self.small[2]
+    minor_silent: bool = False
+    held: bool = False
 
     @property
     def line(self) -> str:
@@ -96,9 +62,8 @@ class Judged:
         if self.problem:
             return f"{head} refused: {self.problem[:90]}"
         marks = "E-SILENT " * self.energy_silent + "M-SILENT " * self.minor_silent + "MISSED " * (not self.held)
-        energies = " ".join(f"{ratio:.2f}" for ratio in self.energies)
-        shares = f"force {percent(self.force)} % minor {percent(self.minor)} %"
-        return f"{head} energy {energies:14} {shares} {marks}{', '.join(self.cautions)}"
+        shares = f"energy off {percent(self.energy_error)} % minor {percent(self.minor)} %"
+        return f"{head} {shares} {marks}{', '.join(self.cautions)}"
 
 
 def names_size(sentences: Iterable[str], energy: float, force: float) -> bool:
@@ -118,39 +83,35 @@ def judged(case: ZooCase) -> Judged:
         found = identify(case.records)
     except StrandspringError as error:
         return Judged(case, str(error).partition(": ")[2])
-    spring = found.spring()
-    own = [
-        spring.response(r.displacement, fit.omega_start, r.time)
-        for r, fit in zip(case.records, found.fits, strict=True)
-    ]
-    sums = np.array(
-        [
-            sum(
-                np.array([closed(force[at], r.displacement[at]), closed(clean[1][at], clean[0][at]),
-                          closed(r.force[at], r.displacement[at])])
-                for r, force, clean, samples in zip(case.records, own, case.clean, cycles, strict=True)
-                for at in samples
-            )
-            for _, cycles in case.loops()
-        ]
-    )  # fmt: skip
+    spring, fits, energies = found.spring(), found.fits, []
+    own = [spring.response(r.displacement, fit.omega_start, r.time) for r, fit in zip(case.records, fits, strict=True)]
+    for cycles in case.loops():
+        sums = np.zeros(3)  # of the spring, of the mount, as measured
+        for record, force, clean, samples in zip(case.records, own, case.clean, cycles, strict=True):
+            for at in samples:
+                x = record.displacement[at]
+                sums += [closed(force[at], x), closed(clean[1][at], clean[0][at]), closed(record.force[at], x)]
+        energies.append(sums[0] / sums[1:])
+    off, from_recorded = np.abs(np.array(energies) - 1.0).max(axis=0).tolist()
     # What lies before the first sample compared only sets the memory.
-    errors = [
-        (force - clean[1])[fit.first_sample :] for force, clean, fit in zip(own, case.clean, found.fits, strict=True)
-    ]
+    parts = [(mine - clean[1])[fit.first_sample :] for mine, clean, fit in zip(own, case.clean, fits, strict=True)]
     path, times, added = case.after(NESTED)
-    minor = (spring.response(path, time=times) - case.mount.force(path, times))[added]
+    nested = (spring.response(path, time=times) - case.mount.force(path, times))[added]
     # What the force is counted from may be free.
-    deviations = [
-        np.std(error) if case.fault in FORCE_SHIFTS else np.sqrt(np.mean(error**2))
-        for error in (np.concatenate(errors), minor)
-    ]
+    force, minor = (
+        float(np.std(error) if case.fault in FORCE_SHIFTS else np.sqrt(np.mean(error**2))) / case.scale
+        for error in (np.concatenate(parts), nested)
+    )
     cautions = {outcome.name: sentence for outcome, sentence in zip(found.outcomes, found.cautions, strict=True)}
-    unrecorded = found.certainty.unrecorded
+    says = any(name in OPEN or OPEN_WORDS.search(text.lower()) for name, text in cautions.items())
+    if case.mount.changes and not any("wear" in effect for effect in found.effects):
+        # A mount that changes may also be said to do so, where the change was left in.
+        says |= any("cycle to cycle" in text for text in cautions.values())
+    silent = off > WRONG and not names_size(cautions.values(), off, force)
+    held = found.certainty.unrecorded.low <= case.small_energy() <= found.certainty.unrecorded.high
     return Judged(
-        case, "", cautions, tuple(found.effects), sums[:, 0] / sums[:, 1], sums[:, 0] / sums[:, 2],
-        *(float(deviation) / case.scale for deviation in deviations),
-        (case.small_energy(), unrecorded.low, unrecorded.high),
+        case, "", cautions, tuple(found.effects), off, silent, from_recorded <= WRONG, minor,
+        minor > WRONG and not says, held,
     )  # fmt: skip
 
 
@@ -166,9 +127,9 @@ def summary(chosen: Sequence[Judged]) -> dict[str, object]:
     return {
         "records": len(chosen),
         "refused": len(chosen) - len(springs),
-        "energy off": sum(r.energy_off for r in springs),
+        "energy off": sum(r.energy_error > WRONG for r in springs),
         "silent": len(silent),
-        "as recorded": sum(float(np.abs(r.recorded - 1.0).max()) <= WRONG for r in silent),
+        "as recorded": sum(r.as_recorded for r in silent),
         "worst [%]": percent(max((r.energy_error for r in springs), default=0.0)),
         "minor off": sum(r.minor > WRONG for r in springs),
         "minor silent": sum(r.minor_silent for r in springs),
@@ -198,4 +159,4 @@ def zoo(count: int = 8, seed: int = 7, only: str = "", verbose: bool = False) ->
         "all": results,
     }
     show("Mounts of other classes, by amplitudes", [{"mount": name} | summary(rows) for name, rows in groups.items()])
-    console.print(f"cautions: {counted([name.lower() for r in results for name in r.cautions or ()])}")
+    console.print(f"cautions: {counted([name.lower() for r in results for name in r.cautions])}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -102,19 +102,12 @@ class ZooCase:
         last = slice(path.size - 2 * stroke - 1, None)
         return float(np.trapezoid(force[last], path[last]))
 
-    def loops(self) -> list[tuple[float, list[list[NDArray[np.intp]]]]]:
-        """For each amplitude its share of the largest and, for each record, the samples of every steady cycle."""
-        found = []
-        first = 0
-        for amplitude, cycles in zip(self.experiment.amplitudes, self.experiment.cycles, strict=True):
-            numbers = range(first + 1, first + cycles)
-            inside = [
-                [np.flatnonzero((clean[2] >= number) & (clean[2] <= number + 1)) for number in numbers]
-                for clean in self.clean
-            ]
-            found.append((amplitude, inside))
-            first += cycles
-        return found
+    def loops(self) -> Iterator[list[list[NDArray[np.intp]]]]:
+        """By amplitude, for each record the samples of every steady cycle."""
+        begun = 0
+        for cycles in self.experiment.cycles:
+            numbers, begun = range(begun + 1, begun + cycles), begun + cycles
+            yield [[np.flatnonzero((c[2] >= number) & (c[2] <= number + 1)) for number in numbers] for c in self.clean]
 
 
 def draw_case(name: str, seed: int, index: int) -> ZooCase:
@@ -160,8 +153,13 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
     fine = 4 * quarter * stride
     if not experiment.synchronous:
         stride += 1
-    duration = sum(experiment.cycles) * experiment.period
-    begun = 0
+
+    def act(stage: str, run: Run) -> None:
+        action = getattr(fault, stage)
+        if action is not None:
+            action(run, magnitude, generator)
+
+    duration, begun = sum(experiment.cycles) * experiment.period, 0
     runs: list[Run] = []
     for segments in experiment.segments:
         path, cycle = wave(experiment.shape, segments, fine)
@@ -171,8 +169,7 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
         )  # fmt: skip
         run.measured = run.path
         begun += sum(cycles for _, cycles in segments)
-        if fault.motion is not None:
-            fault.motion(run, magnitude, generator)
+        act("motion", run)
         runs.append(run)
     # The last sample of a record is the first one of the next.
     begins = np.cumsum([0, *(run.path.size - 1 for run in runs)])
@@ -180,17 +177,14 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
     time = runs[0].step * np.arange(path.size)
     elastic, hysteretic = mount.parts(path, time)
     clean = elastic + hysteretic
-    scale = float(np.std(clean))
-    ends = float(clean.min()), float(clean.max())
+    scale, ends = float(np.std(clean)), (float(clean.min()), float(clean.max()))
     for run, begin in zip(runs, begins, strict=False):
         piece = slice(begin, begin + run.path.size)
         run.truth = MountTruth(run.truth.spring, ends=ends)
         run.elastic, run.hysteretic = elastic[piece], hysteretic[piece]
-        if fault.force is not None:
-            fault.force(run, magnitude, generator)
+        act("force", run)
         run.force = run.elastic + run.hysteretic
-        if fault.signals is not None:
-            fault.signals(run, magnitude, generator)
+        act("signals", run)
         first = 0 if experiment.synchronous else int(generator.integers(stride))
         run.at = np.arange(first, run.path.size, stride)
         noise = scale * experiment.noise * generator.standard_normal(run.at.size)
@@ -201,8 +195,7 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
                 run.path[run.at], clean[piece][run.at], run.cycle[run.at],
             ]
         )  # fmt: skip
-        if fault.sampled is not None:
-            fault.sampled(run, magnitude, generator)
+        act("sampled", run)
     records = [Record(run.samples[1], run.samples[2], run.samples[0], f"zoo_{run.index + 1}.csv") for run in runs]
     truths = tuple(run.samples[3:] for run in runs)
     return ZooCase(name, mount, experiment, fault_name, magnitude, tuple(records), path, time, truths)
