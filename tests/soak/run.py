@@ -178,7 +178,7 @@ class Trials:
         return {
             name: hashlib.sha256((self.folder / name).read_bytes()).hexdigest()
             for name in self.files()
-            if f"{name}/".startswith(self.written) and "/." not in name and not name.endswith(KEPT)
+            if f"{name}/".startswith(self.written) and "/." not in name and KEPT not in name
         }
 
     def strangers(self) -> list[str]:
