@@ -1,7 +1,6 @@
 """Figures that the pages quote, one benchmark a name: python tests/benchmarks/run.py NAME [OPTION ...]
 
-`run.py NAME --help` lists the options; seeds are fixed, and times are compared within one run. `all` runs every
-benchmark, for hours, and keeps what each prints in tests/benchmarks/results/COMMIT/NAME.txt.
+`run.py NAME --help` lists the options; seeds are fixed, and times are compared within one run. All of them take hours.
 """
 
 from __future__ import annotations
@@ -9,9 +8,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import os
-import subprocess
 import sys
-import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -34,7 +31,7 @@ def benchmarks() -> dict[str, Callable[..., None]]:
 
     functions = (
         honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.noise, zoo.zoo, held_out.held_out,
-        methods.table_1, planning.planning, systems.ranges, systems.verdicts, speed.kernel, speed.bulk,
+        methods.table_1, planning.planning, systems.verdicts, speed.kernel, speed.bulk,
         speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.real_time, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}
@@ -55,30 +52,15 @@ def parser() -> argparse.ArgumentParser:
             usual = parameter.default
             kind = {"action": "store_true"} if isinstance(usual, bool) else {"type": type(usual), "default": usual}
             command.add_argument(f"--{option}", help="" if isinstance(usual, bool) else f"{usual!r} by default", **kind)
-    commands.add_parser("all", help="all of these, kept under the commit")
     return main
-
-
-def keep_all() -> None:
-    describe = ["git", "-C", str(HERE), "describe", "--always", "--dirty", "--abbrev=12"]
-    folder = HERE / "results" / subprocess.run(describe, check=True, capture_output=True, text=True).stdout.strip()
-    folder.mkdir(parents=True, exist_ok=True)
-    for name in benchmarks():
-        start = time.perf_counter()
-        with (folder / f"{name}.txt").open("w", encoding="utf-8") as file:
-            run = subprocess.run([sys.executable, __file__, name], check=False, stdout=file, stderr=subprocess.STDOUT)
-        print(f"{name}: {time.perf_counter() - start:.0f} s, exit status {run.returncode}", flush=True)
 
 
 def main() -> None:
     options = vars(parser().parse_args())
     name = options.pop("name")
-    if name == "all":
-        keep_all()
-    else:
-        print(f"{name}: {', '.join(f'{option} {value}' for option, value in options.items())}", flush=True)
-        warnings.simplefilter("ignore")  # paths that leave the range that was fitted
-        benchmarks()[name](**options)
+    print(f"{name}: {', '.join(f'{option} {value}' for option, value in options.items())}", flush=True)
+    warnings.simplefilter("ignore")  # paths that leave the range that was fitted
+    benchmarks()[name](**options)
 
 
 if __name__ == "__main__":

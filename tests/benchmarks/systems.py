@@ -1,9 +1,9 @@
-"""How far ranges and verdicts of `simulate` hold, on drawn systems of a body on four to eight mounts."""
+"""How far verdicts of `simulate` hold, on drawn systems of a body on four to eight mounts."""
 
 from __future__ import annotations
 
 import numpy as np
-from tables import console, show
+from tables import console
 
 from mounted_examples import GRAVITY, FloatArray, hysteretic, unit
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
@@ -16,6 +16,7 @@ from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
 from strandspring.vibration.verdicts.figures import CaseFigures
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
 
+FINER = 4.0  # steps of the draws
 JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY)
 
 
@@ -44,32 +45,15 @@ def drawn_shock(generator: np.random.Generator, strongest: float = 20.0) -> Load
     return LoadCase("shock", "pulse", 0.4, (channel,))
 
 
-def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: int, finer: float = 1.0) -> FloatArray:
-    """Figures with omega drawn by axis, half of the draws uniform and half +-1, shape (count, N)."""
+def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: int) -> FloatArray:
+    """Figures by finer steps with omega drawn by axis, half of the draws uniform and half +-1, shape (count, N)."""
     system, case, known = answer.system, answer.case, CaseFigures(answer.system, answer.case)
     values = []
     for k in range(count):
         omega = generator.uniform(-1.0, 1.0, len(system.axes))
         start = rest(system, 0.0, case.weightless, np.sign(omega) if k % 2 else omega)
-        values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / finer)))
+        values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / FINER)))
     return np.array(values)
-
-
-def ranges(count: int = 10, seed: int = 0) -> None:
-    """The share of 200 draws of omega by axis beyond the printed ranges of all figures, of `count` systems."""
-    rows = []
-    for number in range(count):
-        generator = np.random.default_rng((seed, number))
-        answer = answer_case("drawn", drawn_system(generator), drawn_shock(generator), Limits())
-        values = values_of_draws(answer, generator, 200)
-        low, high = (np.array([getattr(figure, end) for figure in answer.figures]) for end in ("low", "high"))
-        beyond = ((values < low) | (values > high)).mean(axis=0)
-        worst = answer.figures[int(np.argmax(beyond))]
-        rows.append({
-            "axes": len(answer.system.axes), "figures": low.size, "largest share [%]": 100.0 * float(beyond.max()),
-            "of": f"{worst.quantity.value} of {worst.subject}",
-        })  # fmt: skip
-    show("Draws beyond the printed range", rows)
 
 
 def verdicts(count: int = 100, seed: int = 0) -> None:
@@ -82,7 +66,7 @@ def verdicts(count: int = 100, seed: int = 0) -> None:
         free = answer_case("drawn", system, case, Limits({}, any_stroke))
         kind = JUDGED[number % 2]
         place = next(k for k, figure in enumerate(free.figures) if figure.quantity is kind)
-        values = values_of_draws(free, generator, 60, 4.0)[:, place]
+        values = values_of_draws(free, generator, 60)[:, place]
         limit = values.max() * float(generator.uniform(0.85, 1.15))
         limits = Limits({kind: {free.figures[place].subject: limit}}, any_stroke)
         answer = answer_case("drawn", system, case, limits)
