@@ -47,7 +47,7 @@ SYSTEM = """
 format = "strandspring-system"
 format_version = 1
 name = "mass"
-body = [{{ name = "mass", mass = {mass}, motion = {{ axis = [0, 0, 1] }} }}]
+body = [{{ name = "mass", mass = "{mass} kg", motion = {{ axis = [0, 0, 1] }} }}]
 mount_type.spring.axes = [{{ direction = "-z", model = "model.json" }}]
 mount = [{{ name = "spring", type = "spring", places = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]] }}]
 [[case]]
