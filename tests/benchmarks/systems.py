@@ -1,111 +1,83 @@
-"""What bodies on mounts cost in time, as ratios within one run: python tests/benchmarks/systems.py
-
-A step of six degrees of freedom on twelve springs is compared with a sample of the same kind of spring along a path
-(`Spring.response`). Machines are noisy, so nothing here is asserted; each figure is the best of several, on one core.
-"""
+"""How far verdicts of `simulate` hold, on drawn systems of a body on four to eight mounts."""
 
 from __future__ import annotations
 
-import os
-import platform
-import sys
-import time
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
-from rich.console import Console
-from rich.table import Table
+from tables import console
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "helpers"))
-
-from mounted_examples import COMPRESSION, GRAVITY, box, unit
-from strandspring import Spring, SpringParameters, examples, isolate_system
+from mounted_examples import GRAVITY, FloatArray, hysteretic, unit
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
+from strandspring.vibration.bodies.mounted import MountedSystem
+from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
-from strandspring.vibration.signals.level_table import LevelTable
-from strandspring.vibration.signals.pulses import HalfSine
-from strandspring.vibration.signals.random_signal import RandomVibration
+from strandspring.vibration.signals.pulses import CORNERS, HalfSine, StraightPulse
+from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
+from strandspring.vibration.verdicts.figures import CaseFigures
+from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
 
-ROUNDS, DRAWS = 5, 1000
-SHOCK_STEP, RANDOM_STEP = 1e-4, 1.0 / 20_000
-console = Console(width=110)
-
-
-def fastest(work: Callable[[], object], rounds: int = ROUNDS) -> float:
-    """Shortest processor time [s]."""
-    times = []
-    for _ in range(rounds):
-        begin = time.process_time()
-        work()
-        times.append(time.process_time() - begin)
-    return min(times)
+FINER = 4.0  # steps of the draws
+JUDGED = (FigureKind.ACCELERATION, FigureKind.SWAY)
 
 
-def case(name: str, duration: float, signal: Signal) -> LoadCase:
-    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(1.0, 2.0, 3.0))
-    return LoadCase(name, "pulse", duration, (channel,))
+def drawn_system(generator: np.random.Generator) -> MountedSystem:
+    """A body of 10 to 40 kg on four to eight mounts of three axes with friction of 20 to 60 N."""
+    size, mass = generator.uniform(0.1, 0.25, 3), float(generator.uniform(10.0, 40.0))
+    tensor = np.diag(mass / 3.0 * (np.sum(size**2) - size**2))
+    body = RigidBody("body", mass, inertia=tuple(map(tuple, tensor.tolist())))
+    springs = [hysteretic(float(generator.uniform(0.4, 1.5)), float(generator.uniform(20.0, 60.0))) for _ in range(3)]
+    directions = ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    mounts = []
+    for k in range(int(generator.integers(4, 9))):
+        place = np.array([(-1) ** k, (-1) ** (k // 2), -1.0]) * size * generator.uniform(0.7, 1.0, 3)
+        axes = tuple(MountAxis(spring, axis, 0.0) for spring, axis in zip(springs, directions, strict=True))
+        mounts.append(Mount(f"mount {k + 1}", 0, tuple(place.tolist()), axes))
+    points = tuple(Point(f"point {k}", 0, tuple((size * generator.uniform(-1.0, 1.0, 3)).tolist())) for k in range(2))
+    return MountedSystem((body,), tuple(mounts), points)
 
 
-SHOCK = case("shock", 1.0, HalfSine(15.0 * GRAVITY, 0.011))
+def drawn_shock(generator: np.random.Generator, strongest: float = 20.0) -> LoadCase:
+    """A half-sine or a sawtooth of 5 g to the strongest along any direction."""
+    peak, duration = GRAVITY * float(generator.uniform(5.0, strongest)), float(generator.uniform(0.006, 0.02))
+    pulses: tuple[Signal, ...] = HalfSine(peak, duration), StraightPulse(peak, duration, CORNERS["terminal-sawtooth"])
+    signal = pulses[int(generator.integers(2))]
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, unit(*generator.standard_normal(3)))
+    return LoadCase("shock", "pulse", 0.4, (channel,))
 
 
-def runs() -> list[tuple[str, float, int, float]]:
-    """Name, processor time [s], steps and target [s] of a 1 s shock, 1000 drawn ones and 60 s at random."""
-    system = box()
-    start = rest(system)
-    count = round(SHOCK.duration / SHOCK_STEP)
-    density = LevelTable(((10.0, 0.01 * GRAVITY**2), (200.0, 0.01 * GRAVITY**2)))
-    shaken = case("random", 60.0, RandomVibration(density, 60.0, 1))
-    long = round(shaken.duration / RANDOM_STEP)
-    factors = np.random.default_rng(1).lognormal(0.0, 0.1, DRAWS).tolist()
-
-    def drawn() -> None:
-        """Each with springs of its own: tables of their laws, rest and motion."""
-        for factor in factors:
-
-            def change(spring: SpringParameters, factor: float = factor) -> SpringParameters:
-                return SpringParameters(
-                    tuple(factor * k for k in spring.kE), spring.kA, factor * spring.kappa_omega, spring.rho,
-                    spring.sigma, spring.n, spring.displacement_offset, spring.displacement_min,
-                    spring.displacement_max,
-                )  # fmt: skip
-
-            one = system.with_springs(change)
-            run_case(one, SHOCK, rest(one), SHOCK_STEP)
-
-    shock = fastest(lambda: run_case(system, SHOCK, start, SHOCK_STEP))
-    random = fastest(lambda: run_case(system, shaken, start, RANDOM_STEP))
-    return [
-        ("1 s shock", shock, count, 500e-9 * count),
-        ("60 s random at 20 kHz", random, long, 2.0),
-        (f"{DRAWS} draws of a 1 s shock", fastest(drawn, 1), DRAWS * count, 15.0),
-    ]
+def values_of_draws(answer: CaseAnswer, generator: np.random.Generator, count: int) -> FloatArray:
+    """Figures by finer steps with omega drawn by axis, half of the draws uniform and half +-1, shape (count, N)."""
+    system, case, known = answer.system, answer.case, CaseFigures(answer.system, answer.case)
+    values = []
+    for k in range(count):
+        omega = generator.uniform(-1.0, 1.0, len(system.axes))
+        start = rest(system, 0.0, case.weightless, np.sign(omega) if k % 2 else omega)
+        values.append(known.of_run(run_case(system, case, start, answer.runs[0].step / FINER)))
+    return np.array(values)
 
 
-def isolation() -> None:
-    """Steady vibration of the electronics box: two candidates, three directions, three levels."""
-    box_file = Path(examples.__file__).parent / "systems" / "electronics_box.toml"
-    seconds = fastest(lambda: isolate_system(box_file), 2)
-    curves = len(list(isolate_system(box_file).every))
-    console.print(f"isolate, {curves} curves of 200 frequencies: {seconds:.1f} s of processor time on all cores")
-
-
-def main() -> None:
-    isolation()
-    path = 0.02 * np.sin(np.linspace(0.0, 40.0 * np.pi, 1_000_000))
-    spring = Spring(COMPRESSION)
-    sample = fastest(lambda: spring.response(path)) / path.size
-    table = Table(title=f"Six degrees of freedom on 12 springs; a sample of `response` takes {1e9 * sample:.1f} ns")
-    for column in ("run", "s", "target s", "ns/step", "samples/step"):
-        table.add_column(column, justify="right")
-    for name, seconds, steps, target in runs():
-        each = seconds / steps
-        table.add_row(name, f"{seconds:.3f}", f"{target:g}", f"{1e9 * each:.0f}", f"{each / sample:.1f}")
-    console.print(table)
-
-
-if __name__ == "__main__":
-    console.print(f"Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} cores")
-    main()
+def verdicts(count: int = 100, seed: int = 0) -> None:
+    """Verdicts at limits within 15 % of the largest of 60 draws with steps four times finer, which may contradict."""
+    rows = []
+    for number in range(count):
+        generator = np.random.default_rng((seed, 1000 + number))
+        system, case = drawn_system(generator), drawn_shock(generator, 10.0)
+        any_stroke = {FigureKind.STROKE: np.inf}
+        free = answer_case("drawn", system, case, Limits({}, any_stroke))
+        kind = JUDGED[number % 2]
+        place = next(k for k, figure in enumerate(free.figures) if figure.quantity is kind)
+        values = values_of_draws(free, generator, 60)[:, place]
+        limit = values.max() * float(generator.uniform(0.85, 1.15))
+        limits = Limits({kind: {free.figures[place].subject: limit}}, any_stroke)
+        answer = answer_case("drawn", system, case, limits)
+        figure = answer.figures[place]
+        passes, fails = answer.verdict is CaseVerdict.PASSES, answer.verdict is CaseVerdict.FAILS
+        rows.append((answer.verdict.value, passes and values.max() > limit,
+                     passes and values.max() > limit + figure.high - figure.low,
+                     fails and values.min() < 0.9 * limit))  # fmt: skip
+    names = [row[0] for row in rows]
+    above, further, failed = np.sum([row[1:] for row in rows], axis=0)
+    console.print({name: names.count(name) for name in sorted(set(names))})
+    console.print(
+        f"passes with a draw above the limit: {above}, by more than the range: {further}; fails below: {failed}"
+    )

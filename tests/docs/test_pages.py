@@ -176,3 +176,12 @@ def test_a_folder_with_other_files_is_not_replaced_by_the_site(name: str, tmp_pa
     with pytest.raises(StrandspringError, match=rf"{name} cannot be written: it is a file; give a folder\.$"):
         write_site(tmp_path / name, Reference({}, ()))
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_benchmarks_of_the_figures_are_run_by_one_command() -> None:
+    source = (ROOT / "tests/benchmarks/run.py").read_text(encoding="utf-8")
+    names = {name.replace("_", "-") for name in re.findall(r"\b[a-z_]+\.([a-z_0-9]+),", source)}
+    cited = set(re.findall(r"\brun\.py ([a-z0-9-]+)", "".join(TEXTS.values())))
+    cited |= set(re.findall(r"`([a-z-]+)(?: --[a-z]+ \d+)?` \|$", TEXTS["figures-speed"], flags=re.MULTILINE))
+    assert len(cited) > 10
+    assert cited - names == set()

@@ -3,28 +3,16 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rig import (
-    Case,
-    Experiment,
-    Fault,
-    FloatArray,
-    Generator,
-    Run,
-    Truth,
-    amplitude_of,
-    draw_spring,
-    log_uniform,
-    simulate,
-)
+from rig import Experiment, Fault, FloatArray, Generator, Run, Truth, log_uniform
 from rig_faults import FAULTS
-from strandspring import Record, Spring, SpringParameters
+from strandspring import Record, SpringParameters
 from zoo_mounts import Mount, draw_mount
 
 FINE = 1200  # steps of the fine grid in a cycle, at least
@@ -63,7 +51,6 @@ class ZooCase:
     magnitude : float                   Size of the fault in its unit.
     records : tuple of Record
     path, time : ndarray, shape (F,)    Displacement of the mount [m] on the fine grid of time [s], all records.
-    begins : tuple of int               Where each record begins on it.
     clean : tuple of ndarray, (3, K)    For the samples of each record: true displacement [m], the mount's force without
                                         noise and fault [N], number of cycles since the beginning.
     """
@@ -76,7 +63,6 @@ class ZooCase:
     records: tuple[Record, ...]
     path: FloatArray
     time: FloatArray
-    begins: tuple[int, ...]
     clean: tuple[FloatArray, ...]
 
     @property
@@ -116,19 +102,12 @@ class ZooCase:
         last = slice(path.size - 2 * stroke - 1, None)
         return float(np.trapezoid(force[last], path[last]))
 
-    def loops(self) -> list[tuple[float, list[list[NDArray[np.intp]]]]]:
-        """For each amplitude its share of the largest and, for each record, the samples of every steady cycle."""
-        found = []
-        first = 0
-        for amplitude, cycles in zip(self.experiment.amplitudes, self.experiment.cycles, strict=True):
-            numbers = range(first + 1, first + cycles)
-            inside = [
-                [np.flatnonzero((clean[2] >= number) & (clean[2] <= number + 1)) for number in numbers]
-                for clean in self.clean
-            ]
-            found.append((amplitude, inside))
-            first += cycles
-        return found
+    def loops(self) -> Iterator[list[list[NDArray[np.intp]]]]:
+        """By amplitude, for each record the samples of every steady cycle."""
+        begun = 0
+        for cycles in self.experiment.cycles:
+            numbers, begun = range(begun + 1, begun + cycles), begun + cycles
+            yield [[np.flatnonzero((c[2] >= number) & (c[2] <= number + 1)) for number in numbers] for c in self.clean]
 
 
 def draw_case(name: str, seed: int, index: int) -> ZooCase:
@@ -167,14 +146,20 @@ def draw_programme(generator: Generator, amplitudes: int, frequency: float) -> E
 def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generator, fault_name: str = "") -> ZooCase:
     """The records that a rig gives: one mount that goes through them one after another."""
     fault = FAULTS[fault_name] if fault_name else NO_FAULT
-    magnitude = _small(fault, generator)
+    # Between the small size and the geometric mean of small and large.
+    magnitude = fault.small and log_uniform(generator, fault.small, (fault.small * fault.large) ** 0.5)
     quarter = max(2, round(experiment.samples / (4 * sum(experiment.cycles))))
     stride = -(-FINE // (4 * quarter))
     fine = 4 * quarter * stride
     if not experiment.synchronous:
         stride += 1
-    duration = sum(experiment.cycles) * experiment.period
-    begun = 0
+
+    def act(stage: str, run: Run) -> None:
+        action = getattr(fault, stage)
+        if action is not None:
+            action(run, magnitude, generator)
+
+    duration, begun = sum(experiment.cycles) * experiment.period, 0
     runs: list[Run] = []
     for segments in experiment.segments:
         path, cycle = wave(experiment.shape, segments, fine)
@@ -184,8 +169,7 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
         )  # fmt: skip
         run.measured = run.path
         begun += sum(cycles for _, cycles in segments)
-        if fault.motion is not None:
-            fault.motion(run, magnitude, generator)
+        act("motion", run)
         runs.append(run)
     # The last sample of a record is the first one of the next.
     begins = np.cumsum([0, *(run.path.size - 1 for run in runs)])
@@ -193,17 +177,14 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
     time = runs[0].step * np.arange(path.size)
     elastic, hysteretic = mount.parts(path, time)
     clean = elastic + hysteretic
-    scale = float(np.std(clean))
-    ends = float(clean.min()), float(clean.max())
+    scale, ends = float(np.std(clean)), (float(clean.min()), float(clean.max()))
     for run, begin in zip(runs, begins, strict=False):
         piece = slice(begin, begin + run.path.size)
         run.truth = MountTruth(run.truth.spring, ends=ends)
         run.elastic, run.hysteretic = elastic[piece], hysteretic[piece]
-        if fault.force is not None:
-            fault.force(run, magnitude, generator)
+        act("force", run)
         run.force = run.elastic + run.hysteretic
-        if fault.signals is not None:
-            fault.signals(run, magnitude, generator)
+        act("signals", run)
         first = 0 if experiment.synchronous else int(generator.integers(stride))
         run.at = np.arange(first, run.path.size, stride)
         noise = scale * experiment.noise * generator.standard_normal(run.at.size)
@@ -214,27 +195,10 @@ def recorded(name: str, mount: Mount, experiment: Experiment, generator: Generat
                 run.path[run.at], clean[piece][run.at], run.cycle[run.at],
             ]
         )  # fmt: skip
-        if fault.sampled is not None:
-            fault.sampled(run, magnitude, generator)
-    return ZooCase(
-        name,
-        mount,
-        experiment,
-        fault_name,
-        magnitude,
-        tuple(Record(run.samples[1], run.samples[2], run.samples[0], f"zoo_{run.index + 1}.csv") for run in runs),
-        path,
-        time,
-        tuple(int(begin) for begin in begins[:-1]),
-        tuple(run.samples[3:] for run in runs),
-    )
-
-
-def _small(fault: Fault, generator: Generator) -> float:
-    """A size between the small one and the geometric mean of small and large."""
-    return (
-        fault.small if fault.small == 0.0 else log_uniform(generator, fault.small, (fault.small * fault.large) ** 0.5)
-    )
+        act("sampled", run)
+    records = [Record(run.samples[1], run.samples[2], run.samples[0], f"zoo_{run.index + 1}.csv") for run in runs]
+    truths = tuple(run.samples[3:] for run in runs)
+    return ZooCase(name, mount, experiment, fault_name, magnitude, tuple(records), path, time, truths)
 
 
 def _stand_in(mount: Mount) -> SpringParameters:
@@ -252,70 +216,3 @@ def wave(shape: str, segments: Sequence[tuple[float, int]], fine: int) -> tuple[
     period = np.sin(2.0 * np.pi * phase) if shape == "sine" else np.interp(phase, [0, 0.25, 0.75, 1], [0, 1, -1, 0])
     path = np.concatenate([*(amplitude * np.tile(period, cycles) for amplitude, cycles in segments), [0.0]])
     return path, np.arange(path.size) / fine
-
-
-# Springs of the own class
-
-
-def own_case(generator: Generator) -> Case:
-    """A spring of the own class in a programme of the zoo; every second test begins with a rest of 0.2 to 2 s."""
-    frequency = log_uniform(generator, 0.1, 5.0)
-    experiment = draw_programme(generator, int(generator.integers(1, 4)), frequency)
-    # The noise of a third is coloured, as a filter leaves it.
-    experiment = replace(experiment, correlation=float(generator.choice([0.0, 0.0, 0.8])))
-    case = simulate(draw_spring(generator), experiment, generator)
-    if generator.random() < 0.5:
-        return case
-    noise = experiment.noise * float(np.std(np.concatenate([record.force for record in case.records])))
-    rest = generator.uniform(0.2, 2.0)
-    return replace(case, records=tuple(_after_rest(record, rest, noise, generator) for record in case.records))
-
-
-def _after_rest(record: Record, rest: float, noise: float, generator: Generator) -> Record:
-    """The record with so many seconds of rest before it, the force at its start but for noise [N]."""
-    assert record.time is not None
-    interval = float(record.time[1] - record.time[0])
-    count = round(rest / interval)
-    # The mean of the first samples would be of the motion.
-    force = record.force[0] + noise * generator.standard_normal(count)
-    return replace(
-        record,
-        displacement=np.concatenate([np.full(count, record.displacement[0]), record.displacement]),
-        force=np.concatenate([force, record.force]),
-        time=np.concatenate([record.time[0] - interval * np.arange(count, 0, -1), record.time]),
-    )
-
-
-def lab_like(spring: SpringParameters, experiment: Experiment, generator: Generator) -> tuple[Record, ...]:
-    """One record of a spring of the own class as a laboratory would make it: rests, ramps, its own clock, 16 bits.
-
-    Before and after the test the rig rests 0.2 to 2 s; the displacement then ramps over a quarter of a period to a
-    pre-load of up to 10 % of the amplitude, and the amplitude grows over the first half cycle.
-    """
-    A, centre = amplitude_of(spring), spring.displacement_offset
-    period, fine = experiment.period, FINE
-    step = period / fine
-    rests = [round(generator.uniform(0.2, 2.0) / step) for _ in range(2)]
-    pairs = list(zip(experiment.amplitudes, experiment.cycles, strict=True))
-    moving, _ = wave(experiment.shape, pairs, fine)
-    moving[: fine // 2] *= np.linspace(0.3, 1.0, fine // 2)
-    preload = generator.uniform(-0.1, 0.1)
-    ramp = preload * np.linspace(0.0, 1.0, fine // 4)
-    y = np.concatenate([np.zeros(rests[0]), ramp, preload + moving, preload - ramp, np.zeros(rests[1])])
-    path = centre + A / (1.0 + abs(preload)) * y
-    force = Spring(spring).response(path)
-    per_cycle = generator.uniform(150.0, 740.0)
-    interval = period / per_cycle
-    moments = np.arange(generator.uniform(0.0, interval), step * (path.size - 1), interval)
-    clock = step * np.arange(path.size)
-    x, r = np.interp(moments, clock, path), np.interp(moments, clock, force)
-    r = r + experiment.noise * float(np.std(r)) * generator.standard_normal(r.size)
-    # The ranges of the channels are one to four times what is used.
-    for signal in (x, r):
-        digit = generator.uniform(1.0, 4.0) * float(np.ptp(signal)) / 2.0**16
-        signal[:] = digit * np.round(signal / digit)
-    return (Record(x, r, moments, "lab.csv"),)
-
-
-def without_times(records: Sequence[Record]) -> tuple[Record, ...]:
-    return tuple(replace(record, time=None) for record in records)
