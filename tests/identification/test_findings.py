@@ -356,7 +356,8 @@ def test_a_lag_that_turns_the_loop_round_is_measured_found_or_given() -> None:
 def test_a_delay_is_found_or_leaves_the_spring_right(fault: str, seed: int, index: int) -> None:
     case = drawn(fault, seed, index)
     found = identify(case.records, save_anyway=True)
-    assert found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1) or not is_wrong(case, found)
+    is_found = found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1)
+    assert is_found or not is_wrong(case, found) or Outcome.LACK_OF_FIT in found.outcomes
 
 
 @pytest.mark.parametrize("count", [6, pytest.param(40, marks=pytest.mark.slow)])
