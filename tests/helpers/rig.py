@@ -42,8 +42,8 @@ def draw_spring(
 ) -> SpringParameters:
     """A monotone, hardening spring of real size.
 
-    Ranges of n, sigma, rho*amplitude and kappa_omega as a share of the elastic force are drawn from log-uniformly; degrees
-    of FE and FA that are None from 1 to 4 and 0 to 2.
+    n, sigma, rho*amplitude and kappa_omega as a share of the elastic force are drawn log-uniformly from these ranges;
+    degrees of FE and FA that are None from 1 to 4 and 0 to 2.
     """
     amplitude = log_uniform(generator, 1e-3, 50e-3)
     elastic = log_uniform(generator, 10.0, 1000.0)
@@ -249,8 +249,7 @@ class Case:
     magnitude: float  # size of the fault in the fault's unit
     options: dict[str, float]  # what a user would give
     points_to: tuple[str, ...]
-    # Noise-free displacement of the spring [m] and its response at the samples [N], without duplicates and before samples
-    # are lost.
+    # Noise-free displacement of the spring [m] and its response [N] at the samples, before some are lost or doubled.
     paths: tuple[FloatArray, ...]
     forces: tuple[FloatArray, ...]
 

@@ -38,28 +38,7 @@ def loop_of(parameters: SpringParameters, amplitude: float, mean: float = MEAN) 
     return steady_loop(PathSolver(parameters), mean - amplitude, mean + amplitude).figures
 
 
-def assert_alike(found: LoopFigures, expected: LoopFigures, rel: float) -> None:
-    for name in FIGURES:
-        assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=rel), name
-
-
 # -- of springs
-
-
-@pytest.mark.parametrize("n", [0.3, 1.0, 4.0])
-def test_the_limit_of_dry_friction(n: float) -> None:
-    kappa, amplitude = 7.0, 0.012
-    figures = loop_of(plain(kappa, 1e7, n), amplitude)
-    # The reversal takes some 1/rho of travel, 1e-7 m of 2.4e-2 m; the tail of n = 0.3 is longer by 1/n and more.
-    assert figures.energy_per_cycle == pytest.approx(4.0 * kappa * amplitude, rel=1e-3 if n < 1.0 else 1e-4)
-    assert figures.secant_stiffness == pytest.approx(2000.0 + kappa / amplitude, rel=1e-12)
-    stored = math.pi * figures.secant_stiffness * amplitude**2
-    assert figures.loss_factor == pytest.approx(figures.energy_per_cycle / stored, rel=1e-14)
-    assert figures.damping_ratio == 0.5 * figures.loss_factor
-    assert figures.mean_force == pytest.approx(5.0, rel=1e-6)
-    assert figures.max_force == pytest.approx(5.0 + 2000.0 * amplitude + kappa, rel=1e-12)
-    assert figures.min_force == pytest.approx(5.0 - 2000.0 * amplitude - kappa, rel=1e-12)
-    assert figures.height == pytest.approx(2.0 * kappa, rel=1e-3)
 
 
 @pytest.mark.parametrize("way", [1e-3, 0.5, 3.0, 30.0, 3000.0])
@@ -105,16 +84,6 @@ def test_every_loop_absorbs_and_more_so_a_larger_one(
     # Of the work of the elastic force, which goes to and fro.
     rounding = 1e-15 * small.max_force * amplitude * AMPLITUDE
     assert -rounding < small.energy_per_cycle < large.energy_per_cycle + rounding
-
-
-def test_a_loop_without_a_rising_secant_has_no_loss_factor_and_turning_points_are_in_order() -> None:
-    figures = loop_of(replace(plain(1e-3, 500.0), kE=(0.0, -2000.0)), 0.01)
-    assert figures.secant_stiffness < 0.0
-    assert math.isnan(figures.loss_factor)
-    assert math.isnan(figures.damping_ratio)
-    for low, high in ((0.0, 0.0), (1.0, 0.0), (math.nan, 1.0), (0.0, math.inf)):
-        with pytest.raises(ValueError, match="`low` must be below `high`"):
-            steady_loop(PathSolver(plain(1.0, 100.0)), low, high)
 
 
 # -- of records
@@ -182,15 +151,6 @@ def test_amplitudes_within_three_percent_about_one_mean_are_one_group() -> None:
     assert sorted(round(loop.figures.low, 6) for loop in loops) == [0.032, 0.052]
 
 
-def test_one_period_begun_amid_a_stroke_is_one_cycle() -> None:
-    parameters, x = spring_of(0.5, 1.5), sine(cycles=1, samples=1001)
-    from_below = np.concatenate([[MEAN - AMPLITUDE], x])
-    force = PathSolver(parameters).force(from_below, -steady_omega(parameters, 2.0 * AMPLITUDE))[1:]
-    (loop,) = measured_loops(Record(x, force, np.linspace(0.0, 4.0, 1001)))
-    assert loop.frequency == pytest.approx(0.25)
-    assert_alike(loop.figures, loop_of(parameters, AMPLITUDE), 1e-4)
-
-
 # -- what loops tell together
 
 FREQUENCIES = (0.13, 0.5, 2.12)  # the paper's range [Hz]
@@ -219,7 +179,7 @@ def test_a_rate_independent_spring_is_recognised(samples: int, cycles: int, nois
     rates = [(k, f, a) for k, f in enumerate(FREQUENCIES) for a in (0.013, 0.02)]
     for seed in range(0, 30, 10):
         comparison = rate_independence(cycles_of(
-            measured(spring_of(0.5, 1.5), f, a, samples=samples, cycles=cycles, noise=noise, seed=seed + k, zero=3.0 * k)
+            measured(spring_of(0.5, 1.5), f, a, samples=samples, cycles=cycles, noise=noise, seed=seed + k, zero=k)
             for k, f, a in rates
         ))  # fmt: skip
         assert comparison.verdict is RateVerdict.INDEPENDENT
@@ -235,16 +195,6 @@ def test_a_rate_independent_spring_is_recognised(samples: int, cycles: int, nois
 def test_a_damper_beside_the_spring_is_noticed(damper: float, verdict: RateVerdict) -> None:
     records = [measured(spring_of(0.5, 1.5), f, damper=damper, seed=k) for k, f in enumerate(FREQUENCIES)]
     assert rate_independence(cycles_of(records)).verdict is verdict
-
-
-def test_the_difference_is_that_of_the_dampers_forces() -> None:
-    slow, fast = (measured(spring_of(1.0, 1.0), frequency, damper=5.0, noise=0.0) for frequency in (0.5, 2.0))
-    share = np.linspace(0.2, 0.98, 400)
-    speed = 2.0 * np.pi * 1.5 * AMPLITUDE * np.sqrt(1.0 - (2.0 * share - 1.0) ** 2)
-    heights = [cycles_of([record])[1].figures.height for record in (slow, fast)]
-    expected = 5.0 * np.sqrt(np.mean(speed**2)) / np.mean(heights)
-    found = rate_independence(cycles_of([slow, fast])).relative_to_height
-    assert found == pytest.approx(expected, rel=0.01)  # cells of 2 % of the stroke
 
 
 def test_the_reason_is_given_where_the_rate_is_unknown() -> None:

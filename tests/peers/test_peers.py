@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,17 +20,14 @@ from strandspring import (
     Record,
     RecordError,
     Spring,
-    SpringParameters,
     TwoStageOptions,
     identify,
-    synthesize,
     synthesize_ni,
 )  # fmt: skip
 from strandspring.examples.paper import campaign, random_start
 from strandspring.peers.ni import PAPER_NI, ni_method, sine_period, with_noise
 from strandspring.peers.periods import whole_periods
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
-from terminal import Terminal
 
 pytestmark = pytest.mark.long
 
@@ -195,42 +190,6 @@ def test_ni_s_model_becomes_a_spring_and_other_springs_are_named() -> None:
 # -- two stages
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("options", [TwoStageOptions((3, 2)), TwoStageOptions()], ids=["given", "chosen"])
-def test_known_springs_are_predicted_on_inner_loops(options: TwoStageOptions) -> None:
-    path = MEAN + AMPLITUDE * np.sin(np.linspace(0, 30, 4000)) * np.cos(np.linspace(0, 7, 4000))
-    for n in (0.2, 0.5, 1.0, 2.0, 5.0):
-        for sigma, strokes in ((0.5, 1.5), (1.0, 3.0), (5.0, 1.5)):
-            known = spring_of(n, sigma, strokes)
-            found = identify(record_of(known, sine()), options)
-            force = Spring(known).response(path)
-            assert found.rnl >= 0.989  # in the worst case omega saturates late
-            error = rms(Spring(found.parameters).response(path) - force) / rms(force)
-            assert error <= (0.05 if options.degrees else 0.08)  # leaner degrees are chosen by held-out strokes
-
-
-@pytest.mark.parametrize("n", [0.3, 1.3, 3.0])
-def test_noise_of_saturated_branches_biases_little(n: float) -> None:
-    """It came out as travel: rho 15 to 26 % too large and n by a third to more than a half too small."""
-    true = SpringParameters((0.0, 2e4), (1.0, 10.0), 50.0, 2500.0, 1.0, n, 0.0, -0.01, 0.01)
-    records = [synthesize(Spring(true), 0.01, samples=500, noise=0.003, seed=seed) for seed in range(5)]
-    found = [identify(record, TwoStageOptions((1, 1))).parameters for record in records]
-    assert np.median([p.rho for p in found]) == pytest.approx(2500.0, rel=0.1)
-    assert np.median([p.n for p in found]) == pytest.approx(n, rel=0.25)
-
-
-@pytest.mark.slow
-def test_very_many_cycles_are_fitted_as_well_as_few() -> None:
-    """A few samples of each of 900 strokes do not show how omega runs along one."""
-    known = Spring(SpringParameters((0.0, 2e4, 0.0, 1e7), (1.0, 10.0), 50.0, 2500.0, 1.0, 1.0, 0.0, -0.01, 0.01))
-    path, errors = sine(amplitude=0.007) - MEAN, []
-    for cycles in (3, 150):
-        record = synthesize(known, (0.01, 0.006, 0.003), cycles=cycles, samples=200, noise=0.01, seed=1)
-        spring = Spring(identify(record, TwoStageOptions()).parameters)
-        errors.append(rms(spring.response(path) - known.response(path)))
-    assert errors[1] < errors[0] + 0.1  # N of 120 N; two-fifths of a newton without whole strokes
-
-
 def test_what_two_stages_name_or_refuse() -> None:
     # The loop closes and crosses over the last few per cent of the range, too little to be refused.
     path = sine()
@@ -283,24 +242,6 @@ def test_a_spring_with_a_closed_form_is_found(branch: Any) -> None:
     assert (low.parameters.sigma, Outcome.SIGMA_RAISED in low.outcomes) == (0.5, True)
 
 
-def test_periods_are_averaged_and_choices_kept() -> None:
-    clean, errors = synthesize_ni(noise=0.0), []
-    for cycles in (2, 4):
-        record = synthesize_ni(seed=1, cycles=cycles, samples=1000)
-        found = identify(record, PaperOptions((4, 4), levels=(-0.4, 0.3, 0.6)))
-        errors.append(Spring(found.parameters).response(np.tile(clean.displacement, 3))[-1000:] - clean.force)
-    assert np.std(errors[1]) < 1.1 * np.std(errors[0])
-    assert found.outcomes == (Outcome.PAPER_DEGREES, Outcome.ONE_AMPLITUDE)
-    kept = found.options
-    assert (kept["samples_per_period"], kept["periods"], kept["smoothing"]) == (1000, 4, 21)
-    settings = kept["degrees"], kept["steady"], kept["levels"], kept["branch"]
-    assert settings == ((4, 4), 0.9, (-0.4, 0.3, 0.6), "loading")
-    assert kept["x_H1"] < kept["x_H0"] < kept["x_H2"] < kept["x_H3"]
-    assert kept["steady_section"] == pytest.approx([-4.5e-3, 4.5e-3], rel=1e-3)
-    assert kept["x0"] == pytest.approx(0.0, abs=1e-9)
-    assert kept["kappa"] * kept["FA_at_x0"] == pytest.approx(found.parameters.kappa_omega, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
@@ -328,19 +269,3 @@ def test_options_check_themselves_and_only_periodic_records_are_taken() -> None:
     with pytest.raises(RecordError, match="must repeat itself from period to period"):
         identify(records["slow"], PaperOptions())
     assert identify(records["held_out"], PaperOptions()).rnl > 0.97
-
-
-def test_the_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.chdir(tmp_path)
-    terminal = Terminal(capsys)
-    synthesize_ni(seed=1, cycles=2).save("table1.csv", "mm")
-    line = "identify table1.csv --method paper --degrees 3,3 --steady 0.8 --smoothing 10 --branch unloading"
-    printed = terminal(*line.split(), "--levels", "-0.4,0.3,0.6", "-o", "spring.json", "--json")
-    options = json.loads(printed)["options"]
-    assert (options["steady"], options["branch"], options["levels"]) == (0.8, "unloading", [-0.4, 0.3, 0.6])
-    for wrong, sentence in (("1,2", "`levels` must be three"), ("a,b,c", "must be H1,H2,H3")):
-        terminal("identify", "table1.csv", "--method", "paper", "--levels", wrong, "-o", "other.json", status=2)
-        assert sentence in terminal.err
-    terminal("identify", "table1.csv", "--branch", "unloading", "-o", "other.json", status=2)
-    assert "--branch belongs to --method paper" in terminal.err
-    assert sorted(path.name for path in Path().iterdir()) == ["spring.json", "table1.csv"]

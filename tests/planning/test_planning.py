@@ -14,12 +14,11 @@ from hypothesis import strategies as st
 
 from branched_springs import BRANCHED
 from springs import EXAMPLES, springs
-from strandspring import Record, Spring, StrandspringError, identify, plan, read_record
+from strandspring import Record, Spring, StrandspringError, identify, plan
 from strandspring.campaigns.planning.blocks import Range
 from strandspring.campaigns.planning.forces import _THRESHOLDS, force_along
 from strandspring.campaigns.planning.knowledge import Knowledge, Noise
-from strandspring.campaigns.planning.limits import Limits
-from strandspring.campaigns.planning.motion import Leg, Motion, Pace
+from strandspring.campaigns.planning.motion import Leg, Motion
 from strandspring.core.branches import MaxwellBranch
 from strandspring.model.joint import JointCovariance
 from synthetic import AMPLITUDE, MEAN, spring_of
@@ -125,23 +124,6 @@ def test_a_programme_keeps_to_all_limits(spring: Any, data: st.DataObject) -> No
     assert test.plan.force[0] - 1e-6 * limit <= force.min() <= force.max() <= test.plan.force[1] + 1e-6 * limit
 
 
-@settings(max_examples=30)
-@given(st.floats(1e-4, 1.0), st.floats(1e-3, 10.0), st.floats(1e-3, 1.0), st.floats(10.0, 1e4))
-def test_a_stroke_moves_as_it_says(share: float, velocity: float, width: float, rate: float) -> None:
-    length, pace = share * width, Pace.over(width, velocity, Limits(velocity, sample_rate=rate))
-    leg = pace.leg(0.0, length)
-    time = np.linspace(0.0, leg.duration, 20_001)
-    path = leg.at(time)
-    assert (path[0], path[-1]) == pytest.approx((0.0, length), rel=1e-12, abs=1e-12 * length)
-    assert np.all(np.diff(path) >= -1e-12 * length)
-    speed = np.diff(path) / np.diff(time)
-    assert speed.max() == pytest.approx(leg.velocity, rel=1e-6)  # differences over 1/20000 of the stroke
-    assert leg.velocity <= velocity * (1.0 + 1e-12)
-    # Of a ramp of a tenth of the stroke or more, 2000 steps; rounded positions err by 2e-16*length/step^2.
-    assert (np.abs(np.diff(speed)) / np.diff(time)[1:]).max() == pytest.approx(leg.acceleration, rel=0.01)
-    assert speed[[0, -1]] == pytest.approx(0.0, abs=2e-3 * leg.velocity)
-
-
 # -- what is chosen
 
 
@@ -208,28 +190,17 @@ def test_branches_and_a_second_mechanism_are_planned_for() -> None:
 
 def test_a_plan_in_all_forms_and_from_all_sources(first: Record, tmp_path: Path) -> None:
     test, found = plan(first, **RIG), identify(first)
-    lines, frame = test.text_lines(80), test.to_frame()
-    assert len(lines) <= 25
-    assert all(len(line) <= 80 for line in lines[1:-1])
+    frame = test.to_frame()
+    assert max(map(len, test.text_lines(80)[1:-1])) <= 80
     assert frame["duration"].sum() == pytest.approx(test.plan.duration)
-    assert test.as_json()["figures"][0]["before"] == test.plan.before[0]
     assert len(test.plot().lines) == len(test.blocks) == len(frame)
     test.save_csv(tmp_path / "program.csv")
-    time, displacement = np.loadtxt(tmp_path / "program.csv", delimiter=",", skiprows=1).T
+    displacement = np.loadtxt(tmp_path / "program.csv", delimiter=",", skiprows=1)[:, 1]
     assert displacement * 1e-3 == pytest.approx(test.program().displacement, rel=1e-8)
-    # What was recorded along it is read as it is.
-    Record(displacement * 1e-3, Spring(TRUE).response(displacement * 1e-3), time).save(tmp_path / "second.csv")
-    assert len(read_record(tmp_path / "second.csv")) == time.size
     found.spring("one").save(tmp_path / "one.json")
     one, other = (plan(source, **RIG).program() for source in (found.spring("one"), tmp_path / "one.json"))
     assert np.array_equal(one.displacement, other.displacement)
     assert [block.decides for block in plan(found, **RIG).blocks] == [block.decides for block in test.blocks]
-    # An open parameter has no standard error in the file: it is not known for that.
-    model = found.model_file()
-    root = [*model.uncertainty["joint"]["root"][:-1], [0.0] * len(model.uncertainty["joint"]["root"])]
-    bound = replace(model, uncertainty={**model.uncertainty, "joint": {**model.uncertainty["joint"], "root": root}})
-    known = plan(bound, **RIG).plan
-    assert {f.of: b for f, b in zip(known.figures, known.before, strict=True)}["n"] > 0.5
 
 
 @pytest.mark.parametrize(
