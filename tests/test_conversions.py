@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from springs import EXAMPLES, MOUNT, TABLE
 from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring, SpringParameters, StrandspringError
@@ -36,6 +35,8 @@ RANGE = (-0.02, 0.02)  # [m]
 
 def equations_1_and_2(m: ClassicBoucWen) -> tuple[np.ndarray, np.ndarray]:
     """Displacement and force by Runge-Kutta of order 8 from the equations as printed."""
+    from scipy.integrate import solve_ivp
+
     displacement, force, z = [TURNS[0]], [m.alpha * m.k * TURNS[0]], 0.0
     for begin, end in pairwise(TURNS):
         velocity = float(np.sign(end - begin))

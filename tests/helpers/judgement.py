@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from rig import Case, FloatArray
 from strandspring import Spring
@@ -61,7 +60,7 @@ def judge(truth: Responds, identified: Responds, amplitude: float, centre: float
     cycles, points = 10, SAMPLES
     small = centre + SMALL_LOOP * amplitude * np.sin(2.0 * np.pi * np.arange(cycles * points + 1) / points)
     last = slice(-points - 1, None)
-    energies = [float(trapezoid(s.response(small)[last], small[last])) for s in (truth, identified)]
+    energies = [float(np.trapezoid(s.response(small)[last], small[last])) for s in (truth, identified)]
     minor, judged = minor_loops(amplitude, centre)
     forces = [s.response(minor)[judged] for s in (truth, identified)]
     error = float(np.std(forces[1] - forces[0]) / np.std(forces[0]))

@@ -14,7 +14,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from strandspring import Record, Spring, SpringParameters
 
@@ -342,6 +341,8 @@ def _programme(
 
 def coloured(generator: Generator, count: int, correlation: float) -> FloatArray:
     """Stationary AR(1) noise of unit standard deviation."""
+    from scipy.signal import lfilter
+
     white = generator.standard_normal(count)
     if correlation == 0.0:
         return white

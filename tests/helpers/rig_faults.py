@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from scipy.signal import lfilter
 
 from rig import Action, Experiment, Fault, FloatArray, Generator, Run, Truth, amplitude_of, elastic_force, strokes_of
 from strandspring import SpringParameters
@@ -44,11 +43,15 @@ def _delayed(sign: float) -> Action:
 
 
 def _low_passed(run: Run, share: float) -> FloatArray:
+    from scipy.signal import lfilter
+
     keep = np.exp(-run.step / (share * run.experiment.period))
     return np.asarray(lfilter([1.0 - keep], [1.0, -keep], run.force, zi=[keep * run.force[0]])[0])
 
 
 def _maxwell(run: Run, share: float) -> FloatArray:
+    from scipy.signal import lfilter
+
     keep = np.exp(-run.step / (0.3 * run.experiment.period))
     moved = np.diff(run.path, prepend=run.path[0])
     return np.asarray(share * run.elastic_scale / run.amplitude * lfilter([keep], [1.0, -keep], moved))

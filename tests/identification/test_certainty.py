@@ -7,10 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
-from scipy.stats import t as student
 
-from oracles import OracleSpring
 from rig import draw_experiment, draw_spring, simulate
 from springs import TABLE
 from strandspring import (
@@ -30,8 +27,6 @@ from strandspring.model.joint import JointCovariance, names_of
 from synthetic import AMPLITUDE, MEAN, record_of, sine
 from synthetic import spring_of as known
 from tools import slow_but
-from zoo_mounts import DRAWS
-from zoo_rig import draw_case
 
 pytestmark = pytest.mark.long
 
@@ -106,6 +101,8 @@ def test_errors_are_the_scatter_of_repeated_noise() -> None:
 
 
 def test_errors_grow_with_the_time_that_noise_is_correlated_over_and_with_steps_of_the_displacement() -> None:
+    from scipy.signal import lfilter
+
     clean, white = falling(KNOWN, 0.0), 0.5 * np.random.default_rng(0).standard_normal(900)
     coloured = 0.6 * lfilter([1.0], [1.0, -0.8], white)  # of the same variance
     quiet = falling(KNOWN, 0.1)
@@ -143,6 +140,8 @@ def test_what_bounds_one_side_only_or_hangs_together_is_said_so() -> None:
 
 @pytest.mark.parametrize(("nu", "rel"), [(4.0, 0.02), (8.0, 0.0025), (30.0, 6e-5), (1e6, 1e-6)])
 def test_quantile_is_students(nu: float, rel: float) -> None:
+    from scipy.stats import t as student
+
     assert student_95(nu) == pytest.approx(student.ppf(0.975, nu), rel=rel)  # a series in 1/nu up to its square
 
 
@@ -177,9 +176,13 @@ def test_the_range_of_small_loops_of_one_amplitude_holds_the_truth(count: int) -
     assert decided > count // 2 - 1
 
 
-@pytest.mark.parametrize("name", slow_but(DRAWS, ["maxwell rubber"]))
+@pytest.mark.parametrize(
+    "name", slow_but(["maxwell rubber", "two mechanisms", "iwan", "degrading"], ["maxwell rubber"])
+)
 def test_the_range_of_small_loops_holds_what_mounts_of_other_classes_do(name: str) -> None:
     """Cases of `python tests/benchmarks/zoo.py run`, of one to three amplitudes."""
+    from zoo_rig import draw_case
+
     held = []
     for index in range(3):
         case = draw_case(name, 0, index)
@@ -225,6 +228,9 @@ def test_lack_of_fit_names_where_it_lies() -> None:
 @pytest.mark.parametrize("name", slow_but(["hinge", "iwan 0", "two mechanisms 2", "maxwell rubber 2"], ["iwan 0"]))
 def test_figures_are_those_of_the_saved_spring_along_the_record(name: str) -> None:
     """Recomputed from the model file alone by an ODE solver."""
+    from oracles import OracleSpring
+    from zoo_rig import draw_case
+
     mount, _, index = name.rpartition(" ")
     hinge = read_record(bundled_record(), reverse="displacement")
     records = draw_case(mount, 0, int(index)).records if mount else (hinge,)

@@ -38,8 +38,11 @@ KNOTS = tuple(np.linspace(-0.02, 0.02, 25).tolist())
 # 15 N from knot to knot, ten times as steep as the record, and within its force.
 SAW = tuple(2000.0 * knot + 15.0 * (-1.0) ** k for k, knot in enumerate(KNOTS))
 TRUE = SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-PATH = 0.02 * np.sin(np.linspace(0.0, 12.0 * np.pi, 1201)) * np.repeat([1.0, 0.5], [801, 400])
-RECORD = Record(PATH, Spring(TRUE).response(PATH), None, "loop.csv")
+
+
+def loop() -> Record:
+    path = 0.02 * np.sin(np.linspace(0.0, 12.0 * np.pi, 1201)) * np.repeat([1.0, 0.5], [801, 400])
+    return Record(path, Spring(TRUE).response(path), None, "loop.csv")
 
 
 def beyond(found: Any, record: Record) -> float:
@@ -118,19 +121,19 @@ class Absurd(Method):
 
 
 def test_the_next_class_is_saved_and_said_or_the_records_are_refused() -> None:
-    found = identify(RECORD, options=Absurd())
+    found = identify(loop(), options=Absurd())
     assert len(found.parameters.kE) == 2
     (said,) = (finding for finding in found.findings if finding.kind is Outcome.SIMPLER_CLASS)
     assert "FE reaches" in said.detail
     # No switch saves it.
     with pytest.raises(IdentificationError, match=r"loop.csv: No spring .* \(FE reaches") as refused:
-        identify(RECORD, options=Absurd(degrees=(2, 0)), save_anyway=True)
+        identify(loop(), options=Absurd(degrees=(2, 0)), save_anyway=True)
     assert refused.value.outcome is Outcome.UNCERTIFIED
 
 
 def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> None:
     file = tmp_path / "spring.json"
-    identify(RECORD, options=TwoStageOptions()).spring().save(file)
+    identify(loop(), options=TwoStageOptions()).spring().save(file)
     # 2000 N/m over 20 mm and the friction of 10 N, and a quarter of their span.
     stated = load_model(file).certificate
     assert (stated.force_min, stated.force_max, stated.margin) == pytest.approx((-50.0, 50.0, 25.0), rel=1e-3)

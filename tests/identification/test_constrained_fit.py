@@ -7,8 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial.polynomial import polyval
-from scipy.interpolate import BSpline, CubicSpline
-from scipy.optimize import lsq_linear
 
 from mounts_with_branches import two_rates
 from strandspring import Record
@@ -31,6 +29,8 @@ def test_nonnegative_least_squares_is_scipys(seed: int, columns: int, free: int)
     A, b = draw.standard_normal((12, columns)), draw.standard_normal(12)
     is_free = np.arange(columns) < free
     c, inside = nonnegative(A.T @ A, A.T @ b, is_free)
+    from scipy.optimize import lsq_linear
+
     expected = lsq_linear(A, b, (np.where(is_free, -np.inf, 0.0), np.inf), method="bvls", tol=1e-14)
     assert np.sum((A @ c - b) ** 2) == pytest.approx(2.0 * expected.cost, rel=1e-9)
     np.testing.assert_allclose(c, expected.x, atol=1e-6)  # the squared condition of normal equations
@@ -41,6 +41,8 @@ def test_nonnegative_least_squares_is_scipys(seed: int, columns: int, free: int)
 @pytest.mark.parametrize("number", [0, 1, 5])
 @pytest.mark.parametrize("degree", [1, 3, 8])
 def test_columns_are_scipys_splines_and_a_spring_has_the_fe_and_fa_of_its_fit(degree: int, number: int) -> None:
+    from scipy.interpolate import BSpline, CubicSpline
+
     knots, draw = np.linspace(-1.0, 1.0, number + 2)[1:-1], np.random.default_rng(degree)
     t = np.r_[[-1.0] * (degree + 1), knots, [1.0] * (degree + 1)]
     expected = BSpline.design_matrix(Y, t, degree).toarray()
@@ -99,6 +101,8 @@ def test_whatever_is_fitted_is_a_spring(
     seed: int, elastic: tuple[int, int], amplifiers: list[int], branches: int, may_fall: bool
 ) -> None:
     """Any class at any q, to a drawn record or to noise: the constraints hold in the saved spring."""
+    from scipy.interpolate import CubicSpline
+
     draw, record = np.random.default_rng(seed), drawn_own_record(seed % 50)
     if draw.random() < 0.3:
         record = Record(record.displacement, draw.standard_normal(len(record)), record.time)
