@@ -176,9 +176,8 @@ def test_the_range_of_small_loops_of_one_amplitude_holds_the_truth(count: int) -
     assert decided > count // 2 - 1
 
 
-@pytest.mark.parametrize(
-    "name", slow_but(["maxwell rubber", "two mechanisms", "iwan", "degrading"], ["maxwell rubber"])
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["maxwell rubber", "two mechanisms", "iwan", "degrading"])
 def test_the_range_of_small_loops_holds_what_mounts_of_other_classes_do(name: str) -> None:
     """Cases of `python tests/benchmarks/zoo.py run`, of one to three amplitudes."""
     from zoo_rig import draw_case

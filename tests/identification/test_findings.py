@@ -356,19 +356,15 @@ def test_a_lag_that_turns_the_loop_round_is_measured_found_or_given() -> None:
         assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
 
 
-# Straight lines between the samples of this sine are further off than the noise; as measured the force collapses; loops
-# of one amplitude are turned round.
-@pytest.mark.parametrize(
-    ("fault", "seed", "index"), [("force leads", 0, 8), ("force leads", 6, 17), ("force lags", 0, 14)]
-)
-def test_a_delay_is_found_or_leaves_the_spring_right(fault: str, seed: int, index: int) -> None:
-    case = drawn(fault, seed, index)
+# Straight lines between samples of this sine are further off than the noise; loops of one amplitude are turned round.
+@pytest.mark.parametrize(("fault", "index"), [("force leads", 8), ("force lags", 14)])
+def test_a_delay_is_found_or_leaves_the_spring_right(fault: str, index: int) -> None:
+    case = drawn(fault, 0, index)
     found = identify(case.records, save_anyway=True)
-    is_found = found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1)
-    assert is_found or not is_wrong(case, found) or Outcome.LACK_OF_FIT in found.outcomes
+    assert found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1) or not is_wrong(case, found)
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(40, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.slow)])
 def test_clean_records_have_no_effects(count: int) -> None:
     for seed in range(count):
         generator = np.random.default_rng([0, seed])
