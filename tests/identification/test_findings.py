@@ -76,10 +76,6 @@ def named(given: Given) -> dict[Outcome, str]:
 # -- records
 
 
-def triangle(samples: int) -> np.ndarray:
-    return MEAN + AMPLITUDE * np.interp(np.linspace(0, 3, samples) % 1, [0, 0.25, 0.75, 1], [0.0, 1.0, -1.0, 0.0])
-
-
 def changed(force: Callable[[np.ndarray], np.ndarray], noise: float = 0.0) -> Record:
     return replace(own(noise), force=force(own(noise).force), path="r.csv")
 
@@ -94,17 +90,6 @@ def chatter() -> Record:
         moved = friction[k - 1] + 12.0 * (path[k] - path[k - 1])
         friction[k] = moved if abs(moved) <= 1.0 else 0.05 * np.sign(moved)
     return Record(0.01 * path, friction + 0.1 * path)
-
-
-def rested(relaxation: float, dense: int = 1) -> Record:
-    """Rests at two reversals of a triangle, in which the force relaxes by so many N."""
-    record = record_of(spring_of(1.0, 1.0), triangle(600 * dense + 1), noise=0.002)
-    pause, repeats = 80 * dense, np.ones(len(record), dtype=int)
-    repeats[[250 * dense, 350 * dense]] += pause
-    force = np.repeat(record.force, repeats)
-    for k, begin in enumerate((250 * dense, 350 * dense + pause)):
-        force[begin : begin + pause + 1] += (2 * k - 1) * relaxation * np.linspace(0.0, 1.0, pause + 1)
-    return Record(np.repeat(record.displacement, repeats), force)
 
 
 def turning(samples: float, shape: str = "sine") -> Record:
@@ -172,7 +157,7 @@ def faulty() -> list[tuple[str, str, Given]]:
         ("SPIKES", "sample 701 (force 250 N)", spike(250.0)),
         ("CLIPPED", "45 of 1500 samples", changed(lambda r: r.clip(-np.inf, np.sort(r)[-45]), 0.01)),
         ("CLIPPED", "90 of 1500 samples", changed(lambda r: r.clip(np.sort(r)[44], np.sort(r)[-45]), 0.01)),
-        ("DWELLS", "by ", rested(3.0)), ("DWELLS", "by ", rested(3.0, 30)),
+        ("DWELLS", "rig_1.csv: by ", lambda: drawn_case(FAULTS["dwells"], 4, 0).records),
         ("GAPS", "3.99 to 4.5 s; 8.99 to 9.6 s", Record(own().displacement[kept], own().force[kept], 0.01 * kept)),
         ("BACKLASH", " N", lambda: drawn_case(gapped(0.4), 82, 2, amplitudes=(1.0,), cycles=(3,)).records),
         ("BACKLASH", "after each reversal", lambda: drawn_case(FAULTS["play"], 83, 0).records),
@@ -199,12 +184,10 @@ def good() -> Iterator[tuple[str, Given]]:
     """Records of which nothing is said but that they have one amplitude."""
     for samples in (300, 60_000):
         yield "dense or not", record_of(spring_of(1.0, 1.0), sine(3, samples), noise=0.01)
-        yield "triangle", record_of(spring_of(1.0, 1.0), triangle(samples), noise=0.01)
     yield "dry friction", Record(0.004 * np.sin(PHASE), np.sin(PHASE) + 0.05 * np.sign(np.cos(PHASE)))
     yield "coarse force", changed(lambda r: np.round(r / 2.0) * 2.0, 0.01)
     yield "both negated", Record(-own(0.01).displacement, -own(0.01).force)
     yield "crossed a little", changed(lambda _: 3000.0 * sine() + 10.0 * SIDE * (1.0 - 1.06 * PLACE))
-    yield "rests without relaxation", rested(0.0)
     yield "irregular times", replace(own(), time=np.cumsum(np.random.default_rng(0).exponential(0.01, 1500)))
     yield "at samples", record_of(spring_of(1.0, 1.0), MEAN + AMPLITUDE * np.sin(np.pi / 20.0 * np.arange(161)))
     yield "samples twice", replace(own(), displacement=np.repeat(sine(3, 750), 2), force=np.repeat(own().force[::2], 2))
@@ -239,7 +222,7 @@ def test_sizes_of_what_changes_are_true() -> None:
 
 
 def test_samples_that_do_not_tell_of_the_spring_leave_it_as_it_is() -> None:
-    """Clipped ones, those beside the range that was selected, outliers of a robust fit, and those at rest."""
+    """Clipped ones, those beside the range that was selected, and outliers of a robust fit."""
     plain = RefinedOptions((3, 2))
     expected = Spring(identify(own(0.01), plain).parameters).response(sine())
     clipped = changed(lambda r: r.clip(-np.inf, np.sort(r)[-45]), 0.01)
@@ -249,7 +232,6 @@ def test_samples_that_do_not_tell_of_the_spring_leave_it_as_it_is() -> None:
         force = Spring(identify(record, replace(plain, robust=robust)).parameters).response(sine())
         # Noise of 1 % of up to 100 N over 1 000 samples.
         assert np.abs(force - expected)[sine() > compared].max() < 0.4
-    assert identify(rested(3.0), plain).parameters == identify(rested(0.0), plain).parameters
 
 
 def test_units_change_nothing_else_and_sizes_that_no_rig_measures_are_noted_or_refused() -> None:

