@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import zipfile
 from dataclasses import asdict, replace
@@ -20,8 +19,6 @@ from springs import EXAMPLES, MOUNT, TABLE
 from strandspring import ClassicBoucWen, NormalizedBoucWen, Spring, SpringParameters, StrandspringError
 from strandspring.cli.shared.zero import given_zero
 from strandspring.model.coordinates import chosen_zero, counted_from, sensible_zero
-from strandspring.model.modelfile import ModelFile, save_model
-from terminal import Terminal
 
 CLASSIC = {
     "n below 1": ClassicBoucWen(alpha=0.1, k=2e4, D=0.003, A=1.0, beta=0.7, gamma=0.2, n=0.4),
@@ -115,7 +112,8 @@ def test_impossible_models_are_refused(change: dict[str, float], sentence: str) 
 # -- where displacement is counted from
 
 
-def test_the_rig_s_zero_counts_if_it_lies_within_the_range_unless_another_is_chosen() -> None:
+@pytest.mark.long
+def test_the_rig_s_zero_counts_if_it_lies_within_the_range_unless_another_is_chosen(tmp_path: Path) -> None:
     middle = 0.5 * (MOUNT.displacement_min + MOUNT.displacement_max)
     assert sensible_zero(replace(MOUNT, displacement_min=0.0)) == 0.0
     for choice, zero in ((None, middle), ("rig", 0.0), ("middle", middle), (-0.0125, -0.0125)):
@@ -129,6 +127,10 @@ def test_the_rig_s_zero_counts_if_it_lies_within_the_range_unless_another_is_cho
         with pytest.raises(StrandspringError, match=r'`zero` must be "rig", "middle" or a displacement of the record'):
             chosen_zero(value, MOUNT)
     narrow = replace(MOUNT, displacement_min=0.05 - 1e-9, displacement_max=0.05 + 1e-9)
+    fmu = Spring(MOUNT, "mount").build_fmu(tmp_path, backend="python", zero=-0.02)
+    with zipfile.ZipFile(fmu) as archive:
+        page = " ".join(archive.read("documentation/index.html").decode().split())
+    assert "is -20 mm of the record from which the spring was identified: FMU = record + 0.02" in page
     with pytest.raises(StrandspringError, match=r"Counted from 1e\+12 mm, .* is lost in rounding"):
         counted_from(1e9, narrow)
 
@@ -141,26 +143,3 @@ def test_the_force_is_the_same_wherever_displacement_is_counted_from(spring: Spr
     found = Spring(counted_from(zero, spring)).response(path - zero)
     # Differences of the order of 0.3 m are rounded to 5e-17 m; the steepest spring has some 1e5 N/m.
     np.testing.assert_allclose(found, Spring(spring).response(path), rtol=0.0, atol=1e-10)
-
-
-@pytest.mark.long
-def test_commands_count_from_the_zero_of_the_fmu(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    terminal = Terminal(capsys)
-    save_model("mount.json", ModelFile("mount", MOUNT))
-    said = terminal("build", "mount.json", "--backend", "python", "--zero", "-20")
-    assert "Displacement is counted from -20 mm of the record, as in the FMU." in said
-    with zipfile.ZipFile("dist/mount_python.fmu") as fmu:
-        page = " ".join(fmu.read("documentation/index.html").decode().split())
-        variables = fmu.read("modelDescription.xml").decode()
-    assert "is -20 mm of the record from which the spring was identified: FMU = record + 0.02" in page
-    assert "0.04" in variables  # displacement_min of 20 mm
-    shifted, own = (json.loads(terminal("info", "mount.json", "--json", "--zero", at)) for at in ("middle", "rig"))
-    assert (shifted["zero"], own["zero"]) == (pytest.approx(0.05), 0.0)
-    assert shifted["loops"][0]["low"] == pytest.approx(own["loops"][0]["low"] - 0.05, abs=1e-12)
-    assert shifted["loops"][0]["energy_per_cycle"] == pytest.approx(own["loops"][0]["energy_per_cycle"])
-    assert json.loads(terminal("info", "dist/mount_python.fmu", "--json"))["zero"] == -0.02
-    terminal("info", "mount.json", "--zero", "left", status=2)
-    assert "--zero must be `rig`, `middle` or a displacement of the record in mm, got 'left'." in terminal.err

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -134,10 +133,7 @@ def test_windows_as_users_write_them() -> None:
     assert [window(text) for text in ("1:2", " -1.5e1 : ", ":.5")] == [(1.0, 2.0), (-15.0, None), (None, 0.5)]
     assert [cycle_range(text) for text in ("3", "2:", ":4", "2:4")] == [(3, 3), (2, None), (None, 4), (2, 4)]
     assert not any(is_window(text) for text in ("Time", "3", ":", "1:2:3", "a:b", "", "12 : x"))
-
-
-@pytest.mark.parametrize("parse", [window, cycle_range])
-@pytest.mark.parametrize("value", [True, {}, [1], None])
-def test_windows_of_other_types_are_refused(parse: Callable[[object], object], value: object) -> None:
-    with pytest.raises(RecordError, match=r"must be .*such as"):
-        parse(value)
+    for parse in (window, cycle_range):
+        for value in (True, {}, [1], None):
+            with pytest.raises(RecordError, match=r"must be .*such as"):
+                parse(value)
