@@ -106,6 +106,11 @@ def test_a_loop_drawn_by_hand() -> None:
     for path in (np.tile([-1.0, -0.5, 0.0, 0.5, 1.0, 0.5, 0.0, -0.5], 4), np.array([0.0, 0.5, 1.0, 0.5, 0.0])):
         (flat,) = measured_loops(Record(path, 100.0 * path))
         assert (flat.figures.energy_per_cycle, flat.gap) == (0.0, 0.0)
+    # A drift of 1 N over one cycle from trough to trough leaves the loop open by it.
+    turns = np.arange(401) / 400 + 0.75
+    path = 0.01 * np.sin(2.0 * np.pi * turns)
+    (opened,) = measured_loops(Record(path, 1000.0 * path + 3.0 * np.cos(2.0 * np.pi * turns) + turns))
+    assert opened.gap * opened.figures.height == pytest.approx(1.0, rel=1e-9)
     for path in (np.linspace(0.0, 1.0, 50), np.array([0.0, 1.0, 0.2, 0.6, 0.5, 0.5]), np.full(20, 0.3)):
         with pytest.raises(RecordError, match=r"short\.csv: no full cycle"):
             measured_loops(Record(path, path, path="short.csv"))
