@@ -14,7 +14,6 @@ from typing import Any, Literal
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from strandspring import Record, Spring, SpringParameters
 
@@ -42,12 +41,8 @@ def draw_spring(
 ) -> SpringParameters:
     """A monotone, hardening spring of real size.
 
-    Parameters
-    ----------
-    generator : Generator
-    n, sigma, saturations, friction : (float, float)   Ranges of n, sigma, rho*amplitude and kappa_omega as a share of
-                                             the elastic force [-], drawn log-uniformly.
-    degrees : (int, int) or None             Of FE and FA; None draws 1 to 4 and 0 to 2.
+    n, sigma, rho*amplitude and kappa_omega as a share of the elastic force are drawn log-uniformly from these ranges;
+    degrees of FE and FA that are None from 1 to 4 and 0 to 2.
     """
     amplitude = log_uniform(generator, 1e-3, 50e-3)
     elastic = log_uniform(generator, 10.0, 1000.0)
@@ -87,20 +82,12 @@ def elastic_force(spring: SpringParameters) -> float:
 
 @dataclass(frozen=True)
 class Truth:
-    """What is the spring and not the rig.
-
-    Parameters
-    ----------
-    spring : SpringParameters
-    backbone : callable or None   Elastic force [N] of y = (x - centre)/amplitude in place of FE.
-    stiffness : float             Of a spring in parallel, about the centre [N/m].
-    shift : float                 Where the record's coordinates see the spring's zero [m].
-    """
+    """What is the spring and not the rig."""
 
     spring: SpringParameters
-    backbone: Callable[[FloatArray], FloatArray] | None = None
-    stiffness: float = 0.0
-    shift: float = 0.0
+    backbone: Callable[[FloatArray], FloatArray] | None = None  # force [N] of y = (x - centre)/amplitude in place of FE
+    stiffness: float = 0.0  # of a spring in parallel, about the centre [N/m]
+    shift: float = 0.0  # where the record's coordinates see the spring's zero [m]
 
     def response(self, displacement: FloatArray) -> FloatArray:
         """Force along a path that starts with omega = 0 [N]."""
@@ -117,30 +104,17 @@ class Truth:
 
 @dataclass(frozen=True)
 class Experiment:
-    """Displacement programme, sampling and noise.
-
-    Parameters
-    ----------
-    shape : "sine" or "triangle"
-    amplitudes : tuple of float    Shares of the largest amplitude.
-    cycles : tuple of int          Of each amplitude.
-    separate : bool                One record for each amplitude instead of one of all.
-    frequency : float              [Hz]
-    samples : int                  Of all records together, about.
-    noise : float                  Standard deviation of the force's noise, share of the force's.
-    correlation : float            AR(1) coefficient of the noise.
-    synchronous : bool             Every reversal is sampled; otherwise reversals fall between the samples.
-    """
+    """Displacement programme, sampling and noise."""
 
     shape: Literal["sine", "triangle"] = "sine"
-    amplitudes: tuple[float, ...] = (0.4, 0.7, 1.0)
-    cycles: tuple[int, ...] = (3, 3, 3)
-    separate: bool = False
-    frequency: float = 0.5
-    samples: int = 1000
-    noise: float = 0.005
-    correlation: float = 0.0
-    synchronous: bool = True
+    amplitudes: tuple[float, ...] = (0.4, 0.7, 1.0)  # shares of the largest amplitude
+    cycles: tuple[int, ...] = (3, 3, 3)  # of each amplitude
+    separate: bool = False  # one record for each amplitude instead of one of all
+    frequency: float = 0.5  # [Hz]
+    samples: int = 1000  # of all records together, about
+    noise: float = 0.005  # standard deviation of the force's noise, share of the force's
+    correlation: float = 0.0  # AR(1) coefficient of the noise
+    synchronous: bool = True  # every reversal is sampled; otherwise reversals fall between the samples
 
     @property
     def period(self) -> float:
@@ -169,38 +143,24 @@ def draw_experiment(generator: Generator, **fixed: Any) -> Experiment:
 
 @dataclass
 class Run:
-    """One record while it is simulated; the faults change it in place.
-
-    Attributes
-    ----------
-    truth : Truth
-    experiment : Experiment
-    index : int                    Of the record among those of the experiment.
-    clock, duration : float        When the record starts within the experiment, and how long all records are [s].
-    step : float                   Of the fine grid [s].
-    stride : int                   Fine steps from sample to sample.
-    path : ndarray, shape (F,)     Displacement of the spring on the fine grid [m].
-    cycle : ndarray, shape (F,)    Cycles since the start of the experiment.
-    elastic, hysteretic : ndarray  Parts of the spring's force on the fine grid [N].
-    measured, force : ndarray      Signals that are sampled, on the fine grid [m], [N].
-    at : ndarray, shape (K,)       Samples on the fine grid.
-    samples : ndarray, (3, K)      Time [s], displacement [m] and force [N] as recorded.
-    """
+    """One record while it is simulated; the faults change it in place. The fine grid has F points, the record K."""
 
     truth: Truth
     experiment: Experiment
-    index: int
-    clock: float
-    duration: float
-    step: float
-    stride: int
-    path: FloatArray
-    cycle: FloatArray
+    index: int  # of the record among those of the experiment
+    clock: float  # when the record starts within the experiment [s]
+    duration: float  # of all records [s]
+    step: float  # of the fine grid [s]
+    stride: int  # fine steps from sample to sample
+    path: FloatArray  # displacement of the spring on the fine grid [m]
+    cycle: FloatArray  # cycles since the start of the experiment
+    # Parts of the spring's force on the fine grid [N], and the signals that are sampled there [m], [N].
     elastic: FloatArray = field(default_factory=lambda: np.empty(0))
     hysteretic: FloatArray = field(default_factory=lambda: np.empty(0))
     measured: FloatArray = field(default_factory=lambda: np.empty(0))
     force: FloatArray = field(default_factory=lambda: np.empty(0))
-    at: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    at: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))  # samples on the fine grid
+    # Time [s], displacement [m] and force [N] as recorded, shape (3, K).
     samples: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
 
     @property
@@ -240,28 +200,18 @@ Action = Callable[[Run, float, Generator], None]
 
 @dataclass(frozen=True)
 class Fault:
-    """One fault of a rig.
+    """One fault of a rig."""
 
-    Parameters
-    ----------
-    small, large : float     Sizes: barely worth correcting, and what a bad rig does; in the unit of `size`.
-    size : str               What the size is measured in.
-    points_to : tuple of str Beginnings of words in lower case; a caution that points to it has one of them in its name
-                             or sentence.
-    motion, force, signals, sampled : callable   What it does to a run at that stage.
-    truths : callable        The springs that are right; any of them will do, the spring itself by default.
-    programme : callable     What the experiment must be.
-    options : callable       What a user would know and give as options.
-    """
-
-    small: float
-    large: float
-    size: str
-    points_to: tuple[str, ...]
+    small: float  # size that is barely worth correcting, in the unit of `size`
+    large: float  # what a bad rig does
+    size: str  # what the size is measured in
+    points_to: tuple[str, ...]  # beginnings of words; a caution that points to it has one in its name or sentence
+    # What it does to a run at that stage.
     motion: Action | None = None
     force: Action | None = None
     signals: Action | None = None
     sampled: Action | None = None
+    # The springs that are right, any of which will do; what the experiment must be; what a user would give as options.
     truths: Callable[[SpringParameters, Experiment, float], tuple[Truth, ...]] = lambda spring, *_: (Truth(spring),)
     programme: Callable[[Experiment, float], Experiment] = lambda experiment, _: experiment
     options: Callable[[SpringParameters, Experiment, float], dict[str, float]] = lambda *_: {}
@@ -290,26 +240,15 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """Records of a spring on a rig with at most one fault, and the truth.
-
-    Attributes
-    ----------
-    records : tuple of Record
-    truths : tuple of Truth           Springs that are right, the first one in the coordinates of the first record.
-    experiment : Experiment
-    magnitude : float                 Size of the fault in the fault's unit.
-    options : dict                    What a user would give.
-    points_to : tuple of str
-    paths, forces : tuple of ndarray  Noise-free displacement of the spring and its response at the samples, without
-                                      duplicates and before samples are lost [m], [N].
-    """
+    """Records of a spring on a rig with at most one fault, and the truth."""
 
     records: tuple[Record, ...]
-    truths: tuple[Truth, ...]
+    truths: tuple[Truth, ...]  # springs that are right, the first one in the coordinates of the first record
     experiment: Experiment
-    magnitude: float
-    options: dict[str, float]
+    magnitude: float  # size of the fault in the fault's unit
+    options: dict[str, float]  # what a user would give
     points_to: tuple[str, ...]
+    # Noise-free displacement of the spring [m] and its response [N] at the samples, before some are lost or doubled.
     paths: tuple[FloatArray, ...]
     forces: tuple[FloatArray, ...]
 
@@ -402,6 +341,8 @@ def _programme(
 
 def coloured(generator: Generator, count: int, correlation: float) -> FloatArray:
     """Stationary AR(1) noise of unit standard deviation."""
+    from scipy.signal import lfilter
+
     white = generator.standard_normal(count)
     if correlation == 0.0:
         return white

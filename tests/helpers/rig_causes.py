@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
-from scipy.signal import lfilter
 
 from rig import Case, Experiment, Fault, Generator, Run, draw_experiment, draw_spring, simulate
 from strandspring import Record, SpringParameters
@@ -72,6 +71,8 @@ def rubber(share: float) -> Callable[[int, float], Fault]:
     """Five Maxwell elements from 0.01 to 3 s, each with this share of the elastic stiffness."""
 
     def act(run: Run, size: float, _: Generator) -> None:
+        from scipy.signal import lfilter
+
         moved = np.diff(run.path, prepend=run.path[0]) * size * run.elastic_scale / run.amplitude
         for time in (3.0, 0.8, 0.2, 0.05, 0.0125):
             keep = np.exp(-run.step / time)

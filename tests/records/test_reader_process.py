@@ -1,30 +1,32 @@
-"""Files read in another process: one that crashes, hangs or takes all memory is a damaged file, and leaves nothing."""
+"""Readers that others' files and folders cannot harm: processes of their own, and nothing beside a record executed."""
 
 from __future__ import annotations
 
 import gc
 import os
+import shutil
 import subprocess
 import sys
+import sysconfig
 import time
 from collections.abc import Iterator
+from importlib.metadata import packages_distributions
 from pathlib import Path
+from typing import Any
 
-import asammdf
-import h5py
-import numpy as np
 import pytest
 
-from strandspring.errors import RecordError
+from springs import MOUNT
+from strandspring import RecordError, Spring
 from strandspring.records.content import FileContent
 from strandspring.records.formats import reader_process
 from strandspring.records.formats.reader_process import read_in_process
-from strandspring.records.reading import read_record
+from tools import slow_but
 
 pytestmark = pytest.mark.long
 
-X = np.linspace(0.0, 1.0, 50)
-
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPT = Path(sysconfig.get_path("scripts")) / "strandspring"
 # A module that does to the process what damaged files do.
 HOSTILE = """
 import os, time
@@ -35,9 +37,8 @@ def read_tables(content):
     what = content.data.decode()
     if what == "crash":
         os.abort()
-    if what == "hang":
-        while True:
-            pass
+    while what == "hang":
+        pass
     if what == "memory":
         np.ones(10**9)
     if what == "print":
@@ -47,9 +48,9 @@ def read_tables(content):
 """
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """The module, in a folder that the package of formats is looked for in too."""
+    """The module, in a folder that the package of formats is looked for in too; no temporary file is left."""
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temporary"))
     (tmp_path / "sitecustomize.py").write_text(
@@ -63,85 +64,103 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     assert not list((tmp_path / "temporary").iterdir())
 
 
-def content(text: str) -> FileContent:
-    return FileContent("a.dat", text.encode(), "")
+def of_hostile(text: str) -> Any:
+    return read_in_process("hostile", "a file", FileContent("a.dat", text.encode(), ""))
 
 
-def test_values_come_from_the_other_process() -> None:
-    _, (channel,) = read_in_process("hostile", "a file", content("print"))
+@pytest.mark.usefixtures("hostile")
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of processor time are those of Linux")
+@pytest.mark.parametrize(
+    ("what", "reason"),
+    [("crash", "the library that reads it crashed"), ("memory", "more data than fits"), ("hang", "takes too long")],
+)
+def test_what_crashes_hangs_or_takes_all_memory_is_a_damaged_file(
+    what: str, reason: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reader_process, "_SECONDS", 0.5)
+    with pytest.raises(RecordError, match=f"a.dat: is a file that is damaged or cut off, .*{reason}.*; export"):
+        of_hostile(what)
+    # The next file is read as ever.
+    _, (channel,) = of_hostile("print")
     assert (channel.group, channel.name, channel.unit, channel.size, channel.timed) == ("g", "x", "mm", 3, False)
     values, times = channel.load()
-    assert values.tolist() == [0.0, 1.0, 2.0]
-    assert times is None
+    assert (values.tolist(), times) == ([0.0, 1.0, 2.0], None)
 
 
-@pytest.mark.parametrize(
-    ("what", "reason"), [("crash", "the library that reads it crashed"), ("memory", "more data than fits")]
-)
-def test_a_crash_or_all_memory_is_a_damaged_file(what: str, reason: str) -> None:
-    with pytest.raises(RecordError, match=f"a.dat: is a file that is damaged or cut off, .*{reason}.*; export"):
-        read_in_process("hostile", "a file", content(what))
-    # The next file is read as ever.
-    assert len(read_in_process("hostile", "a file", content(""))[1]) == 1
-
-
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="limits of processor time are those of Linux")
-def test_what_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reader_process, "_SECONDS", 0.5)
-    with pytest.raises(RecordError, match="reading it takes too long"):
-        read_in_process("hostile", "a file", content("hang"))
-
-
-def test_one_process_reads_file_after_file() -> None:
-    first = read_in_process("hostile", "a file", content(""))
-    second = read_in_process("hostile", "a file", content(""))
+@pytest.mark.usefixtures("hostile")
+def test_one_process_reads_file_after_file_or_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    first, second = of_hostile(""), of_hostile("")
     assert len(reader_process._running) == 2, "the channels of the first file are still wanted"
     del first, second
     gc.collect()
     assert list(reader_process._running) == reader_process._idle, "one of them waits for the next file"
+    reader_process._stop_all()
+    monkeypatch.setattr("sys.executable", "/nonexistent/python")
+    with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; free some"):
+        of_hostile("")
 
 
-def test_the_process_ends_with_its_parent(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.usefixtures("hostile")
+def test_the_process_ends_with_its_parent(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file["x"], file["F"] = X, X
     reading = (
         "import os\n"
+        "from strandspring import read_record\n"
         "from strandspring.records.formats import reader_process\n"
-        "from strandspring.records.reading import read_record\n"
-        f"read_record({str(tmp_path / 'a.h5')!r})\n"
+        f"read_record({str(samples / 'hdf5')!r})\n"
     )
     killed = f"{reading}print(*(p.pid for p in reader_process._running), flush=True)\nos.kill(os.getpid(), 9)\n"
     done = subprocess.run([sys.executable, "-c", killed], capture_output=True, text=True, check=False)
-    process = int(done.stdout)
     assert done.stderr == ""
+    status = Path(f"/proc/{int(done.stdout)}/stat")
     for _ in range(100):
-        status = Path(f"/proc/{process}/stat")
         if not status.exists() or status.read_text().split()[2] == "Z":
             break
         time.sleep(0.1)
     else:
-        pytest.fail(f"process {process} has not ended")
+        pytest.fail(f"process {done.stdout} has not ended")
     # The next program removes the folder that is left.
     subprocess.run([sys.executable, "-c", reading], check=True)
 
 
-def test_a_channel_beyond_its_row_is_a_damaged_mdf_file(tmp_path: Path) -> None:
-    # asammdf copies the bytes of a channel from where the file says that they are.
-    path = tmp_path / "a.mf4"
-    with asammdf.MDF(version="4.10") as file:
-        file.append([asammdf.Signal(X, X, name=name, unit=unit) for name, unit in (("x", "mm"), ("F", "N"))])
-        file.save(path)
-    data = path.read_bytes()
-    assert len(read_record(path)) == X.size
-    offset = (16).to_bytes(4, "little") + (64).to_bytes(4, "little")
-    assert data.count(offset) == 1
-    path.write_bytes(data.replace(offset, (2**31).to_bytes(4, "little") + offset[4:]))
-    with pytest.raises(RecordError, match="is an MDF file that is damaged or cut off"):
-        read_record(path)
+# Leaves its name, and then is the module that it is named like.
+LURE = """
+import sys
+with open({marks!r}, "a") as marks:
+    marks.write(__name__ + "\\n")
+places = sys.path[:]
+sys.path[:] = [place for place in places if place not in ("", {folder!r})]
+del sys.modules[__name__]
+__import__(__name__)
+sys.path[:] = places
+"""
 
 
-def test_a_process_that_cannot_be_started_is_refused_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.executable", "/nonexistent/python")
-    with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; free some"):
-        read_in_process("hostile", "a file", content(""))
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory, samples: Path) -> Path:
+    """Records, a model, its FMU, and lures: files named like all modules that could be imported."""
+    folder = tmp_path_factory.mktemp("beside") / "received"
+    shutil.copytree(samples, folder)
+    Spring(MOUNT, "mount").save(folder / "mount.json")
+    shutil.copy(ROOT / "build_fmu.py", folder)
+    names = {*sys.stdlib_module_names, *packages_distributions(), "sitecustomize", "usercustomize"} - {"strandspring"}
+    for name in filter(str.isidentifier, names):
+        (folder / f"{name}.py").write_text(LURE.format(marks=str(folder.parent / "marks"), folder=str(folder)))
+    return folder
+
+
+READING = "show plain.csv xlsx hdf5 mdf_4 tdms parquet_file uff xls ods mat npz -o page.html"
+IDENTIFYING = "identify-many plain.csv xlsx --method two-stage --workers 2 -o models"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    slow_but([READING, IDENTIFYING, "build mount.json --backend both -o dist", "build_fmu.py"], [IDENTIFYING]),
+)
+def test_a_command_executes_nothing_that_lies_in_the_current_folder(folder: Path, arguments: str) -> None:
+    own = [sys.executable, "build_fmu.py", "mount.json", "-o", "dist"]
+    command = own if arguments == "build_fmu.py" else [str(SCRIPT), *arguments.split()]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, check=False)
+    assert done.returncode == 0, done.stderr
+    marks = folder.parent / "marks"
+    assert not marks.exists(), marks.read_text()
