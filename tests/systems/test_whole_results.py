@@ -1,0 +1,135 @@
+"""Whole answers of commands about systems, studies and batches, as they were kept in results.json.
+
+That they are right is for the oracles of the other files to show; these rows keep all of their figures and sentences
+from changing unnoticed. After an answer changes on purpose: python tests/systems/test_whole_results.py
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import io
+import json
+import os
+import re
+import shlex
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from many_springs import measured, write, write_batch
+from strandspring.cli.main import main
+from strandspring.examples.system_models import SYSTEMS
+from strandspring.model.modelfile import ModelFile, save_model
+from studies import COMMAND, SPRING, UNCERTAINTY
+
+pytestmark = pytest.mark.long
+
+KEPT = Path(__file__).with_name("results.json")
+FEW = "--draws 16 --step 0.0002"
+COMMANDS = [
+    f"simulate electronics_box.toml --case shock --case drop {FEW} -o out.csv",
+    "simulate electronics_box.toml --case transport --candidate standard --draws 16 --step 0.0005 -o out.csv",
+    "simulate gun_cradle.toml --draws 16 --candidate 'five springs' -o out.csv",
+    f"simulate two_stage_platform.toml {FEW} -o out.csv",
+    "simulate avionics_tray.toml --case engine --candidate '20 C' --draws 16 --step 0.0005 -o out.csv",
+    "simulate avionics_tray.toml --case gunfire --case flight --candidate '-40 C' --draws 16 --step 0.001",
+    "isolate electronics_box.toml --points 4 --band 6 30 --base-displacement 0.2 --direction y -o out.csv",
+    "isolate electronics_box.toml --points 4 --band 6 30 --candidate softer --base-rotation 0.01 --direction x",
+    "isolate gun_cradle.toml --points 4 --force 500 --at breech -o out.csv",
+    "isolate avionics_tray.toml --points 4 --band 8 60 --candidate '20 C' --base-acceleration 0.5 --direction z",
+    "study electronics_box.toml --vary body.box.mass=0%,100%,150% --case drop --step 0.0005 --draws 16 -o out.csv",
+    " ".join([*COMMAND, "-o", "out.csv"]),
+    "study mount.json --mass 4:5:2 --base-acceleration 2 --stiffness 0.9 --parallel 2 --series 2 --damping 10"
+    " --band 2 20 --points 8 --draws 2 --extrapolate -o out.csv",
+    "identify-many springs --method two-stage --degrees 3,2 -o models",
+]
+
+
+def answer(command: str) -> Any:
+    """What a command says as JSON, and the table that it writes, of which long lists are thinned."""
+    arguments = [*shlex.split(command), *(["--workers", "1"] if command.startswith(("study", "identify")) else [])]
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.suppress(SystemExit):
+        main([*arguments, "--json"])
+    told = json.loads(said.getvalue())
+    for path in (Path("out.csv"), Path("models/springs.csv")):
+        if path.exists():
+            with path.open(encoding="utf-8", newline="") as file:
+                rows = list(csv.DictReader(file))
+            told["table"] = {name: [_number(row[name]) for row in rows] for name in rows[0] if name != "sha256"}
+    return thinned(told)
+
+
+def _number(text: str) -> Any:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def thinned(value: Any) -> Any:
+    """Six of a long list, and numbers with the digits that are compared."""
+    if isinstance(value, dict):
+        return {key: thinned(one) for key, one in value.items() if key not in ("folder", "seconds")}
+    if isinstance(value, list):
+        kept = value if len(value) <= 12 else [value[k] for k in np.linspace(0, len(value) - 1, 6).astype(int)]
+        return [len(value), *map(thinned, kept)]
+    return float(f"{value:.9g}") if isinstance(value, float) else value
+
+
+def different(found: Any, kept: Any, place: str, share: float) -> list[str]:
+    """Where two answers differ: numbers by more than a share, and words but for the digits in them."""
+    if isinstance(kept, dict) and isinstance(found, dict):
+        missing = [f"{place}: {sorted(found.keys() ^ kept.keys())}"] if found.keys() != kept.keys() else []
+        both = sorted(kept.keys() & found.keys())
+        return missing + [text for key in both for text in different(found[key], kept[key], f"{place}.{key}", share)]
+    if isinstance(kept, list) and isinstance(found, list) and len(found) == len(kept):
+        pairs = enumerate(zip(found, kept, strict=True))
+        return [text for k, pair in pairs for text in different(*pair, f"{place}[{k}]", share)]
+    if isinstance(kept, float) and isinstance(found, float):
+        # Below 1e-9 of a metre, newton or second there is only rounding.
+        return [] if found == pytest.approx(kept, rel=share, abs=1e-9, nan_ok=True) else [f"{place}: {found} {kept}"]
+    if isinstance(kept, str) and isinstance(found, str):
+        found, kept = (re.sub(r"\d[\d.e+-]*", "#", text) for text in (found, kept))
+    return [] if found == kept else [f"{place}: {found!r} {kept!r}"]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return prepared(tmp_path_factory.mktemp("results"))
+
+
+def prepared(folder: Path) -> Path:
+    """What the commands read."""
+    shutil.copytree(SYSTEMS, folder, dirs_exist_ok=True)
+    save_model(folder / "mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
+    write_batch(folder / "springs", 8, 360)
+    write(folder / "springs" / "stiff.csv", measured(100, 360, stiffness=2.0))
+    (folder / "springs" / "empty.csv").touch()
+    return folder
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_an_answer_is_the_kept_one(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(folder)
+    for path in (Path("out.csv"), *Path().glob("models/*")):
+        path.unlink(missing_ok=True)
+    kept = json.loads(KEPT.read_text(encoding="utf-8"))[command]
+    # Least squares stop where the misfit is level, and draws of springs that were fitted follow them.
+    assert different(answer(command), kept, "", 1e-3 if "identify" in command else 1e-6) == []
+
+
+if __name__ == "__main__":
+    answers = {}
+    for each in COMMANDS:
+        os.chdir(KEPT.parent)
+        with tempfile.TemporaryDirectory() as temporary:
+            os.chdir(prepared(Path(temporary)))
+            answers[each] = answer(each)
+    rows = (f"{json.dumps(each)}: {json.dumps(value, ensure_ascii=False)}" for each, value in answers.items())
+    KEPT.write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
