@@ -258,7 +258,12 @@ def shaken(
         force += sum(b.stiffness * s for b, s in zip(branches, stretches, strict=True))
         push = system.static_load + strength * math.cos(circular * t) - system.damping * v - system.parallel * force
         of_omegas = [rate_of_omega(one, speed, omega) for one, omega in zip(parts, omegas, strict=True)]
-        return [v, push / m, *of_omegas, *(speed - s / b.time_constant for b, s in zip(branches, stretches, strict=True))]
+        return [
+            v,
+            push / m,
+            *of_omegas,
+            *(speed - s / b.time_constant for b, s in zip(branches, stretches, strict=True)),
+        ]
 
     period, count = 1.0 / frequency, 512
     times = period * np.arange(count + 1) / count

@@ -16,10 +16,8 @@ import pytest
 from branched_springs import BASE, BRANCHED, BRANCHES, SECOND, uneven_motion
 from mounts_with_branches import two_rates
 from oracles import exact_maxwell, oracle_force, shaken
-from springs import EXAMPLES
 from strandspring import (
     ModelError,
-    Record,
     RefinedOptions,
     Spring,
     SpringParameters,
@@ -27,12 +25,9 @@ from strandspring import (
     compare,
     identify,
 )
-from strandspring.api.comparing.differences import parameter_differences
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums
-from strandspring.kernel.path import PathSolver, packed
-from strandspring.loops.loop import steady_loop
-from strandspring.model.joint import JointCovariance
+from strandspring.kernel.path import packed
 from strandspring.model.modelfile import model_of_text
 from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
@@ -145,24 +140,6 @@ def test_a_saved_spring_is_loaded_as_it_was_and_refused_where_there_is_no_room(n
             as_times(time, 3)
 
 
-def test_files_of_older_versions_and_predictions() -> None:
-    for p in (BASE, EXAMPLES["table"]):
-        content = json.loads(Spring(p).model.to_json())
-        for version in (1, 2, 3, 4):
-            by_hand = model_of_text(json.dumps({**content, "format_version": version}), "model.json")
-            assert by_hand.to_json() == Spring(p).model.to_json()
-    path, time = 0.01 * np.sin(np.linspace(0.0, 9.0, 200)) + 0.05, np.linspace(0.0, 9.0, 200)
-    spring, both = Spring(BRANCHED["branches"]), Spring(BRANCHED["both"])
-    record = Record(path, spring.response(path, 0.2, time), time)
-    assert spring.predict(record).rmse < 1e-6 * np.ptp(record.force)  # omega_start is found to 1e-6
-    with pytest.raises(StrandspringError, match=r"depends on the times of the displacements, and none are given"):
-        spring.predict(Record(path, record.force))
-    made = both.synthesize(frequency=3.0)
-    assert made.force == pytest.approx(both.response(made.displacement, time=made.time), rel=1e-12)
-    # The branch of 700 N/m and 30 ms follows 20 mm at 3 Hz, and hardly at 0.01 Hz.
-    assert np.abs(both.synthesize(frequency=0.01).force - made.force).max() > 5.0
-
-
 # ---- a mass: branches that bend the response at its resonance of 15 Hz, where omega*tau is 2 and 50 ---
 
 BENDING = (MaxwellBranch(4000.0, 0.02), MaxwellBranch(900.0, 0.5))
@@ -224,20 +201,6 @@ def test_branches_alone_follow_the_transfer_function() -> None:
     assert (peak.stiffness, peak.loss_factor) == pytest.approx((at_peak.real, at_peak.imag / at_peak.real), rel=1e-6)
 
 
-def test_springs_in_rows_scale_all_parts_and_slow_loops_leave_branches_out() -> None:
-    band, ratios = [6.0, 12.0, 15.0, 30.0], []
-    for counts, level in (((1, 1), LEVEL), ((6, 3), 3.0 * LEVEL)):
-        columns = frequency_response(mounted(SPRINGS["both"], *counts), SHAKEN, level, band).columns
-        ratios.append(np.interp(band, columns["frequency"], columns["transmissibility"]))
-    assert ratios[0] == pytest.approx(ratios[1], rel=1e-6)  # of Newton's method
-    slow = steady_loop(PathSolver(SPRINGS["both"]), 0.04, 0.06).figures
-    assert slow == steady_loop(PathSolver(SPRINGS["second"]), 0.04, 0.06).figures
-    # Of both mechanisms, after cycles that repeat.
-    path = np.tile(np.concatenate([np.linspace(0.04, 0.06, 200), np.linspace(0.06, 0.04, 200)[1:-1]]), 12)
-    energy = PathSolver(SPRINGS["second"]).absorbed_energy(path)
-    assert slow.energy_per_cycle == pytest.approx(energy[-1] - energy[-1 - 398], rel=1e-9)
-
-
 # ---- comparison -----------------------------------------------------------------------------------
 
 
@@ -262,26 +225,3 @@ def test_a_stiffer_branch_is_a_difference_though_slow_loops_are_alike() -> None:
     plain = identify(two_rates(seed=9), RefinedOptions(degrees=(3, 1), mechanisms=1, branches=0)).spring()
     comparison = compare(lot, plain, draws=40)  # nothing is judged between classes
     assert "A has FE of degree 3 and FA of degree 1, 1 mechanism and 1 Maxwell branch, B FE" in comparison.sentence
-
-
-@pytest.mark.long
-def test_errors_are_those_of_springs_moved_by_the_covariance() -> None:
-    """Of all parameters, kappa_omega of both mechanisms at another place than that of the model."""
-    spring = of_class(1500.0, 3, second=True)
-    model, p = spring.model, spring.parameters
-    joint, place, step = JointCovariance.to_draw_from(p, model.uncertainty), p.displacement_offset + 0.004, 1e-6
-
-    def logarithms(direction: np.ndarray) -> np.ndarray:
-        moved = joint.moved(p, direction.tolist())
-        both, _ = parameter_differences((moved, p), (moved, p), ({}, {}), (None, None), ("A", "B"), place)
-        return np.log([difference.a for difference in both])
-
-    size = len(joint.root)
-    rows = np.array([logarithms(step * unit) - logarithms(-step * unit) for unit in np.eye(size)]).T / (2.0 * step)
-    stated = (model.uncertainty, model.uncertainty)
-    known, _ = parameter_differences((p, p), (p, p), stated, (joint, joint), ("A", "B"), place)
-    errors = np.array([0.5 * (np.log1p(one.high) - np.log1p(one.low)) for one in known])
-    # Of the difference of two such springs, between 5 and 95 %.
-    expected, finite = 1.6448536269514722 * np.sqrt(2.0) * np.linalg.norm(rows, axis=1), np.isfinite(errors)
-    assert finite.sum() >= 8
-    assert errors[finite] == pytest.approx(expected[finite], rel=1e-5)

@@ -34,7 +34,9 @@ class _Axis:
         p, axis = self.axis.spring, self.axis
         x = axis.nominal + self.sense * float(moved[self.coordinate]) / axis.series
         assert p.displacement_min <= x <= p.displacement_max, "Exudyn's springs end with the identified range"
-        elastic, amplifier = (sum(c * (x - p.displacement_offset) ** i for i, c in enumerate(cs)) for cs in (p.kE, p.kA))
+        elastic, amplifier = (
+            sum(c * (x - p.displacement_offset) ** i for i, c in enumerate(cs)) for cs in (p.kE, p.kA)
+        )
         pull = axis.parallel * (elastic + p.kappa_omega * float(omegas[self.number]) * amplifier)
         return float(self.sense * (pull + axis.damping * self.sense * float(velocity[self.coordinate])))
 

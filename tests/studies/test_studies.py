@@ -9,7 +9,6 @@ import os
 import re
 import resource
 import signal
-import sqlite3
 import struct
 import subprocess
 import sys
@@ -24,20 +23,18 @@ import numpy as np
 import pytest
 
 from journal_content import execute, rows_in, written
-from strandspring import ModelError, StrandspringError
+from strandspring import ModelError
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.campaigns.studies.runs import DONE
-from strandspring.campaigns.studies.summaries import QUANTILES, summaries
 from strandspring.campaigns.studies.system_planning import planned_study
 from strandspring.campaigns.studies.system_study import SystemStudy, system_row
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
-from strandspring.ground.files import write_csv
-from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
+from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance
 from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description
@@ -102,25 +99,6 @@ def test_draws_scatter_as_the_uncertainty_says_and_stay_possible() -> None:
     assert {0.01, 100.0} <= {one.n for one in ends}
 
 
-def test_all_coefficients_are_drawn_jointly_where_the_model_file_has_them() -> None:
-    names = joint_names("kE", len(SPRING.kE), len(SPRING.kA) - 1)
-    # The slope of FE and ln(kappa_omega) go together; FA is so uncertain that half of the draws are no spring.
-    scale = [0.0, 30.0, 0.0, 0.0, 0.0, 5000.0, 0.0, 0.1, 0.0, 0.0]
-    root = [[0.0] * k + [share] for k, share in enumerate(scale)]
-    root[6][1] = 0.05
-    content = {**UNCERTAINTY, "joint": {"parameters": names, "root": root}}
-    drawn = [JointCovariance.to_draw_from(SPRING, content).draw(SPRING, 1, k) for k in range(500)]
-    slope = np.array([one.kE[1] for one in drawn]) - SPRING.kE[1]
-    kappa_omega = np.log([one.kappa_omega / SPRING.kappa_omega for one in drawn])
-    assert kappa_omega == pytest.approx(slope / 30.0 * 0.05, abs=1e-12)
-    assert np.std(slope) == pytest.approx(30.0, rel=0.15)  # from 500 draws it scatters by 3 %
-    assert min(one.kA[2] for one in drawn) > -2500.0  # FA > 0 at both ends
-    assert {one.sigma for one in drawn} == {SPRING.sigma}
-    root[4][4] = 1e9  # the slope of FA alone makes it negative at one end or the other
-    with pytest.raises(ModelError, match="None of 1000 springs drawn from the model's uncertainty is physically"):
-        JointCovariance.to_draw_from(SPRING, content).draw(SPRING, 0, 0)
-
-
 @pytest.mark.parametrize(
     ("uncertainty", "told"),
     [
@@ -138,52 +116,45 @@ def test_impossible_uncertainties_are_refused(uncertainty: dict[str, Any], told:
 @pytest.mark.parametrize(
     ("path", "given", "value_of", "expected"),
     [
-        ("body.box.center.3", "-10 mm,10 mm", lambda f, s: s.bodies[0].center[2], [-0.01, 0.01]),
-        ("body.1.inertia.xy", [0.01, 0.02], lambda f, s: s.bodies[0].inertia[0][1], [0.01, 0.02]),
-        ("body.box.point.connector.place.1", "50%,100%", lambda f, s: s.points[1].place[0], [-0.09, -0.18]),
-        ("mount.corner.places.*.1", "50%:150%:2", lambda f, s: [m.place[0] for m in s.mounts][:2],
-         [[0.075, -0.075], [0.225, -0.225]]),
-        ("mount.corner.places", "3,4", lambda f, s: len(s.mounts), [3, 4]),
-        ("mount.corner.type", "corner,soft_corner", lambda f, s: s.axes[0].model,
-         ["corner_compression.json", "corner_soft_compression.json"]),
-        ("mount_type.*.axes.*.damping", [0.0, 40.0], lambda f, s: {axis.damping for axis in s.axes}, [{0.0}, {40.0}]),
-        ("mount_type.corner.axes.1.stops.high", "30 mm,31 mm", lambda f, s: s.axes[0].stops.high, [0.03, 0.031]),
-        ("case.shock.peak", "10 g,20 g", lambda f, s: f.cases[0].channels[0].signal.peak, [98.0665, 196.133]),
-        ("case.transport.random.seed", "3,4", lambda f, s: f.cases[-1].channels[0].signal.seed, [3, 4]),
-        ("run.rest_omega", "-1:1:3", lambda f, s: f.options.rest_omega, [-1.0, 0.0, 1.0]),
-        ("gravity.3", "-9.81 m/s^2,-1.62 m/s^2", lambda f, s: s.gravity[2], [-9.81, -1.62]),
+        ("body.box.center.3", "-10 mm,10 mm", lambda s, _: s.bodies[0].center[2], [-0.01, 0.01]),
+        ("body.box.point.connector.place.1", "50%,100%", lambda s, _: s.points[1].place[0], [-0.09, -0.18]),
+        ("mount.corner.places.*.1", "50%:150%:2", lambda s, _: s.mounts[0].place[0], [0.075, 0.225]),
+        ("mount_type.*.axes.*.damping", [0.0, 40.0], lambda s, _: max(axis.damping for axis in s.axes), [0.0, 40.0]),
+        ("mount_type.corner.axes.1.stops.high", "30 mm,31 mm", lambda s, _: s.axes[0].stops.high, [0.03, 0.031]),
+        ("case.transport.random.seed", "3,4", lambda _, file: file.cases[-1].channels[0].signal.seed, [3, 4]),
+        ("run.rest_omega", "-1:1:3", lambda _, file: file.options.rest_omega, [-1.0, 0.0, 1.0]),
     ],
-)  # fmt: skip
-def test_paths_lead_to_their_values(path: str, given: Any, value_of: Callable[..., Any], expected: Any) -> None:
+)
+def test_paths_lead_to_their_values(
+    path: str, given: Any, value_of: Callable[[Any, Any], float], expected: list[float]
+) -> None:
     planned = system_study({path: given})
     files = [planned.described(point) for point in range(planned.grid_size)]
-    for file, other in zip(files, expected, strict=True):
-        is_number = isinstance(other, float | list)
-        assert value_of(file, file.candidates[0][1]) == (pytest.approx(other, rel=1e-12) if is_number else other)
+    assert [value_of(file.candidates[0][1], file) for file in files] == pytest.approx(expected, rel=1e-12)
+    both = system_study({"mount.corner.type": "corner,soft_corner", "mount.corner.places": "3,4"})
+    system = both.described(2).candidates[0][1]
+    assert (len(system.mounts), system.axes[0].model) == (3, "corner_soft_compression.json")
 
 
 @pytest.mark.parametrize(
     ("vary", "said"),
     [
         ({"body.box.mas": "1,2"}, "'body.box.mas' is not the path of a value of this description; use 'body.box.mass'"),
-        ({"mount_type.corner.axes.4.damping": "1,2"}, "use 'mount_type.corner.axes.roll.damping'"),
         ({"case.shock.directions": "+x"}, "is not the path of a value"),
-        ({"x" * 5000: "1,2"}, "is not the path of a value of this description; use one of"),
         ({"body.box.mass": "15 N:25 N:3"}, r"body\[1\].mass: must be a mass such as '20 kg', got '15.0 N'"),
         ({"body.box.mass": "15 kg:25 g:3"}, "all values must have one unit, got 'kg' and 'g'"),
-        ({"body.box.mass": "15 kg:25 kg:1"}, "COUNT must be a whole number from 2 to 10000, got '1'"),
         ({"body.box.mass": "-10 %:10 %:3"}, "percent are shares of what the file says, got '-10 %'; write 110 %"),
         ({"body.box.mass": "heavy,light"}, "got 'heavy,light'; give LOW:HIGH:COUNT or a list with commas"),
-        ({"body.box.mass": "1e999"}, "got '1e999'; give"),
-        ({"body.box.mass": []}, "got .*; give LOW:HIGH:COUNT"),
         ({"body.box.mass": [0.0, -1.0]}, "must be a mass > 0, got 0"),
         ({"body.box.mass": "20,20"}, "has a value twice"),
         ({"mount_type.corner.axes.1.preload": "50%,60%"}, "has no number in the file to take percent of"),
         ({"mount.corner.places": "4,6"}, "must be how many of the 4 places have a mount, from 1 to 4"),
-        ({"mount_type.corner.axes.1.parallel": "1.5,2.5"}, "must be a whole number"),
         ({"case.shock.pulse": "round,square"}, "must be 'half-sine'"),
         ({"body.box.mass": [1.0, 2.0], "body.1.mass": [3.0]}, "body.box.mass and body.1.mass vary the same"),
-        ({"body.box.mass": "1 kg:2 kg:1000", "case.drop.drop.height": "1 mm:2 mm:1000"}, "to 1000000 runs, got 2000000"),
+        (
+            {"body.box.mass": "1 kg:2 kg:1000", "case.drop.drop.height": "1 mm:2 mm:1000"},
+            "to 1000000 runs, got 2000000",
+        ),
     ],
 )
 def test_impossible_variations_are_refused_before_anything_runs(vary: dict[str, Any], said: str) -> None:
@@ -227,51 +198,20 @@ def test_a_run_tells_what_isolate_and_simulate_do() -> None:
     assert outside.verdict == "outside"
 
 
-def test_quantiles_are_those_of_numpy_over_the_runs_that_have_a_figure(tmp_path: Path) -> None:
-    study = replace(CHEAP, masses=(4.0, 5.0), levels=(1e-4, 2e-4), draws=37)
-    generator, (first,) = np.random.default_rng(5), CHEAP.rows([0])
-    names, rows = [figure.key for figure in study.figures], []
-    for run in range(len(study)):
-        values = [value if generator.random() < 0.7 else None for value in generator.standard_normal(len(names)).tolist()]
-        outcome = DONE if generator.random() < 0.8 else generator.choice(["Stuck at 3 Hz.", "Left at 1.5 mm."])
-        inside, beyond = (generator.choice([None, False, True]) for _ in range(2))
-        figures = dict(zip(names, values, strict=True))
-        rows.append(replace(first, run=run, inside=inside, extrapolating=beyond, outcome=str(outcome), **figures))
-    write_csv(tmp_path / "r.csv", [column.file_heading for column in study.columns], map(study.cells, rows))
-    for index, summary in enumerate(summaries(study, tmp_path / "r.csv").to_dict("records")):
-        grid = study.grid_point(index)
-        assert {name: summary[name] for name in asdict(grid)} == asdict(grid)
-        own = [row for row in rows[index::4] if row.outcome == DONE]
-        assert (summary["runs"], summary["refused"]) == (37, 37 - len(own))
-        assert summary["at_end_of_band"] == sum(row.inside is False for row in rows[index::4])
-        assert summary["extrapolating"] == sum(row.extrapolating is True for row in rows[index::4])
-        for name in names:
-            known = [value for row in own if (value := getattr(row, name)) is not None]
-            found = [summary[f"{name}_{end}"] for end in QUANTILES]
-            assert found == pytest.approx(np.quantile(known, [0.05, 0.5, 0.95]), rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("arguments", "status", "told"),
     [
         ("bare.json --mass 5 --force 1", 1, 'bare.json: field "uncertainty" holds no joint covariance'),
         ("mount.json --mass 400", 1, "The static load of 3922.66 N on each spring must lie within"),
         ("mount.json --mass 5 --force 1 --base-displacement 1", 2, "exclude each other"),
-        ("mount.json --mass 5 --force 1 --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
         ("mount.json --mass 5:x --force 1", 2, "'5:x' is neither a number nor LOW:HIGH:COUNT"),
-        ("mount.json --mass 5:6:1 --force 1", 2, "'5:6:1' is neither a number"),
         ("mount.json --mass 5:nan:3 --force 1", 2, "'--mass': must be a finite number > 0 [kg], got nan."),
-        ("mount.json --mass 5 --stiffness 0", 2, "must be a finite number >= 1e-06 and <= 1e+06, got 0."),
-        ("mount.json --mass 5 --force 1 --band 0 2", 2, "The band must rise from above 0 [Hz], got 0 to 2."),
         ("mount.json --mass 5 --force 1 --scheduler nowhere", 1, "No scheduler answers at 'nowhere' (missing port"),
         ("mount.json --mass 5 --force 1 --tls-ca-file ca.pem", 2, "Certificates are for a scheduler"),
-        ("mount.json --mass 3 --case x", 2, "--case applies to a SYSTEM.toml only"),
         ("mount.json", 2, "Missing option '--mass'"),
         ("box.toml", 2, "Missing option '--vary'"),
         ("box.toml --vary a=1 --mass 3", 2, "--mass does not apply to box.toml"),
-        ("box.toml --vary a", 2, "--vary must be PATH=VALUES"),
         ("box.toml --vary a=1 --vary a=2", 2, "--vary a is given twice"),
-        ("none.toml --vary a=1", 1, "none.toml: "),
     ],
 )  # fmt: skip
 def test_bad_commands_get_one_sentence(arguments: str, status: int, told: str, terminal: Terminal) -> None:
@@ -425,10 +365,8 @@ SQL = "UPDATE row SET content = "
     [
         (f"{SQL}CAST(replace(CAST(content AS TEXT), '0.0001', '0.0002') AS BLOB) WHERE key < 2", 2),
         ("UPDATE row SET checksum = NULL, content = NULL WHERE key = 3", 1),
-        (f"{SQL}CAST(content AS TEXT) WHERE key = 3", 1),
         (f"{SQL}zeroblob(67108865) WHERE key = 3", 1),
         ("UPDATE row SET key = 60 WHERE key = 3", 1),
-        ("UPDATE row SET key = -1 WHERE key = 3", 1),
     ],
 )
 def test_damaged_rows_are_dropped_and_reported(half_done: Path, expected: bytes, change: str, dropped: int) -> None:
@@ -515,39 +453,6 @@ def test_a_full_disk_costs_nothing_that_is_finished(limit: int, expected: bytes,
     kept = rows_in(journal_path(results))
     assert kept > 0 or limit < 30000
     goes_on(results, kept, expected)
-
-
-def test_a_journal_that_cannot_be_removed_is_reported(
-    expected: bytes, results: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    unlink = Path.unlink
-
-    def refuse(path: Path, missing_ok: bool = False) -> None:
-        if path.suffix == ".sqlite":
-            raise PermissionError(13, "Permission denied")
-        unlink(path, missing_ok)
-
-    with monkeypatch.context() as patch, pytest.raises(StrandspringError, match="cannot be removed: Permission denied"):
-        patch.setattr(Path, "unlink", refuse)
-        run_study(CHEAP, results, Local(1))
-    goes_on(results, len(CHEAP), expected)
-
-
-def test_a_journal_that_is_removed_before_it_is_locked_is_not_used(
-    results: Path, expected: bytes, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    connect, opened = sqlite3.connect, list[sqlite3.Connection]()
-
-    def connect_early(*arguments: Any, **options: Any) -> sqlite3.Connection:
-        opened.append(connect(*arguments, **options))
-        if len(opened) == 1:
-            journal_path(results).unlink()
-        return opened[-1]
-
-    monkeypatch.setattr(sqlite3, "connect", connect_early)
-    journal_path(results).touch()
-    goes_on(results, 0, expected)
-    assert len(opened) >= 3  # the removed one, one that creates it, and one of the file that is there then
 
 
 def test_results_that_cannot_be_written_are_refused_before_the_runs(results: Path, tmp_path: Path) -> None:

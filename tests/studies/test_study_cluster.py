@@ -129,62 +129,6 @@ def test_a_study_gives_up_in_words_and_is_finished_elsewhere(
     assert results.read_bytes() == expected
 
 
-@pytest.mark.slow
-@pytest.mark.usefixtures("hasty")
-def test_workers_that_are_missing_or_resumed_finish_the_study(
-    machines: Machines, expected: bytes, tmp_path: Path
-) -> None:
-    notes: list[str] = []
-    with pytest.raises(IsolationError, match=r"has no workers; start some with `dask worker tcp.*given up after 1 s"):
-        run_study(STUDY, tmp_path / "r.csv", Cluster(machines.address, patience=1.0), notify=notes.append)
-    assert [note.endswith("; giving up after 1 s.") for note in notes] == [True]
-    assert not list(tmp_path.iterdir())
-    run_study(STUDY, tmp_path / "r.csv", Cluster(machines.address), notify=lambda _: machines.start_worker())
-
-    def resume(note: str) -> None:
-        assert "no sign of life" in note
-        machines.workers[0].send_signal(signal.SIGCONT)
-
-    cluster = Cluster(machines.address, notify=resume)
-    run_study(STUDY, tmp_path / "s.csv", cluster, Counter(20, lambda: suspend_worker(machines)), cluster.notify)
-    assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes() == expected
-
-
-OTHER_VERSIONS = """
-import platform
-from importlib import metadata
-
-import distributed.versions
-
-changed = {"numpy": "1.0.0", "cloudpickle": "0.1"}
-known = metadata.distribution
-metadata.version = distributed.versions.version = lambda name: changed.get(name) or known(name).version
-"""
-HIDDEN = "import sys\nsys.modules['strandspring'] = None\n"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("preloaded", "told", "cautions"),
-    [
-        (OTHER_VERSIONS, r"A worker of the cluster has numpy 1.0, but this computer", ["has cloudpickle 0.1"]),
-        (HIDDEN, r"its scheduler \(python .*\) and workers need strandspring 0", []),
-    ],
-)
-def test_machines_of_other_software_are_refused(
-    preloaded: str, told: str, cautions: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.delenv("PYTHONPATH", raising=False)
-    (tmp_path / "other.py").write_text(preloaded)
-    notes: list[str] = []
-    with ExitStack() as stack:
-        machines = Machines(stack, "--preload", str(tmp_path / "other.py"))
-        machines.start_worker()
-        with pytest.raises(IsolationError, match=told):
-            run_study(STUDY, tmp_path / "r.csv", Cluster(machines.address, notify=notes.append))
-    assert [words in note for words, note in zip(cautions, notes, strict=True)] == [True] * len(cautions)
-
-
 # ---- TLS ------------------------------------------------------------------------------------------
 
 
@@ -208,7 +152,7 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 def test_tls_by_options_and_by_the_configuration_of_dask(
-    certificates: dict[str, str], expected: bytes, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    certificates: dict[str, str], expected: bytes, tmp_path: Path
 ) -> None:
     ca, cert, key = (certificates[name] for name in ("ca", "cert", "key"))
     notes: list[str] = []

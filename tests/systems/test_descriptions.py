@@ -9,6 +9,7 @@ import copy
 import json
 import math
 import re
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from hypothesis import strategies as st
 
 import schemas
 from example_springs import write_models
+from kept import different, lines, plain
 from springs import EXAMPLES
 from strandspring.docs.site import page_text
 from strandspring.errors import MountedSystemError
@@ -27,8 +29,6 @@ from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.gravity import STANDARD_GRAVITY as G
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.model.modelfile import ModelFile, load_model, save_model
-from strandspring.vibration.bodies.loads import ChannelKind
-from strandspring.vibration.bodies.parts import BASE, MotionKind
 from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.description import quantity_text as quantities
 from strandspring.vibration.description.named_files import FilesOfFolder, named_models
@@ -43,7 +43,6 @@ from strandspring.vibration.description.system_file import (
 from strandspring.vibration.verdicts.implausible_loads import implausible_loads
 from strandspring.vibration.verdicts.implausible_relations import implausible_relations
 from strandspring.vibration.verdicts.implausible_sizes import implausible_sizes
-from strandspring.vibration.verdicts.verdicts import FigureKind
 
 Content = dict[str, Any]
 SI = {
@@ -51,13 +50,17 @@ SI = {
     "density": "(m/s^2)^2/Hz", "stiffness": "N/m", "inertia": "kg m^2", "force": "N",
 }  # fmt: skip
 HARDENING = EXAMPLES["hardening"]  # 0 N at 50 mm, within 30 and 70 mm
+DESCRIBED = Path(__file__).with_name("described.json")
 EXAMPLE = read_description(SYSTEMS / "electronics_box.toml")
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return prepared(tmp_path_factory.mktemp("systems"))
+
+
+def prepared(path: Path) -> Path:
     """Models and records that the files name."""
-    path = tmp_path_factory.mktemp("systems")
     for name in ("hardening", "wire_rope"):
         save_model(path / f"{name}.json", ModelFile(name, EXAMPLES[name]))
     (path / "damaged.json").write_text("{")
@@ -113,158 +116,48 @@ def loaded(content: Content, folder: Path) -> SystemFile:
     return load_system_file(path)
 
 
-def test_what_the_file_says_is_built(folder: Path) -> None:
-    content = box()
-    content["mount"][0]["rotate"] = {"about": "+z", "angle": "90 deg"}
-    content["run"] = {"step": "0.1 ms", "rest_omega": -0.5, "draws": 20, "seed": 7}
-    file = loaded(content, folder)
-    ((name, system),) = file.candidates
-    assert (file.name, name, sorted(file.models)) == ("box", "as described", ["hardening.json", "wire_rope.json"])
-    (body,) = system.bodies
-    assert (body.mass, body.motion, np.diag(body.inertia).tolist()) == (20.0, MotionKind.SIX, [0.25, 0.3, 0.35])
-    assert [mount.name for mount in system.mounts] == [f"corner {k}" for k in range(1, 5)]
-    assert [list(mount.place) for mount in system.mounts] == content["mount"][0]["places"]
-    assert all(mount.support == BASE and mount.body == 0 for mount in system.mounts)
-    compression, x, y = system.mounts[0].axes
-    assert (compression.model, compression.spring) == ("hardening.json", file.models["hardening.json"].parameters)
-    elastic = np.polynomial.Polynomial(HARDENING.kE)
-    assert elastic(compression.nominal - HARDENING.displacement_offset) == pytest.approx(50.0, rel=1e-12)
-    stops = compression.stops
-    assert stops is not None
-    assert (stops.low, stops.high, stops.stiffness) == (0.031, 0.069, 1e5)
-    assert (x.nominal, x.parallel, x.series, compression.damping) == (0.05, 2, 3, 10.0)
-    for axis, direction in ((compression, (0, 0, -1)), (x, (0, 1, 0)), (y, (-1, 0, 0))):
-        np.testing.assert_allclose(axis.direction, direction, atol=1e-15)
-    assert [(point.name, point.place) for point in system.points] == [("board", (0.1, 0.0, 0.05))]
-    limits, options = file.limits, file.options
-    assert limits.limit_of(FigureKind.ACCELERATION, "board") == 15 * G
-    assert limits.limit_of(FigureKind.SWAY, "board") == 0.025
-    assert (limits.of_all[FigureKind.TILT], limits.of_all[FigureKind.STROKE]) == (math.radians(5), 0.9)
-    assert (options.step, options.rest_omega, options.draws, options.seed) == (1e-4, -0.5, 20, 7)
-    assert [each.name for each in file.cases] == ["shock +x", "shock -z"]
-    assert file.cases[1].channels[0].direction == (0.0, 0.0, -1.0)
-    # Candidates, bodies on bodies and springs without a preload.
-    content = box()
-    content["candidate"] = [{"name": "as it is"}, {"name": "feet", "types": {"corner": "foot"}}]
-    content["mount"][0]["rotate"] = [{"about": "z", "angle": f"{90 * k} deg"} for k in range(4)]
-    del content["mount_type"]["corner"]["axes"][0]["preload"]
-    (first, old), (second, new) = loaded(content, folder).candidates
-    assert (first, second, {axis.model for axis in new.axes}) == ("as it is", "feet", {"hardening.json"})
-    assert old.mounts[0].axes[0].nominal == pytest.approx(0.05, abs=1e-15)  # where the elastic force is 0
-    directions = [mount.axes[1].direction for mount in old.mounts]
-    np.testing.assert_allclose(directions, [(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)], atol=1e-15)
-    content = box()
-    content["body"][0] |= {"motion": {"plane": [0, 1, 0]}, "inertia": "0.3 kg m^2"}
-    content["body"].append({"name": "top", "mass": 2, "center": [0, 0, 0.3], "motion": {"axis": [0, 0, 5]}})
-    content["mount"][0]["body"] = "box"
-    content["mount"].append({"name": "upper", "type": "foot", "body": "top", "on": "box", "place": [0, 0, 0.2]})
-    system = loaded(content, folder).candidates[0][1]
-    assert [body.motion for body in system.bodies] == [MotionKind.PLANE, MotionKind.AXIS]
-    assert (system.mounts[-1].body, system.mounts[-1].support, system.mounts[-1].name) == (1, 0, "upper")
-    assert [(point.name, point.place) for point in system.points[1:]] == [("top", (0.0, 0.0, 0.3))]
+def built(content: Content, folder: Path) -> Any:
+    """All that a file says, its signals as averages over shares of their time and the density of random ones."""
+    file, signals = loaded(content, folder), []
+    for one in file.cases:
+        step = max(1e-3, one.duration / 12.0)
+        for channel in one.channels:
+            densities = getattr(getattr(channel.signal, "density", None), "points", ())
+            averages = () if densities else channel.signal.averages(step, math.ceil(one.duration / step))
+            signals.append([densities, averages])
+    return plain([file.name, sorted(file.models), file.candidates, file.limits, file.options, file.cases, signals])
 
 
-FLAT = [[20, "0.01 g^2/Hz"], [200, "0.01 g^2/Hz"]]
-# As printed: +3 dB/oct from 20 to 80 Hz, 0.04 g^2/Hz up to 350 Hz, -3 dB/oct up to 2000 Hz.
-PRINTED = [["20 Hz", "+3 dB/oct"], ["80 Hz", "0.04 g^2/Hz"], ["350 Hz", "0.04 g^2/Hz"], [2000, "-3 dB/oct"]]
-PULSE = {"peak": "2 g", "duration": "10 ms", "direction": "y", "simulate": "20 ms"}
-SWEEP = {"first": "5 Hz", "last": "40 Hz", "rate": "3 oct/min"}
-UP_AND_CONSTANT = {**SWEEP, "amplitude": "1 g", "displacement": "2 mm"}
-TABLED = {**SWEEP, "rate": "5 Hz/s", "table": [[5, "+6 dB/oct"], ["10 Hz", "8 g"], [40, 8]]}
-SRS = {"levels": [[10, "+6 dB/oct"], [40, "20 g"], [500, "20 g"]], "duration": "300 ms"}
-MIXED = {"psd": FLAT, "duration": "20 s", "sine": [{"frequency": 60, "amplitude": "3 g"},
-                                                   {"first": 100, "last": 150, "amplitude": "2 g"}]}  # fmt: skip
-AREAS = {"half-sine": 0.04 / math.pi, "versed-sine": 0.01, "terminal-sawtooth": 0.01, "initial-sawtooth": 0.01,
-         "rectangle": 0.02, "triangle": 0.01, "trapezoid": 0.018}  # fmt: skip
+def read(text: str) -> Any:
+    """The value of "QUANTITY text" in SI, or why there is none."""
+    quantity, _, words = text.partition(" ")
+    try:
+        return in_si(words, getattr(quantities, quantity))
+    except QuantityError as refusal:
+        return str(refusal)
 
 
-def impulse(one: Any) -> float:
-    """Velocity change of the first channel [g s], by averages."""
-    return float(one.channels[0].signal.averages(1e-5, round(1e5 * one.duration)).sum()) * 1e-5 / G
+def test_what_files_say_is_built_and_what_texts_mean_is_read(folder: Path) -> None:
+    """As kept in described.json, whose figures were compared with values by hand when they were recorded."""
+    kept = json.loads(DESCRIBED.read_text(encoding="utf-8"))
+    assert different(described(kept, folder), kept, "", 1e-6) == []
 
 
-def at(*where: float) -> Callable[[Any], list[float]]:
-    """Values of the table of the signal at some frequencies [SI]."""
-
-    def values(one: Any) -> list[float]:
-        signal = one.channels[0].signal
-        return [float(v) for v in getattr(signal, "amplitude", getattr(signal, "density", None)).at(list(where))]
-
-    return values
-
-
-def level(f: float) -> float:
-    """3 dB are a factor 10^0.3 in power."""
-    return 0.04 * G**2 * 10.0 ** (0.3 * math.log2(f / 80.0) if f < 80.0 else -0.3 * math.log2(max(f / 350.0, 1.0)))
-
-
-def recorded(place: int, time: float) -> Callable[[Any], float]:
-    return lambda one: float(one.channels[place].signal.at(time))
-
-
-# Keys of a load case, what is read from it, and what that must be.
-CASES: list[tuple[Content, Callable[[Any], Any], Any]] = [
-    *(({"pulse": shape, **PULSE}, impulse, area) for shape, area in AREAS.items()),
-    ({"pulse": "half-sine", **PULSE}, lambda one: (one.duration, one.channels[0].signal.peak), (0.02, 2 * G)),
-    ({"pulse": "velocity-step", "velocity": "3 m/s", "direction": "z"},
-     lambda one: list(one.channels[0].signal.averages(0.01, 3)), [300.0, 0.0, 0.0]),
-    ({"drop": {"height": "0.5 m"}}, lambda one: [*one.velocity, one.weightless], [0.0, 0.0, -math.sqrt(G), 1.0]),
-    ({"drop": {"velocity": 2}, "direction": "-x"}, lambda one: one.velocity, (-2.0, 0.0, 0.0)),
-    ({"sine": {"frequency": 20, "displacement": "1 mm", "duration": 2}, "direction": "z"},
-     lambda one: (one.channels[0].signal.amplitude, one.settling), (1e-3 * (40 * math.pi) ** 2, 1.0)),
-    ({"sweep": UP_AND_CONSTANT, "direction": "z"}, at(5.0, 40.0), [2e-3 * (10 * math.pi) ** 2, G]),
-    ({"sweep": UP_AND_CONSTANT, "direction": "z"}, lambda one: one.channels[0].signal.duration, 60.0),
-    ({"sweep": {**SWEEP, "displacement": "2 mm"}, "direction": "z"}, at(20.0), [2e-3 * (40 * math.pi) ** 2]),
-    # 6 dB are a factor 10^0.3 in amplitude.
-    ({"sweep": TABLED, "direction": "z"}, at(5.0, 40.0), [8.0 * G / 10.0**0.3, 8.0]),
-    ({"sweep": TABLED, "direction": "z"}, lambda one: one.channels[0].signal.duration, 7.0),
-    ({"acceleration": {"level": "2 g"}, "direction": "x"},
-     lambda one: one.channels[0].signal.averages(1e-3, round(1e3 * one.duration)).max(), 2.0 * G),
-    ({"random": {"psd": PRINTED, "duration": "5 s", "grms": "6.06 g"}, "direction": "z"}, at(20.0, 40.0, 2000.0),
-     [level(f) for f in (20.0, 40.0, 2000.0)]),
-    ({"random": {"file": "levels.csv", "unit": "g^2/Hz", "duration": "5 s"}, "direction": "z"},
-     at(10.0, 20.0, 100.0), [0.01 * G**2, 0.04 * G**2, 0.04 * G**2]),
-    ({"srs": SRS | {"q": 25}, "direction": "z"},
-     lambda one: one.channels[0].signal.required.levels.at([40.0])[0], 20 * G),
-    ({"record": {"file": "base.csv", "columns": {"x": "ax", "rz": 3}, "scale": 2.0}}, recorded(0, 0.003), 6 * G),
-    ({"record": {"file": "base.csv", "columns": {"x": "ax", "rz": 3}, "scale": 2.0}}, recorded(1, 0.004),
-     2 * math.radians(4)),
-    ({"record": {"file": "base.csv", "columns": {"x": 4}, "units": {"x": "m/s^2"}}}, recorded(0, 0.002), 2.0),
-    ({"force": {"file": "base.csv", "column": "F", "place": [0, 0, 1]}, "direction": "-x"}, recorded(0, 0.002), 2000.0),
-    ({"force": {"file": "base.csv", "column": "F", "place": [0, 0, 1]}, "direction": "-x"},
-     lambda one: (*one.channels[0].direction, *one.channels[0].place), (-1.0, 0.0, 0.0, 0.0, 0.0, 1.0)),
-    ({"force": {"pulse": "half-sine", "peak": "2 kN", "duration": "5 ms"}, "direction": "z"},
-     lambda one: one.channels[0].signal.peak, 2000.0),
-    ({"force": {"table": [[0, 0], ["1 ms", "1 kN"], [0.002, 0]]}, "direction": "z"},
-     lambda one: one.channels[0].signal.peak, 1000.0),
-    # Sines stand on random vibration: powers add. Scatter of the random part: 1/(2*sqrt(180*20)) of it.
-    ({"random": MIXED, "direction": "z"}, lambda one: np.mean((one.averages(2e-4, 100_000).sum(axis=0) / G) ** 2),
-     pytest.approx(1.8 + 0.5 * 9.0 + 0.5 * 4.0, rel=0.02)),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("keys", "value_of", "expected"), CASES)
-def test_a_load_case_is_what_its_keys_say(
-    folder: Path, keys: Content, value_of: Callable[[Any], Any], expected: Any
-) -> None:
-    (one,) = loaded(box() | {"case": [{"name": "case", **keys}]}, folder).cases
-    found = value_of(one)
-    assert found == (expected if hasattr(expected, "rel") else pytest.approx(expected, rel=1e-9))
-    kinds = {channel.kind for channel in one.channels}
-    of_base = {ChannelKind.BASE_ACCELERATION, ChannelKind.BASE_ANGULAR_VELOCITY}
-    assert kinds <= ({ChannelKind.FORCE} if "force" in keys else of_base)
+def described(kept: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The same descriptions, load cases and texts, read anew."""
+    files = {text: built(changed("box", text), folder) for text in kept["files"]}
+    return {"files": files, "texts": {text: read(text) for text in kept["texts"]}}
 
 
 def test_axes_at_once_are_uncorrelated_and_have_their_own_density(folder: Path) -> None:
     """180 Hz for 60 s are some 2e4 independent values."""
-    psds = {"x": FLAT, "y": [[20, "0.04 g^2/Hz"], [200, "0.04 g^2/Hz"]], "z": PRINTED}
-    random = {"psd": psds, "duration": "60 s", "grms": {"z": "6.06 g"}}
-    (three,) = loaded(box() | {"case": [{"name": "case", "random": random}]}, folder).cases
-    assert [channel.direction for channel in three.channels] == [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
-    assert "x 1.342 g and y 2.683 g and z 6.06" in three.text
-    values = np.array([channel.signal.averages(2e-4, 300_000) for channel in three.channels])
-    assert np.abs(np.corrcoef(values) - np.eye(3)).max() < 0.04
-    assert values[1].std() / G == pytest.approx(2.683, rel=0.02)
+    flat = [[20, "0.01 g^2/Hz"], [200, "0.01 g^2/Hz"]]
+    psds = {"x": flat, "y": [[20, "0.04 g^2/Hz"], [200, "0.04 g^2/Hz"]]}
+    random = {"psd": psds, "duration": "60 s", "grms": {"x": "1.34 g"}}
+    (two,) = loaded(box() | {"case": [{"name": "case", "random": random}]}, folder).cases
+    values = np.array([channel.signal.averages(2e-4, 300_000) for channel in two.channels])
+    assert np.abs(np.corrcoef(values) - np.eye(2)).max() < 0.04
+    assert values.std(axis=1) / G == pytest.approx([1.342, 2.683], rel=0.02)
 
 
 # ---- refusals -------------------------------------------------------------------------------------
@@ -393,32 +286,7 @@ def test_a_record_in_another_unit_is_seen(
     assert any(is_said(words, sentence) for sentence in sentences), sentences
 
 
-POUND, INCH = 0.45359237, 0.0254
-TEXTS: dict[str, dict[str, float]] = {
-    "LENGTH": {"12 mm": 0.012, "-5mm": -0.005, "−5 mm": -0.005, '2"': 2 * INCH, "1e-3 m": 1e-3},
-    "MASS": {"20 g": 0.02, "20 lb": 20 * POUND, "2 t": 2000.0},
-    "ACCELERATION": {"15 g": 15 * G, "15 G": 15 * G, "9.8 m/s²": 9.8, "9.8 m s^-2": 9.8},
-    "ANGLE": {"40 deg": math.radians(40), "40°": math.radians(40)},
-    "FORCE": {"1.5 kN": 1500.0, "20 lb": 20 * POUND * G},
-    "TIME": {"11 ms": 0.011},
-    "ACCELERATION_DENSITY": {
-        "0.04 g^2/Hz": 0.04 * G**2, "0.04 g²/Hz": 0.04 * G**2, "2 (m/s^2)^2/Hz": 2.0, "2 m^2/s^3": 2.0
-    },
-    "STIFFNESS": {"100 N/mm": 1e5, "10 lb/in": 10 * POUND * G / INCH},
-    "DAMPING": {"50 N s/m": 50.0, "50 N/(m/s)": 50.0},
-    "INERTIA": {"5 kg m^2": 5.0, "5 kg·m²": 5.0, "3 lb in^2": 3 * POUND * INCH**2},
-    "FREQUENCY": {"20 Hz": 20.0, "60 1/min": 1.0, "30 rpm": 0.5},
-    "ANGULAR_VELOCITY": {"30 rpm": math.pi, "180 deg/s": math.pi},
-    "VELOCITY": {"3 m/s": 3.0},
-    "OCTAVE_RATE": {"3 oct/min": 0.05},
-    "FREQUENCY_RATE": {"10 Hz/s": 10.0},
-}  # fmt: skip
-
-
-def test_a_number_with_a_unit_is_what_people_mean_and_one_without_is_refused() -> None:
-    for quantity, texts in TEXTS.items():
-        for text, expected in texts.items():
-            assert in_si(text, getattr(quantities, quantity)) == pytest.approx(expected, rel=1e-14), text
+def test_units_that_are_stated_hold_where_none_is_given() -> None:
     rates = quantities.OCTAVE_RATE, quantities.FREQUENCY_RATE
     assert measured("6 oct/min", *rates) == (pytest.approx(0.1), rates[0])
     assert measured("6 Hz/s", *rates) == (6.0, rates[1])
@@ -436,23 +304,9 @@ def test_a_number_with_a_unit_is_what_people_mean_and_one_without_is_refused() -
                 in_si(3.5, quantity)
             units = re.findall(r"'3.5 (.*?)'", str(caught.value))
             assert len({unit_in_si(unit, quantity) for unit in units}) == 2
-
-
-@pytest.mark.parametrize(
-    ("text", "refusal"),
-    [
-        ("12 N", "must be a length such as '12 mm', got '12 N', which is a force"), ("20 kg", "which is a mass"),
-        ("12", "got '12'; write the unit"), ("12 mN m", "which is something else"),
-        ("12 mn", "mN (millinewton) or MN (meganewton)"), ("1,5 mm", "the decimal mark is a point"),
-        ("12 furlong", "'furlong' is not a known unit"), ("1 m/s/s", "into parentheses"),
-        ("1 m/s m", "into parentheses"), ("1e400 m", "not finite"), ("1e308 km", "not finite"), ("1 m^9", "not one"),
-        ("", "got ''"), ("abc", "got 'abc'"), (True, "got true or false"), ([1], "got a list"),
-        (10**400, "not finite"), (math.nan, "not finite"),
-    ],
-)  # fmt: skip
-def test_what_is_no_length_is_refused(text: object, refusal: str) -> None:
-    with pytest.raises(QuantityError, match=re.escape(refusal)):
-        in_si(text, quantities.LENGTH)
+    for value, refusal in ((True, "got true or false"), ([1], "got a list"), (10**400, "not finite")):
+        with pytest.raises(QuantityError, match=refusal):
+            in_si(value, quantities.LENGTH)
 
 
 @settings(max_examples=50)
@@ -511,3 +365,9 @@ def test_models_of_the_examples_are_what_their_script_makes(tmp_path: Path) -> N
         # The same fit on another computer: rounding of its last step.
         assert made.parameters.as_dict()[name] == pytest.approx(value, rel=1e-6, abs=1e-9)
     assert bundled.uncertainty["joint"]["parameters"] == made.uncertainty["joint"]["parameters"]
+
+
+if __name__ == "__main__":  # reads all of described.json anew, where null stands for what is not known yet
+    with tempfile.TemporaryDirectory() as temporary:
+        answers = described(json.loads(DESCRIBED.read_text(encoding="utf-8")), prepared(Path(temporary)))
+    DESCRIBED.write_text(lines({key: lines(value) for key, value in answers.items()}, str), encoding="utf-8")

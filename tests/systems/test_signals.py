@@ -19,7 +19,6 @@ from strandspring.errors import MountedSystemError
 from strandspring.kernel.shock import largest_responses, straight_pieces
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.parts import MountAxis
-from strandspring.vibration.bodies.simulation import simulate_case
 from strandspring.vibration.signals.averaging import smooth_averages
 from strandspring.vibration.signals.level_table import LevelTable, displacement_limited
 from strandspring.vibration.signals.pulses import (
@@ -198,17 +197,6 @@ def test_random_vibration_has_the_density_asked_for() -> None:
     assert abs(np.corrcoef(first, other)[0, 1]) < 0.1
 
 
-def test_stated_errors_of_power_spectra_are_the_scatter() -> None:
-    rng = np.random.default_rng(4)
-    spectra = [power_spectrum(rng.standard_normal(4000), 0.001, 20.0) for _ in range(200)]
-    densities = np.array([spectrum.density[2:-2] for spectrum in spectra])  # the ends have half the lines
-    assert densities.mean() == pytest.approx(0.002, rel=0.01)  # 2/1000 for a variance of 1 up to 500 Hz
-    # 200 histories of 22 lines give the scatter within some 3 %, their roots within 1/sqrt(2*200) = 5 %.
-    assert densities.std() / densities.mean() == pytest.approx(spectra[0].relative_error, rel=0.06)
-    roots = np.array([spectrum.root_mean_square for spectrum in spectra])
-    assert roots.std() == pytest.approx(spectra[0].root_mean_square_error, rel=0.2)
-
-
 # ---- shock response spectra -----------------------------------------------------------------------
 
 N = 2000
@@ -254,31 +242,6 @@ def test_textbook_values_of_classical_pulses(
     assert mirrored.extrema[[1, 0, 3, 2]] == pytest.approx(-found.extrema, rel=1e-13)
     with pytest.raises(MountedSystemError, match=r"natural frequency of 501 Hz.*end the spectrum at 500 Hz"):
         shock_spectrum(samples, 1.0 / N, [501.0])
-
-
-@pytest.mark.parametrize("zeta", [0.0, 0.05, 0.5, 0.95])
-def test_smallwood_filter_on_the_same_straight_lines(zeta: float) -> None:
-    """Of 64 samples on each straight line, so that the largest sample is all but the largest response."""
-    from scipy.signal import lfilter
-
-    x, fine = np.random.default_rng(11).standard_normal(300), 64
-    # A jump at the beginning is not part of the filter, which is straight from 0 before the first sample.
-    x[0] = 0.0
-    lines = np.interp(np.arange(299 * fine + 1) / fine, np.arange(300), x)
-    theta = 2.0 * np.pi * np.array([0.001, 0.01, 0.03, 0.1])
-    for row, phase in zip(largest_responses(straight_pieces(x), theta, zeta), theta, strict=True):
-        after = math.ceil(2.0 * math.pi / phase) + 2
-        # After the last sample the acceleration is 0 at once; the line down to 0 takes a fine step of it away.
-        response = lfilter(*smallwood(phase / fine, zeta), np.append(lines, np.zeros(after * fine)))
-        primary, residual = response[: lines.size], response[lines.size :]
-        # Fourth derivatives over a step, which the cubic neglects, and second ones over a fine step: of the response
-        # or its input, and of the damper's force by the slope of the input.
-        level, damper = max(np.abs(x).max(), np.abs(response).max()), 4.0 * zeta
-        cubic = (phase**4 + damper * phase**3) / 384.0 * level
-        tolerance = cubic + ((phase / fine) ** 2 + damper * phase / fine**2) / 8.0 * level
-        ends = [max(primary[-1], residual.max()), min(primary[-1], residual.min())]
-        assert row[:2] == pytest.approx([primary.max(), primary.min()], abs=tolerance)
-        assert row[2:] == pytest.approx(ends, abs=tolerance + phase / fine * level)
 
 
 @pytest.mark.parametrize("theta", [1e-9, 1e-6, 1e-3, 0.3])
@@ -385,22 +348,6 @@ def test_drawn_limits_with_notches_hold_an_own_spectrum() -> None:
             frequencies = np.linspace(max(10.0, 0.99 * top), min(200.0, 1.01 * top), 100)
         assert abs(figure.value - own) <= figure.error, (limit, own)
         assert figure.error < 0.01 * own
-
-
-@pytest.mark.parametrize("step", [1e-3, 5e-4])
-def test_a_spectrum_far_above_the_steps_of_the_motion(step: float) -> None:
-    """A force that is there at once, on the elastic spring: the acceleration jumps, and oscillators up to 2 kHz answer
-    with 1 + exp(-pi*zeta/sqrt(1 - zeta^2)) times the jump, to 1 % as the mass goes on.
-    """
-    force = LoadChannel(ChannelKind.FORCE, StraightPulse(PEAK, 0.05, CORNERS["rectangle"]), UP)
-    limit = RequiredSpectrum(LevelTable(((200.0, 1e3), (2000.0, 100.0))), 10.0)
-    run = simulate_case(ELASTIC, LoadCase("case", "force", 0.2, (force,), allowed=(("mass", limit),)), step=step)
-    overshoot = math.exp(-math.pi * 0.05 / math.sqrt(1.0 - 0.05**2))
-    assert run.figures.spectra[0] == pytest.approx(PEAK * (1.0 + overshoot) / 100.0, rel=0.01)
-    time, root, top = 2e-6 * np.arange(100_001), math.sqrt(STIFFNESS), np.array([1900.0, 2000.0])
-    swing = np.cos(root * time) - np.where(time < 0.05, 0.0, np.cos(root * (time - 0.05)))
-    own = own_spectrum(PEAK * swing, 2e-6, top, 0.05) / limit.at(top)
-    assert abs(run.figures.spectra[0] - own.max()) <= run.errors.spectra[0]
 
 
 def test_the_notch_of_the_measured_box() -> None:

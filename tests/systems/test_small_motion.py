@@ -10,7 +10,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, FloatArray, elastic, two_stages, unit, vector
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, two_stages, unit, vector
 from springs import EXAMPLES, MOUNT
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
@@ -19,7 +19,7 @@ from strandspring.kernel.path import PathSolver
 from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
 from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.small_motion import SmallMotion
 
@@ -73,46 +73,6 @@ def test_published_frequencies_of_a_box_a_chain_and_a_pendulum() -> None:
         modes(SmallMotion(below, pose))
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_derivatives_of_the_exact_kinematics(seed: int) -> None:
-    """d = (R_A e).(P_B - P_A), of inclined mounts under and between two bodies far from the nominal pose."""
-    from scipy.spatial.transform import Rotation
-
-    rng = np.random.default_rng(seed)
-    centers = rng.normal(0.0, 0.1, (2, 3))
-    bodies = tuple(RigidBody(f"b{k}", 2.0 + k, tuple(center), INERTIA) for k, center in enumerate(centers.tolist()))
-    mounts = []
-    for k, (body, support) in enumerate([(0, BASE), (0, BASE), (1, 0), (1, 0), (0, 1), (1, BASE)]):
-        directions = Rotation.random(random_state=rng).as_matrix().tolist()
-        axes = tuple(MountAxis(MOUNT, tuple(n), 0.05, series=1 + k % 2, damping=3.0) for n in directions)
-        mounts.append(Mount(f"m{k}", body, tuple(rng.normal(0.0, 0.2, 3).tolist()), axes, support))
-    system = MountedSystem(bodies, tuple(mounts))
-    pose = rng.normal(0.0, 0.01, (2, 3)), Rotation.from_rotvec(rng.normal(0.0, 0.3, (2, 3))).as_matrix()
-    motion, forces = SmallMotion(system, pose), rng.normal(0.0, 100.0, len(system.axes))
-
-    def moved(q: FloatArray) -> FloatArray:
-        of_bodies = (motion.free @ q).reshape(2, 6)
-        rotations = np.concatenate([Rotation.from_rotvec(of_bodies[:, 3:]).as_matrix() @ pose[1], UNIT[None]])
-        shifts, about = np.vstack([pose[0] + of_bodies[:, :3], np.zeros(3)]), np.vstack([centers, np.zeros(3)])
-
-        def at(body: int, place: Vector) -> FloatArray:
-            return np.asarray(about[body] + shifts[body] + rotations[body] @ (place - about[body]))
-
-        return np.array([
-            (rotations[one.support] @ axis.direction) @ (at(one.body, one.place) - at(one.support, one.place))
-            for one, axis in zip(system.axis_mounts, system.axes, strict=True)
-        ])  # fmt: skip
-
-    steps = 1e-4 * np.eye(motion.free.shape[1])
-    series = [axis.series for axis in system.axes]
-    assert motion.springs == pytest.approx(0.05 + moved(0.0 * steps[0]) / series, rel=1e-12)
-    gradient = np.array([moved(step) - moved(-step) for step in steps]).T / 2e-4
-    assert motion.along == pytest.approx(gradient, abs=1e-7)  # third derivatives times the step's square
-    curvature = [[forces @ (moved(a + b) - moved(a - b) - moved(b - a) + moved(-a - b)) for a in steps] for b in steps]
-    assert motion.geometric(forces) == pytest.approx(np.array(curvature) / 4e-8, abs=1e-3)  # of some hundred; rounding
-    assert motion.damping == pytest.approx(3.0 * gradient.T @ gradient, abs=1e-5)
-
-
 def test_damping_of_one_axis_by_tangent_and_secant() -> None:
     system = guided(MountAxis(MOUNT, UP, 0.05, parallel=3, series=2, damping=40.0), 5.0)
     motion = SmallMotion.about_nominal(system)
@@ -136,18 +96,6 @@ def test_damping_of_one_axis_by_tangent_and_secant() -> None:
         assert stopped.laws.tangents(springs) == pytest.approx([20000.0 + 5e4 * touched], rel=1e-9)
         secants = stopped.laws.secants(springs, np.full(1, 0.002)).real
         assert secants == pytest.approx([20000.0 + 5e4 * 0.75 * touched], rel=1e-9)
-
-
-@pytest.mark.parametrize("time_constant", [1e-5, 0.01, 10.0])
-def test_a_branch_counts_with_its_stiffness_at_the_mode(time_constant: float) -> None:
-    """Against the poles of m s^2 + k + c*s*tau/(1 + s*tau), whose loss is small."""
-    k, c, mass = 900.0, 30.0, 2.0
-    spring = replace(elastic(0.0, k), branches=(MaxwellBranch(c, time_constant),))
-    (mode,) = modes(SmallMotion.about_nominal(guided(MountAxis(spring, UP, 0.0, parallel=3, series=2), mass)))
-    poles = np.roots([mass * time_constant, mass, 1.5 * (k + c) * time_constant, 1.5 * k])
-    pole = poles[np.argmax(poles.imag)]
-    assert mode.frequency == pytest.approx(abs(pole) / (2.0 * math.pi), rel=3e-4)  # of second order in the loss
-    assert mode.damping == pytest.approx(-pole.real / abs(pole), rel=0.03)
 
 
 # ---- stable steps ---------------------------------------------------------------------------------

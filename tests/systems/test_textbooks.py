@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mounted_examples import COMPRESSION, GRAVITY, UP, FloatArray, KernelMotion, elastic, kernel_motion, one_mass
-from oracles import Course, sine
+from oracles import sine
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.parts import MountAxis, Vector
@@ -74,45 +74,6 @@ def test_period_of_duffing() -> None:
     crossings = 1e-5 * (before + x[before] / (x[before] - x[before + 1]))
     assert crossings.size == 12
     np.testing.assert_allclose(np.diff(crossings), period, atol=1e-7)
-
-
-@pytest.mark.parametrize("n", [0.3, 1.0, 4.0])
-def test_first_peak_on_a_hysteretic_spring_takes_up_the_energy(n: float) -> None:
-    """m v^2/2 = W(z), the integral of the force along the monotone path from omega = 0, paper eq. (11) as an ODE."""
-    from scipy.integrate import solve_ivp
-
-    spring, mass, speed = replace(COMPRESSION, n=n), 1.5, 1.2
-
-    def rate(x: float, state: FloatArray) -> list[float]:
-        omega = float(state[0])
-        FE, FA = (sum(c * x**i for i, c in enumerate(cs)) for cs in (spring.kE, spring.kA))
-        return [spring.rho * (1.0 - abs(omega) ** spring.n), FE + spring.kappa_omega * omega * FA]
-
-    def left(_: float, state: FloatArray) -> float:
-        return 0.5 * mass * speed**2 - float(state[1])
-
-    left.terminal = True  # type: ignore[attr-defined]
-    path = solve_ivp(rate, (0.0, spring.displacement_max), (0.0, 0.0), "DOP853", events=left, rtol=1e-12, atol=1e-15)
-    found = thrown(MountAxis(spring, UP, 0.0), speed, 0.04, mass).histories.displacement.max()
-    assert found == pytest.approx(float(path.t_events[0][0]), rel=1e-6)
-
-
-def test_largest_acceleration_under_a_force_that_ends_at_its_peak() -> None:
-    """A terminal sawtooth of force on a mass: z = F/(k T) (t - sin(omega t)/omega), whose second derivative at the end
-    is F omega/(k T) sin(omega T). And a body that moves along z has the acceleration of the base across it.
-    """
-    peak, duration, stiffness = 900.0, 0.01, 3000.0
-    sawtooth = Course(lambda _: 0.0, lambda t: 0.5 * peak / duration * np.minimum(t, duration) ** 2, (duration,))
-    system = one_mass(MountAxis(elastic(0.0, stiffness), UP, 0.0), 1.5)
-    circular = math.sqrt(stiffness / 1.5)
-    expected = peak * circular / (stiffness * duration) * math.sin(circular * duration)
-    case = LoadCase("recoil", "force", 0.03, (LoadChannel(ChannelKind.FORCE, sawtooth, UP),))
-    found = [abs(kernel_motion(system, case, h).figures.of_points[0, 0] - expected) for h in (1e-4, 5e-5)]
-    assert found[0] < 1e-4 * expected
-    assert found[0] / found[1] == pytest.approx(4.0, rel=0.2)
-    across = kernel_motion(system, shaken(sine(100.0, 50.0), 0.01, (0.6, 0.0, 0.8)), 1e-4)
-    figures = RunFigures.from_motion_figures(across.figures)
-    assert figures.acceleration_components[0, 0] == pytest.approx(60.0, rel=1e-3)
 
 
 @pytest.mark.parametrize(

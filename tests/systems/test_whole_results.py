@@ -11,16 +11,15 @@ import csv
 import io
 import json
 import os
-import re
 import shlex
 import shutil
 import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
+from kept import different, lines, thinned
 from many_springs import measured, write, write_batch
 from strandspring.cli.main import main
 from strandspring.examples.system_models import SYSTEMS
@@ -72,33 +71,6 @@ def _number(text: str) -> Any:
         return text
 
 
-def thinned(value: Any) -> Any:
-    """Six of a long list, and numbers with the digits that are compared."""
-    if isinstance(value, dict):
-        return {key: thinned(one) for key, one in value.items() if key not in ("folder", "seconds")}
-    if isinstance(value, list):
-        kept = value if len(value) <= 12 else [value[k] for k in np.linspace(0, len(value) - 1, 6).astype(int)]
-        return [len(value), *map(thinned, kept)]
-    return float(f"{value:.9g}") if isinstance(value, float) else value
-
-
-def different(found: Any, kept: Any, place: str, share: float) -> list[str]:
-    """Where two answers differ: numbers by more than a share, and words but for the digits in them."""
-    if isinstance(kept, dict) and isinstance(found, dict):
-        missing = [f"{place}: {sorted(found.keys() ^ kept.keys())}"] if found.keys() != kept.keys() else []
-        both = sorted(kept.keys() & found.keys())
-        return missing + [text for key in both for text in different(found[key], kept[key], f"{place}.{key}", share)]
-    if isinstance(kept, list) and isinstance(found, list) and len(found) == len(kept):
-        pairs = enumerate(zip(found, kept, strict=True))
-        return [text for k, pair in pairs for text in different(*pair, f"{place}[{k}]", share)]
-    if isinstance(kept, float) and isinstance(found, float):
-        # Below 1e-9 of a metre, newton or second there is only rounding.
-        return [] if found == pytest.approx(kept, rel=share, abs=1e-9, nan_ok=True) else [f"{place}: {found} {kept}"]
-    if isinstance(kept, str) and isinstance(found, str):
-        found, kept = (re.sub(r"\d[\d.e+-]*", "#", text) for text in (found, kept))
-    return [] if found == kept else [f"{place}: {found!r} {kept!r}"]
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return prepared(tmp_path_factory.mktemp("results"))
@@ -131,5 +103,4 @@ if __name__ == "__main__":
         with tempfile.TemporaryDirectory() as temporary:
             os.chdir(prepared(Path(temporary)))
             answers[each] = answer(each)
-    rows = (f"{json.dumps(each)}: {json.dumps(value, ensure_ascii=False)}" for each, value in answers.items())
-    KEPT.write_text("{\n" + ",\n".join(rows) + "\n}\n", encoding="utf-8")
+    KEPT.write_text(lines(answers), encoding="utf-8")
