@@ -23,7 +23,6 @@ import numpy as np
 import pytest
 
 from journal_content import execute, rows_in, written
-from strandspring import ModelError
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
@@ -97,20 +96,6 @@ def test_draws_scatter_as_the_uncertainty_says_and_stay_possible() -> None:
     ends = [wide.draw(SPRING, 0, k) for k in range(300)]  # a spring that is not possible raises
     assert {0.5, 1000.0} <= {one.sigma for one in ends}
     assert {0.01, 100.0} <= {one.n for one in ends}
-
-
-@pytest.mark.parametrize(
-    ("uncertainty", "told"),
-    [
-        ({}, 'field "uncertainty" holds no joint covariance of the coefficients to draw from'),
-        ({"n": 0.1, "correlation": {"rho,n": 0.9}}, "holds no joint covariance"),
-        (uncertainty_of_hysteresis(SPRING, {"n": 11.0}, {}), "n is known to 1100 % only"),
-        ({"joint": {"parameters": ["rho"], "root": [[1.0]]}}, 'field "uncertainty.joint.parameters" must be'),
-    ],
-)
-def test_impossible_uncertainties_are_refused(uncertainty: dict[str, Any], told: str) -> None:
-    with pytest.raises(ModelError, match=told):
-        JointCovariance.to_draw_from(SPRING, uncertainty)
 
 
 @pytest.mark.parametrize(

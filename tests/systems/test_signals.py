@@ -16,7 +16,6 @@ from hypothesis import strategies as st
 
 from mounted_examples import UP, FloatArray, elastic, one_mass
 from strandspring.errors import MountedSystemError
-from strandspring.kernel.shock import largest_responses, straight_pieces
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.parts import MountAxis
 from strandspring.vibration.signals.averaging import smooth_averages
@@ -242,19 +241,6 @@ def test_textbook_values_of_classical_pulses(
     assert mirrored.extrema[[1, 0, 3, 2]] == pytest.approx(-found.extrema, rel=1e-13)
     with pytest.raises(MountedSystemError, match=r"natural frequency of 501 Hz.*end the spectrum at 500 Hz"):
         shock_spectrum(samples, 1.0 / N, [501.0])
-
-
-@pytest.mark.parametrize("theta", [1e-9, 1e-6, 1e-3, 0.3])
-def test_no_digits_are_lost_where_the_sampling_is_dense(theta: float) -> None:
-    """On a line from 0 an oscillator moves by s (t - sin(theta t)/theta), 3e-28 of it at 1e-9, where Smallwood's
-    coefficients in doubles have lost all of their digits.
-    """
-    import mpmath
-
-    with mpmath.workdps(60):
-        expected = float(20 - mpmath.sin(20 * mpmath.mpf(theta)) / mpmath.mpf(theta))
-    found = largest_responses(straight_pieces(np.arange(21.0)), np.array([theta]), 0.0)[0, 0]
-    assert found == pytest.approx(expected, rel=1e-12)
 
 
 def required(*levels: tuple[float, float], quality: float = 10.0) -> RequiredSpectrum:
