@@ -24,7 +24,6 @@ from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import find_springs
 from strandspring.campaigns.jobs.runners import JobError, Local
 from strandspring.loops.selection import Wanted
-from terminal import Terminal
 
 if TYPE_CHECKING:
     pass
@@ -281,37 +280,3 @@ def test_the_rule_flags_as_few_of_a_clean_batch_as_it_says() -> None:
         kinds.add(str(k), [f"{'x' * k} in line {k}"])
     assert len(kinds.kinds) <= 1001
     assert kinds.lines(3000)[0].startswith("2000 files: other sentences")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "told"),
-    [
-        ("few -o models", 1, "strandspring: 1 of 4 springs is not identified (1 unreadable); springs.csv says why."),
-        ("nowhere -o models --workers 2 --scheduler tcp://a:1", 2, "exclude each other"),
-        ("few -o few/spring_0000.csv", 1, "few/spring_0000.csv/springs.csv cannot be written"),
-        ("empty -o few", 1, "There is no record to identify"),
-        ("nowhere -o models", 1, "nowhere: no such file or folder; check the path."),
-        ("few few/x.json -o few", 1, "The record few/x.json would be overwritten; write to another folder."),
-        ("few -o models --amplitude 0", 2, "--amplitude"),
-        ("few -o models --force-unit furlong", 2, "unit 'furlong' of the force is not known"),
-    ],
-)
-def test_bad_commands_and_records_get_one_sentence(
-    arguments: str, status: int, told: str, few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "empty").mkdir()
-    (few / "bad.csv").write_text("")
-    (few / "README.md").write_text("notes")  # not a record, nor are hidden files and those of deeper folders
-    (few / ".hidden.csv").write_text("")
-    terminal = Terminal(capsys)
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    terminal("identify-many", *arguments.split(), status=status)
-    assert told in terminal.err.strip().splitlines()[-1]
-    if arguments == "few -o models":
-        assert "1 file not named like a record left out, first: few/README.md" in terminal.err
-        assert "springs.parquet needs pyarrow and was not written; install it with pip install" in terminal.err
-        assert "  few/bad.csv: unreadable: the file is empty; give a file" in terminal.out
-    else:
-        assert not (tmp_path / "models").exists()

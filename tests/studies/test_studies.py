@@ -31,7 +31,6 @@ from strandspring.campaigns.studies.journal import journal_path
 from strandspring.campaigns.studies.runs import DONE
 from strandspring.campaigns.studies.system_planning import planned_study
 from strandspring.campaigns.studies.system_study import SystemStudy, system_row
-from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance
 from strandspring.model.modelfile import ModelFile, save_model
@@ -121,32 +120,6 @@ def test_paths_lead_to_their_values(
     assert (len(system.mounts), system.axes[0].model) == (3, "corner_soft_compression.json")
 
 
-@pytest.mark.parametrize(
-    ("vary", "said"),
-    [
-        ({"body.box.mas": "1,2"}, "'body.box.mas' is not the path of a value of this description; use 'body.box.mass'"),
-        ({"case.shock.directions": "+x"}, "is not the path of a value"),
-        ({"body.box.mass": "15 N:25 N:3"}, r"body\[1\].mass: must be a mass such as '20 kg', got '15.0 N'"),
-        ({"body.box.mass": "15 kg:25 g:3"}, "all values must have one unit, got 'kg' and 'g'"),
-        ({"body.box.mass": "-10 %:10 %:3"}, "percent are shares of what the file says, got '-10 %'; write 110 %"),
-        ({"body.box.mass": "heavy,light"}, "got 'heavy,light'; give LOW:HIGH:COUNT or a list with commas"),
-        ({"body.box.mass": [0.0, -1.0]}, "must be a mass > 0, got 0"),
-        ({"body.box.mass": "20,20"}, "has a value twice"),
-        ({"mount_type.corner.axes.1.preload": "50%,60%"}, "has no number in the file to take percent of"),
-        ({"mount.corner.places": "4,6"}, "must be how many of the 4 places have a mount, from 1 to 4"),
-        ({"case.shock.pulse": "round,square"}, "must be 'half-sine'"),
-        ({"body.box.mass": [1.0, 2.0], "body.1.mass": [3.0]}, "body.box.mass and body.1.mass vary the same"),
-        (
-            {"body.box.mass": "1 kg:2 kg:1000", "case.drop.drop.height": "1 mm:2 mm:1000"},
-            "to 1000000 runs, got 2000000",
-        ),
-    ],
-)
-def test_impossible_variations_are_refused_before_anything_runs(vary: dict[str, Any], said: str) -> None:
-    with pytest.raises(MountedSystemError, match=said):
-        system_study(vary)
-
-
 # ---- what a run gives, and what is said of them all -----------------------------------------------
 
 
@@ -181,28 +154,6 @@ def test_a_run_tells_what_isolate_and_simulate_do() -> None:
     none, _, _, _, outside, _ = system_study({"body.box.mass": "0%,100%,10000%"}).rows(range(6))
     assert (none.verdict, none.outcome) == ("refused", "body[1].mass: must be a mass > 0, got '0.0 kg'.")
     assert outside.verdict == "outside"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "told"),
-    [
-        ("bare.json --mass 5 --force 1", 1, 'bare.json: field "uncertainty" holds no joint covariance'),
-        ("mount.json --mass 400", 1, "The static load of 3922.66 N on each spring must lie within"),
-        ("mount.json --mass 5 --force 1 --base-displacement 1", 2, "exclude each other"),
-        ("mount.json --mass 5:x --force 1", 2, "'5:x' is neither a number nor LOW:HIGH:COUNT"),
-        ("mount.json --mass 5:nan:3 --force 1", 2, "'--mass': must be a finite number > 0 [kg], got nan."),
-        ("mount.json --mass 5 --force 1 --scheduler nowhere", 1, "No scheduler answers at 'nowhere' (missing port"),
-        ("mount.json --mass 5 --force 1 --tls-ca-file ca.pem", 2, "Certificates are for a scheduler"),
-        ("mount.json", 2, "Missing option '--mass'"),
-        ("box.toml", 2, "Missing option '--vary'"),
-        ("box.toml --vary a=1 --mass 3", 2, "--mass does not apply to box.toml"),
-        ("box.toml --vary a=1 --vary a=2", 2, "--vary a is given twice"),
-    ],
-)  # fmt: skip
-def test_bad_commands_get_one_sentence(arguments: str, status: int, told: str, terminal: Terminal) -> None:
-    terminal("study", *arguments.split(), "-o", "results.csv", status=status)
-    assert told in " ".join(terminal.err.split())
-    assert not [path for path in Path().iterdir() if "results" in path.name]
 
 
 # ---- where they are done, and how they go on ------------------------------------------------------

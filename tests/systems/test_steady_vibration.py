@@ -5,7 +5,6 @@ ODE solvers and motion in time; folds, renderings and refusals.
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,6 @@ from oracles import shaken, sine
 from springs import MOUNT
 from strandspring import Spring, SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
-from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MountAxis, Stops
@@ -30,7 +28,6 @@ from strandspring.vibration.bodies.small_motion import SmallMotion
 from strandspring.vibration.one_mass.harmonic_balance import largest_of_period
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from terminal import Terminal
 from tools import slow_but
 
 BASE, ACCELERATION, FORCE = Excitation.BASE_DISPLACEMENT, Excitation.BASE_ACCELERATION, Excitation.FORCE
@@ -258,33 +255,3 @@ def test_motion_in_time(make: Callable[[], MountedSystem], shaking: Shaking, lev
 
 
 # ---- the command ----------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
-    shutil.copytree(SYSTEMS, tmp_path / "here")
-    monkeypatch.chdir(tmp_path / "here")
-    return Terminal(capsys)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "message"),
-    [
-        (f"{BOX} --mass 3", 2, "--mass does not apply to electronics_box.toml, which describes masses"),
-        (f"{BOX} {GUN}", 2, "electronics_box.toml describes a whole system and its candidates; give it alone"),
-        ("corner_shear.json", 2, "Missing option '--mass'"),
-        ("corner_shear.json --mass 3 --direction x", 2, "--direction applies to a SYSTEM.toml only"),
-        (f"{BOX} --at box", 2, "--at says where a force acts; give --force"),
-        (f"{BOX} --direction 0,0,0", 2, "must be x, y, z, -x, -y, -z or three numbers"),
-        (f"{BOX} --force 1 --base-rotation 1", 2, "--base-rotation and --force exclude each other"),
-        (f"{BOX} -o {BOX}", 2, "would overwrite the input"),
-        (f"{BOX} --force 1 --at lid", 1, "must be one of the points box, circuit board, connector, got 'lid'"),
-        (f"{GUN} --direction y", 1, "base displacement along y moves nothing, because no body is free to follow it"),
-        (f"{BOX} --base-displacement 8 --band 4 20", 1, "outside their identified range"),
-        ("no.toml", 1, "no.toml"),
-    ],
-)
-def test_refusals_of_the_command(terminal: Terminal, arguments: str, status: int, message: str) -> None:
-    terminal("isolate", *arguments.split(), "--points", "60", status=status)
-    assert message in " ".join(terminal.err.split())
-    assert status == 2 or terminal.err.count("\n") == 1

@@ -196,22 +196,3 @@ def test_an_fmu_is_built_shown_and_built_again_from_itself_and_must_be_sound(ter
         write_archive(Path("changed.fmu"), sealed(contents))
         terminal("verify", "changed.fmu", status=1)
         assert sentence in terminal.err
-
-
-def test_what_cannot_be_built(terminal: Terminal) -> None:
-    system, shear = "systems/electronics_box.toml", "systems/corner_shear.json"
-    text = Path(system).read_text()
-    Path("systems/heavy.toml").write_text(text.replace('mass = "20 kg"', 'mass = "20 t"'))
-    Path("systems/wrong.toml").write_text(text.replace("[[body]]", "[[bodies]]", 1))
-    for arguments, status, sentence in (
-        ((system,), 1, f"{system}: an FMU is of one candidate; choose `candidate` among standard, softer."),
-        ((system, "--candidate", "other"), 1, "choose `candidate` among standard, softer, got 'other'."),
-        (("systems/heavy.toml", "--candidate", "standard"), 1, "rest"),
-        (("systems/wrong.toml", "--candidate", "standard"), 1, "systems/wrong.toml, 'bodies' is not a key here"),
-        ((shear, "--candidate", "a"), 2, "--candidate is for descriptions of systems (SYSTEM.toml); leave it out."),
-        ((system, "--states", "--zero", "3", "--name", "a"), 2,
-         f"--states, --name, --zero can only be given with a model or records, and {system} describes a system; leave"),
-    ):  # fmt: skip
-        terminal("build", *arguments, status=status)
-        assert sentence in " ".join(terminal.err.split())
-        assert not Path("dist").exists()

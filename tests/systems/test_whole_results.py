@@ -28,7 +28,7 @@ from studies import COMMAND, SPRING, UNCERTAINTY
 
 pytestmark = pytest.mark.long
 
-KEPT = Path(__file__).with_name("results.json")
+KEPT, REFUSED = (Path(__file__).with_name(name) for name in ("results.json", "refused_commands.json"))
 FEW = "--draws 16 --step 0.0002"
 COMMANDS = [
     f"simulate electronics_box.toml --case shock --case drop {FEW} -o out.csv",
@@ -64,6 +64,17 @@ def answer(command: str) -> Any:
     return thinned(told)
 
 
+def refusal(command: str) -> list[Any]:
+    """The status with which a command ends, and what it says on standard error."""
+    status, said = 0, io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+        try:
+            main(shlex.split(command))
+        except SystemExit as leaving:
+            status = int(leaving.code or 0)
+    return [status, " ".join(said.getvalue().replace(f"{Path.cwd()}/", "").split())]
+
+
 def _number(text: str) -> Any:
     try:
         return float(text)
@@ -83,6 +94,8 @@ def prepared(folder: Path) -> Path:
     write_batch(folder / "springs", 8, 360)
     write(folder / "springs" / "stiff.csv", measured(100, 360, stiffness=2.0))
     (folder / "springs" / "empty.csv").touch()
+    save_model(folder / "bare.json", ModelFile("bare", SPRING))
+    (folder / "none").mkdir()
     return folder
 
 
@@ -96,6 +109,17 @@ def test_an_answer_is_the_kept_one(command: str, folder: Path, monkeypatch: pyte
     assert different(answer(command), kept, "", 1e-3 if "identify" in command else 1e-6) == []
 
 
+def test_refused_commands_say_the_kept_sentence_and_write_nothing(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(folder)
+    kept = json.loads(REFUSED.read_text(encoding="utf-8"))
+    before = {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    assert different({command: refusal(command) for command in kept}, kept, "", 0.0) == []
+    assert {status for status, _ in kept.values()} == {1, 2}
+    assert {path: path.read_bytes() for path in Path().rglob("*") if path.is_file()} == before
+
+
 if __name__ == "__main__":
     answers = {}
     for each in COMMANDS:
@@ -104,3 +128,8 @@ if __name__ == "__main__":
             os.chdir(prepared(Path(temporary)))
             answers[each] = answer(each)
     KEPT.write_text(lines(answers), encoding="utf-8")
+    os.chdir(KEPT.parent)
+    sentences = json.loads(REFUSED.read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory() as temporary:
+        os.chdir(prepared(Path(temporary)))
+        REFUSED.write_text(lines({command: refusal(command) for command in sentences}), encoding="utf-8")
