@@ -34,6 +34,8 @@ from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 from tools import slow_but
 
+pytestmark = pytest.mark.long
+
 TIME, PATH = uneven_motion()
 
 
@@ -190,7 +192,6 @@ def of_class(stiffness: float, seed: int, second: bool = False) -> Spring:
     return identify(two_rates(branches=[(stiffness, 0.08)], second=second, seed=seed), options).spring()
 
 
-@pytest.mark.long
 def test_a_stiffer_branch_is_a_difference_though_slow_loops_are_alike() -> None:
     lot, of_branch = of_class(1500.0, 1), ["branches[0].stiffness", "branches[0].time_constant"]
     comparison = compare(lot, of_class(1800.0, 20), draws=40)

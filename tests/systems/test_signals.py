@@ -41,6 +41,8 @@ from strandspring.vibration.verdicts.draws import Unknowns
 from strandspring.vibration.verdicts.verdicts import FigureKind, Limits
 from tools import shared_data, tool
 
+pytestmark = pytest.mark.long
+
 Formula = Callable[[float], float]
 D, END = 0.011, 0.4
 PROFILE = displacement_limited(0.001, 10.0, 5.0, 200.0)

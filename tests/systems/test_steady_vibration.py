@@ -30,6 +30,8 @@ from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
 from tools import slow_but
 
+pytestmark = pytest.mark.long
+
 BASE, ACCELERATION, FORCE = Excitation.BASE_DISPLACEMENT, Excitation.BASE_ACCELERATION, Excitation.FORCE
 BOX, GUN = "electronics_box.toml", "gun_cradle.toml"
 

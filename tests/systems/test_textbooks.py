@@ -16,6 +16,8 @@ from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChann
 from strandspring.vibration.bodies.parts import MountAxis, Vector
 from strandspring.vibration.bodies.run_figures import RunFigures
 
+pytestmark = pytest.mark.long
+
 
 def thrown(axis: MountAxis, speed: float, duration: float, mass: float = 1.0) -> KernelMotion:
     case = LoadCase("thrown", "drop", duration, velocity=(0.0, 0.0, speed))

@@ -35,6 +35,8 @@ from strandspring.vibration.verdicts.draws import Unknowns, ranges, tolerance_fa
 from strandspring.vibration.verdicts.figures import CaseFigures
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind, Limits, judged
 
+pytestmark = pytest.mark.long
+
 X: Vector = (1.0, 0.0, 0.0)
 DIAGONAL, DOWN = unit(1.0, 1.0, 0.0), (0.0, 0.0, -1.0)
 

@@ -25,6 +25,7 @@ from strandspring.cli.main import main
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.model.modelfile import ModelFile, save_model
 from studies import COMMAND, SPRING, UNCERTAINTY
+from tools import slow_but
 
 pytestmark = pytest.mark.long
 
@@ -47,6 +48,8 @@ COMMANDS = [
     " --band 2 20 --points 8 --draws 2 --extrapolate -o out.csv",
     "identify-many springs --method two-stage --degrees 3,2 -o models",
 ]
+
+SLOW = ("transport", "two_stage", "gunfire", "rotation", "--direction z")
 
 
 def answer(command: str) -> Any:
@@ -99,7 +102,9 @@ def prepared(folder: Path) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command", slow_but(COMMANDS, [one for one in COMMANDS if not any(word in one for word in SLOW)])
+)
 def test_an_answer_is_the_kept_one(command: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     for path in (Path("out.csv"), *Path().glob("models/*")):
