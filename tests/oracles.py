@@ -30,13 +30,11 @@ base must not turn then.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -87,11 +85,6 @@ class OracleSpring:
         self._spline = None
         if "FE_knots" in parameters:
             self._spline = CubicSpline(parameters["FE_knots"], parameters["FE_forces"], bc_type="not-a-knot")
-
-    @classmethod
-    def load(cls, path: Path) -> OracleSpring:
-        """The spring of a model file."""
-        return cls(json.loads(path.read_text(encoding="utf-8"))["parameters"])
 
     def elastic(self, displacement: FloatArray) -> FloatArray:
         """FE along a path [N]."""

@@ -176,36 +176,6 @@ def test_what_does_not_vibrate_is_refused(mass: dict[str, Any], level: float, ba
 # ---- bodies on mounts -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("kind", "level"), [(BASE, 5e-4), (ACCELERATION, 1.0), (FORCE, 5.0)])
-def test_one_axis_is_an_isolated_mass(kind: Excitation, level: float) -> None:
-    mass = IsolatedMass(MOUNT, 5.0, 50.0, parallel=3, series=2, damping=20.0)
-    axis = MountAxis(MOUNT, (0.0, 0.0, -1.0), 0.05, parallel=3, series=2, damping=20.0)
-    system, shaking = one_mass(axis, 5.0, (0.0, 0.0, -10.0)), Shaking(kind, (0.0, 0.0, -1.0))
-    pose = (np.array([[0.0, 0.0, -2.0 * (static_equilibrium(mass).displacement - 0.05)]]), np.eye(3)[None])
-    motion, band = SmallMotion(system, pose), np.geomspace(2.0, 40.0, 40)
-    one = frequency_response(mass, kind, level, band, samples=128)
-    found = system_response(motion, shaking, level, band)
-    wanted = one.column("requested") > 0.0
-    ratio = -(found.base_force / found.level if kind is FORCE else found.gain[:, 0])[found.requested, 2]
-    expected = one.column("transmissibility") * np.exp(1j * np.radians(one.column("phase")))
-    # Both stop where the equations are solved to 1e-10 of their largest term; a resonance magnifies that.
-    assert ratio == pytest.approx(expected[wanted], rel=3e-7)
-    assert np.abs(found.base_force[found.requested, 2]) == pytest.approx(one.column("force")[wanted], rel=3e-7)
-    for name, values, within in (
-        ("min", found.low[:, 0], 3e-7), ("max", found.high[:, 0], 3e-7),
-        # The parabola's largest value against the largest of 128 samples, of a harmonic k off by (k*pi/128)^2/2.
-        ("acceleration", found.acceleration[:, 0, 2], 4e-3),
-    ):  # fmt: skip
-        assert values[found.requested] == pytest.approx(one.column(name)[wanted], rel=within), name
-    (resonance,) = found.resonances
-    if kind is not FORCE:
-        assert resonance.frequency == pytest.approx(one.resonance.frequency, rel=2e-3)  # spacing of the points there
-        assert resonance.gain == pytest.approx(one.resonance.transmissibility, rel=1e-4)
-        assert resonance.isolation_frequency == pytest.approx(one.resonance.isolation_frequency, rel=1e-3)
-    # Where nothing is amplified, no isolation begins.
-    assert math.isnan(system_response(motion, shaking, level, [25.0, 40.0]).resonances[0].isolation_frequency)
-
-
 STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)
 ADDED = replace(STRAIGHT, second=Mechanism((1.0, 5.0), 8.0, 1500.0, 0.9, 1.4),
                 branches=(MaxwellBranch(2e3, 0.01), MaxwellBranch(1e6, 2e-6)))  # fmt: skip
