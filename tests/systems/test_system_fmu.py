@@ -94,6 +94,22 @@ def test_inputs_act_as_the_pages_say() -> None:
         held = two.run(np.array([middles, *np.zeros((3, 800))]), 1e-4)[-1]
         np.testing.assert_allclose(one.outputs(), held, rtol=1e-9, atol=1e-9 * np.abs(held).max())
 
+    # Values at the beginning of steps are half a step late; averages of the steps are of second order.
+    def sway(step: float, averaged: bool) -> float:
+        times, length = step * np.arange(round(0.03 / step) + 1), 0.02
+        integral = -100.0 * length / np.pi * np.cos(np.pi * np.minimum(times, length) / length)
+        pulse = np.where(times < length, 100.0 * np.sin(np.pi * times / length), 0.0)[:-1]
+        given = np.zeros((4, len(times) - 1))
+        given[0] = np.diff(integral) / step if averaged else pulse
+        with instance(3).begin() as one:
+            one.run(given, step)
+            return one.get("sway_c_g_x")[0]
+
+    exact = sway(1e-4, averaged=True)
+    late, middle = ([abs(sway(step, averaged) / exact - 1.0) for step in (1e-3, 5e-4)] for averaged in (False, True))
+    assert late == pytest.approx([0.018, 0.0084], rel=0.05)  # what the page for simulation engineers says
+    assert middle == pytest.approx([2.0e-4, 4.8e-5], rel=0.05)
+
 
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_description_and_bytes(fmi: int, tmp_path: Path) -> None:
@@ -123,6 +139,43 @@ def test_description_and_bytes(fmi: int, tmp_path: Path) -> None:
     upper = build_system_fmu(STAGES, tmp_path, replace(STAGES_OPTIONS, fmi=fmi), platforms)
     names = [v.name for v in fmpy.read_model_description(str(upper)).modelVariables if v.causality == "input"]
     assert names == ["base_acceleration_x", "base_acceleration_z"]
+
+
+CONNECTOR = '<ssd:Connector name="{}" kind="{}"><ssc:Real unit="m/s2"/></ssd:Connector>'
+STRUCTURE = f"""<?xml version="1.0" encoding="UTF-8"?>
+<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
+    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="stack">
+<ssd:System name="stack"><ssd:Connectors>{CONNECTOR.format("ground", "input")}</ssd:Connectors>
+<ssd:Elements>{{}}</ssd:Elements><ssd:Connections>
+<ssd:Connection startConnector="ground" endElement="lower" endConnector="base_acceleration_z"/>
+<ssd:Connection startElement="lower" startConnector="acceleration_top_z" endElement="upper"
+    endConnector="base_acceleration_z"/></ssd:Connections></ssd:System></ssd:SystemStructureDescription>"""
+
+
+def test_systems_stand_on_each_other_in_ssp(tmp_path: Path) -> None:
+    """The top of one shakes the base of another, in FMPy's SSP simulation and step by step."""
+    from fmpy.ssp.simulation import simulate_ssp
+
+    fmu = build_system_fmu(STAGES, tmp_path, STAGES_OPTIONS, chosen_platforms("host"))
+    ends = CONNECTOR.format("base_acceleration_z", "input") + CONNECTOR.format("acceleration_top_z", "output")
+    elements = "".join(
+        f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">'
+        f"<ssd:Connectors>{ends}</ssd:Connectors></ssd:Component>"
+        for name in ("lower", "upper")
+    )
+    files = {f"resources/{name}.fmu": fmu.read_bytes() for name in ("lower", "upper")}
+    ssp = write_archive(tmp_path / "stack.ssp", files | {"SystemStructure.ssd": STRUCTURE.format(elements).encode()})
+    found = simulate_ssp(str(ssp), stop_time=0.0199, step_size=1e-3, input={"ground": lambda _: 30.0})
+    with instance(2, STAGES, STAGES_OPTIONS).begin() as lower, instance(2, STAGES, STAGES_OPTIONS).begin() as upper:
+        # Each sees what held at the end of the last step.
+        expected, ground, top = [], 0.0, 0.0
+        for k in range(20):
+            assert [lower.set(base_acceleration_z=ground), upper.set(base_acceleration_z=top)] == [OK, OK]
+            assert [each.go(1e-3 * k, 1e-3) for each in (lower, upper)] == [OK, OK]
+            (top,), ground = lower.get("acceleration_top_z"), 30.0
+            expected.append(upper.get("acceleration_top_z")[0])
+    assert np.abs(expected).max() > 1e-3
+    np.testing.assert_allclose(found["upper.acceleration_top_z"], expected, atol=1e-9 * np.abs(expected).max())
 
 
 # ---- the command ----------------------------------------------------------------------------------

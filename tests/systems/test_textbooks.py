@@ -78,6 +78,27 @@ def test_period_of_duffing() -> None:
     np.testing.assert_allclose(np.diff(crossings), period, atol=1e-7)
 
 
+@pytest.mark.parametrize("n", [0.3, 1.0, 4.0])
+def test_first_peak_on_a_hysteretic_spring_takes_up_the_energy(n: float) -> None:
+    """m v^2/2 = W(z), the integral of the force along the monotone path from omega = 0, paper eq. (11) as an ODE."""
+    from scipy.integrate import solve_ivp
+
+    spring, mass, speed = replace(COMPRESSION, n=n), 1.5, 1.2
+
+    def rate(x: float, state: FloatArray) -> list[float]:
+        omega = float(state[0])
+        FE, FA = (sum(c * x**i for i, c in enumerate(cs)) for cs in (spring.kE, spring.kA))
+        return [spring.rho * (1.0 - abs(omega) ** spring.n), FE + spring.kappa_omega * omega * FA]
+
+    def left(_: float, state: FloatArray) -> float:
+        return 0.5 * mass * speed**2 - float(state[1])
+
+    left.terminal = True  # type: ignore[attr-defined]
+    path = solve_ivp(rate, (0.0, spring.displacement_max), (0.0, 0.0), "DOP853", events=left, rtol=1e-12, atol=1e-15)
+    found = thrown(MountAxis(spring, UP, 0.0), speed, 0.04, mass).histories.displacement.max()
+    assert found == pytest.approx(float(path.t_events[0][0]), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("ratio", "share", "published"), [(0.8, 0.1, 1.751977), (1.5, 0.2, 1.785124), (2.0, 0.3, 1.324869)]
 )
