@@ -20,7 +20,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import schemas
-from example_springs import write_models
 from kept import different, lines, plain
 from springs import EXAMPLES
 from strandspring.docs.site import page_text
@@ -353,6 +352,8 @@ def test_documentation_names_every_key_and_its_example_loads(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_models_of_the_examples_are_what_their_script_makes(tmp_path: Path) -> None:
+    from example_springs import write_models
+
     write_models(tmp_path, ["corner_shear"])
     made, bundled = (load_model(each / "corner_shear.json") for each in (tmp_path, SYSTEMS))
     assert "not measured" in bundled.description
