@@ -10,168 +10,54 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
+from strandspring.vibration.bodies.loads import LoadCase
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody
+from strandspring.vibration.bodies.parts import MountAxis
 from tools import tool
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class ExudynMotion:
-    """At K times: place of the centre of gravity relative to the nominal pose (K, 3) [m], orientation (K, 3, 3), and
-    acceleration of the points, not relative to the base (K, Q, 3) [m/s^2].
-    """
-
-    time: FloatArray
-    displacement: FloatArray
-    orientation: FloatArray
-    acceleration: FloatArray
-
-
-@dataclass(frozen=True)
 class _Axis:
     """One axis of a mount: which coordinate it is along, in which sense, and where its omega stands."""
 
-    axis: MountAxis
-    coordinate: int
-    sense: float
-    number: int
+    def __init__(self, axis: MountAxis, number: int) -> None:
+        (self.coordinate,) = np.flatnonzero(axis.direction).tolist()
+        self.axis, self.sense, self.number = axis, axis.direction[self.coordinate], number
 
-    def force(self, displacement: float, rate: float, omega: float) -> float:
-        p, x = self.axis.spring, self.position(displacement)
+    def force(self, moved: FloatArray, velocity: FloatArray, omegas: FloatArray) -> float:
+        p, axis = self.axis.spring, self.axis
+        x = axis.nominal + self.sense * float(moved[self.coordinate]) / axis.series
         assert p.displacement_min <= x <= p.displacement_max, "Exudyn's springs end with the identified range"
-        x -= p.displacement_offset
-        elastic, amplifier = (sum(c * x**i for i, c in enumerate(cs)) for cs in (p.kE, p.kA))
-        pull = self.axis.parallel * (elastic + p.kappa_omega * omega * amplifier)
-        return self.sense * (pull + self.axis.damping * self.sense * rate)
+        elastic, amplifier = (
+            sum(c * (x - p.displacement_offset) ** i for i, c in enumerate(cs)) for cs in (p.kE, p.kA)
+        )
+        pull = axis.parallel * (elastic + p.kappa_omega * float(omegas[self.number]) * amplifier)
+        return float(self.sense * (pull + axis.damping * self.sense * float(velocity[self.coordinate])))
 
-    def position(self, displacement: float) -> float:
-        return self.axis.nominal + self.sense * displacement / self.axis.series
-
-    def omega_rate(self, rate: float, omega: float) -> float:
-        p, x_rate = self.axis.spring, self.sense * rate / self.axis.series
+    def omega_rate(self, velocity: FloatArray, omegas: FloatArray) -> float:
+        p, omega = self.axis.spring, float(omegas[self.number])
+        x_rate = self.sense * float(velocity[self.coordinate]) / self.axis.series
         signs = math.copysign(1.0, x_rate) * math.copysign(1.0, omega)
-        return p.rho * x_rate * (1.0 - (p.sigma * signs - p.sigma + 1.0) * abs(omega) ** p.n)
+        return float(p.rho * x_rate * (1.0 - (p.sigma * signs - p.sigma + 1.0) * abs(omega) ** p.n))
 
 
-def _axes_of(mounts: tuple[Mount, ...]) -> list[list[_Axis]]:
-    """By mount and, within it, by coordinate."""
-    found, number = [], 0
-    for mount in mounts:
-        axes = []
-        for axis in mount.axes:
-            (coordinate,) = np.flatnonzero(axis.direction).tolist()
-            axes.append(_Axis(axis, coordinate, axis.direction[coordinate], number))
-            number += 1
-        found.append(sorted(axes, key=lambda one: one.coordinate))
-    return found
-
-
-def exudyn_motion(
-    system: MountedSystem, case: LoadCase, step: float, omega: float, pose: FloatArray, every: int = 1
-) -> ExudynMotion:
-    """Integrate by Runge and Kutta's method of fourth order.
-
-    Parameters
-    ----------
-    system : MountedSystem     Of one body in six degrees of freedom.
-    case : LoadCase            With base accelerations of class `Course`.
-    omega : float              Of all axes at the beginning.
-    pose : ndarray, (6,)       Displacement and rotation vector of the body at the beginning.
-    every : int                Steps from one result to the next.
+def exudyn_acceleration(
+    system: MountedSystem, case: LoadCase, step: float, pose: FloatArray, every: int = 1
+) -> FloatArray:
+    """Acceleration of the points, not relative to the base (K, Q, 3) [m/s^2], by Runge and Kutta's method of fourth
+    order, of one body that begins with this displacement and rotation vector, and with omega 0.
     """
     exudyn, items = tool("exudyn"), tool("exudyn.itemInterface")
-
     (body,) = system.bodies
-    assert body.motion is MotionKind.SIX
-    assert all(mount.support == BASE and len(mount.axes) == 3 for mount in system.mounts)
-    assert all(channel.kind is ChannelKind.BASE_ACCELERATION for channel in case.channels)
     container = exudyn.SystemContainer()
     mbs: Any = container.AddSystem()
-    center = np.array(body.center)
-    rigid = _rigid_body(mbs, body, pose, case)
-    ground = mbs.AddObject(items.ObjectGround())
-
-    def marker(owner: Any, place: FloatArray) -> Any:
-        return mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=owner, localPosition=place.tolist()))
-
-    mounts = _axes_of(system.mounts)
-    count = 3 * len(mounts)
-    hysteresis = mbs.AddNode(
-        items.NodeGenericODE1(
-            numberOfODE1Coordinates=count, referenceCoordinates=[0.0] * count, initialCoordinates=[omega] * count
-        )
-    )
-    places = [np.array(mount.place) - center for mount in system.mounts]
-
-    def omega_rates(mbs: Any, _: float, __: int, omegas: FloatArray) -> list[float]:
-        rates = [0.0] * count
-        for axes, place in zip(mounts, places, strict=True):
-            velocity = mbs.GetObjectOutputBody(
-                rigid, exudyn.OutputVariableType.Velocity, place.tolist(), exudyn.ConfigurationType.Current
-            )
-            for one in axes:
-                rates[one.number] = one.omega_rate(float(velocity[one.coordinate]), float(omegas[one.number]))
-        return rates
-
-    mbs.AddObject(items.ObjectGenericODE1(nodeNumbers=[hysteresis], rhsUserFunction=omega_rates))
-
-    def pull_of(axes: list[_Axis]) -> Callable[..., list[float]]:
-        def pull(mbs: Any, _: float, __: int, moved: FloatArray, velocity: FloatArray, *___: Any) -> list[float]:
-            omegas = mbs.GetNodeOutput(
-                hysteresis, exudyn.OutputVariableType.Coordinates, exudyn.ConfigurationType.Current
-            )
-            return [
-                one.force(float(moved[one.coordinate]), float(velocity[one.coordinate]), float(omegas[one.number]))
-                for one in axes
-            ]
-
-        return pull
-
-    for axes, mount, place in zip(mounts, system.mounts, places, strict=True):
-        ends = [marker(ground, np.array(mount.place)), marker(rigid, place)]
-        mbs.AddObject(
-            items.ObjectConnectorCartesianSpringDamper(markerNumbers=ends, springForceUserFunction=pull_of(axes))
-        )
-
-    def base(t: float) -> FloatArray:
-        return sum((c.signal.value(t) * np.array(c.direction) for c in case.channels), np.zeros(3))
-
-    def weight(_: Any, t: float, __: Any) -> list[float]:
-        return (body.mass * (np.array(system.gravity) - base(t))).tolist()
-
-    mbs.AddLoad(items.LoadForceVector(markerNumber=marker(rigid, np.zeros(3)), loadVectorUserFunction=weight))
-    kinds = exudyn.OutputVariableType
-    sensors = [
-        mbs.AddSensor(items.SensorBody(bodyNumber=rigid, storeInternal=True, outputVariableType=kind, localPosition=at))
-        for kind, at in (
-            (kinds.Displacement, [0.0, 0.0, 0.0]),
-            (kinds.RotationMatrix, [0.0, 0.0, 0.0]),
-            *((kinds.Acceleration, (np.array(point.place) - center).tolist()) for point in system.points),
-        )
-    ]
-    mbs.Assemble()
-    _solve(mbs, case.duration, step, every)
-    moved, turned, *points = (np.array(mbs.GetSensorStoredData(sensor)) for sensor in sensors)
-    of_base = np.array([base(t) for t in moved[:, 0].tolist()])
-    return ExudynMotion(
-        moved[:, 0],
-        moved[:, 1:],
-        turned[:, 1:].reshape(-1, 3, 3),
-        np.stack([point[:, 1:] + of_base for point in points], axis=1),
-    )
-
-
-def _rigid_body(mbs: Any, body: RigidBody, pose: FloatArray, case: LoadCase) -> Any:
-    items, inertia = tool("exudyn.itemInterface"), np.array(body.inertia)
+    center, inertia = np.array(body.center), np.array(body.inertia)
     node = mbs.AddNode(
         items.NodeRigidBodyRotVecLG(
             referenceCoordinates=[*body.center, 0.0, 0.0, 0.0],
@@ -180,16 +66,71 @@ def _rigid_body(mbs: Any, body: RigidBody, pose: FloatArray, case: LoadCase) -> 
         )
     )
     moments = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))]
-    return mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
+    rigid = mbs.AddObject(items.ObjectRigidBody(mass=body.mass, inertia=moments, nodeNumber=node))
+    ground = mbs.AddObject(items.ObjectGround())
 
+    def marker(owner: Any, place: FloatArray) -> Any:
+        return mbs.AddMarker(items.MarkerBodyRigid(bodyNumber=owner, localPosition=place.tolist()))
 
-def _solve(mbs: Any, duration: float, step: float, every: int) -> None:
-    exudyn = tool("exudyn")
+    mounts, count = [], 0
+    for mount in system.mounts:
+        axes = sorted((_Axis(axis, count + k) for k, axis in enumerate(mount.axes)), key=lambda one: one.coordinate)
+        mounts.append((axes, np.array(mount.place) - center))
+        count += len(axes)
+    zeros = [0.0] * count
+    hysteresis = mbs.AddNode(
+        items.NodeGenericODE1(numberOfODE1Coordinates=count, referenceCoordinates=zeros, initialCoordinates=zeros)
+    )
+    kinds, current = exudyn.OutputVariableType, exudyn.ConfigurationType.Current
+
+    def omega_rates(mbs: Any, _: float, __: int, omegas: FloatArray) -> list[float]:
+        rates = [0.0] * count
+        for axes, place in mounts:
+            velocity = mbs.GetObjectOutputBody(rigid, kinds.Velocity, place.tolist(), current)
+            for one in axes:
+                rates[one.number] = one.omega_rate(velocity, omegas)
+        return rates
+
+    mbs.AddObject(items.ObjectGenericODE1(nodeNumbers=[hysteresis], rhsUserFunction=omega_rates))
+
+    def pull_of(axes: list[_Axis]) -> Callable[..., list[float]]:
+        def pull(mbs: Any, _: float, __: int, moved: FloatArray, velocity: FloatArray, *___: Any) -> list[float]:
+            omegas = mbs.GetNodeOutput(hysteresis, kinds.Coordinates, current)
+            return [one.force(moved, velocity, omegas) for one in axes]
+
+        return pull
+
+    for axes, place in mounts:
+        ends = [marker(ground, place + center), marker(rigid, place)]
+        mbs.AddObject(
+            items.ObjectConnectorCartesianSpringDamper(markerNumbers=ends, springForceUserFunction=pull_of(axes))
+        )
+
+    def base(t: float) -> FloatArray:
+        return sum((c.signal.value(t) * np.array(c.direction) for c in case.channels), np.zeros(3))  # type: ignore[attr-defined]
+
+    def weight(_: Any, t: float, __: Any) -> Any:
+        return (body.mass * (np.array(system.gravity) - base(t))).tolist()
+
+    mbs.AddLoad(items.LoadForceVector(markerNumber=marker(rigid, np.zeros(3)), loadVectorUserFunction=weight))
+    sensors = [
+        mbs.AddSensor(
+            items.SensorBody(
+                bodyNumber=rigid, storeInternal=True, outputVariableType=kinds.Acceleration,
+                localPosition=(np.array(point.place) - center).tolist(),
+            )
+        )
+        for point in system.points
+    ]  # fmt: skip
+    mbs.Assemble()
     settings: Any = exudyn.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = round(duration / step)
-    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.numberOfSteps = round(case.duration / step)
+    settings.timeIntegration.endTime = case.duration
     settings.timeIntegration.verboseMode = 0
     settings.timeIntegration.explicit.computeEndOfStepAccelerations = True
     settings.solution.file.write = False
     settings.solution.sensors.writePeriod = every * step
     mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
+    points = [np.array(mbs.GetSensorStoredData(sensor)) for sensor in sensors]
+    of_base = np.array([base(t) for t in points[0][:, 0].tolist()])
+    return np.stack([point[:, 1:] + of_base for point in points], axis=1)

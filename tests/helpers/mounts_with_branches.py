@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+import oracles
 from strandspring import Record, Spring, SpringParameters
 
 FloatArray = NDArray[np.float64]
@@ -16,15 +17,8 @@ SECOND = SpringParameters((0.0,), (1.0,), 12.0, 3000.0, 0.7, 1.5, 0.0, -0.02, 0.
 
 
 def maxwell(time: FloatArray, path: FloatArray, stiffness: float, time_constant: float) -> FloatArray:
-    """Force of a Maxwell branch: steps of the exact solution for motion at constant velocity [N]."""
-    force = np.zeros(path.size)
-    for k in range(1, path.size):
-        step = time[k] - time[k - 1]
-        left = np.exp(-step / time_constant)
-        velocity = (path[k] - path[k - 1]) / step
-        steady = stiffness * time_constant * velocity
-        force[k] = steady + (force[k - 1] - steady) * left
-    return force
+    """Force of a Maxwell branch [N]."""
+    return oracles.maxwell(stiffness, time_constant, path, time)
 
 
 def sines(amplitudes: Sequence[float], frequency: float, cycles: int = 3, samples: int = 250) -> tuple[FloatArray, ...]:
@@ -44,11 +38,8 @@ def record(
     name: str = "mount.csv",
 ) -> Record:
     """What a mount gives, with white noise [N]; branches are pairs of stiffness [N/m] and time constant [s]."""
-    force = Spring(FIRST).response(path)
-    if second:
-        force = force + Spring(SECOND).response(path)
-    for stiffness, time_constant in branches:
-        force = force + maxwell(time, path, stiffness, time_constant)
+    force = sum((Spring(one).response(path) for one in (FIRST, SECOND)[: 1 + second]), np.zeros(path.size))
+    force = sum((maxwell(time, path, *branch) for branch in branches), force)
     return Record(path, force + noise * np.random.default_rng(seed).standard_normal(path.size), time=time, path=name)
 
 

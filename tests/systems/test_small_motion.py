@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, FloatArray, elastic, two_stages, unit, vector
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, two_stages, unit, vector
 from springs import EXAMPLES, MOUNT
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
@@ -20,26 +19,20 @@ from strandspring.kernel.path import PathSolver
 from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import BASE, MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
 from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.small_motion import SmallMotion
-
-pytestmark = pytest.mark.long
 
 UNIT = np.eye(3)
 INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
-def mount(name: str, place: Vector, stiffness: tuple[float, ...], **options: float) -> Mount:
+def mount(name: str, place: Vector, stiffness: tuple[float, ...]) -> Mount:
     """Linear springs along x, y and z."""
-    axes = (MountAxis(elastic(0.0, k), unit(*n), 0.0, **options) for k, n in zip(stiffness, UNIT, strict=True))  # type: ignore[arg-type]
-    return Mount(name, 0, place, tuple(axes))
-
-
-def box(**options: float) -> MountedSystem:
-    mounts = (mount(f"corner {k}", p, (9000.0, 12000.0, 20000.0), **options) for k, p in enumerate(CORNERS))
-    return MountedSystem((RigidBody("box", 20.0, inertia=INERTIA),), tuple(mounts), gravity=NO_WEIGHT)
+    return Mount(
+        name, 0, place, tuple(MountAxis(elastic(0.0, k), unit(*n), 0.0) for k, n in zip(stiffness, UNIT, strict=True))
+    )
 
 
 def guided(axis: MountAxis, mass: float) -> MountedSystem:
@@ -47,81 +40,37 @@ def guided(axis: MountAxis, mass: float) -> MountedSystem:
     return MountedSystem((body,), (Mount("foot", 0, ORIGIN, (axis,)),), gravity=NO_WEIGHT)
 
 
-def test_six_natural_frequencies() -> None:
-    found = modes(SmallMotion.about_nominal(box()))
+def test_published_frequencies_of_a_box_a_chain_and_a_pendulum() -> None:
+    mounts = tuple(mount(f"corner {k}", place, (9000.0, 12000.0, 20000.0)) for k, place in enumerate(CORNERS))
+    box = MountedSystem((RigidBody("box", 20.0, inertia=INERTIA),), mounts, gravity=NO_WEIGHT)
+    found = modes(SmallMotion.about_nominal(box))
     expected = [5.156998, 5.771394, 10.065842, 10.208627, 13.612062, 14.423525]
     assert [mode.frequency for mode in found] == pytest.approx(expected, abs=1e-6)  # digits given
     # y rolls about x and x about y, because the mounts lie below the centre of gravity.
     assert [mode.words.split(" ")[0] for mode in found] == ["y", "x", "z", "rz", "rx", "ry"]
     assert found[2].words == "z 100 %"
-    for mode in found:
-        assert mode.shares.sum() == pytest.approx(1.0, rel=1e-12)
-        assert mode.damping == pytest.approx(0.0, abs=1e-12)
-
-
-@pytest.mark.parametrize("seed", [0, 1])
-def test_derivatives_of_the_exact_kinematics(seed: int) -> None:
-    """d = (R_A e).(P_B - P_A), of inclined mounts under and between two bodies far from the nominal pose."""
-    rng = np.random.default_rng(seed)
-    centers = rng.normal(0.0, 0.1, (2, 3))
-    bodies = tuple(RigidBody(f"b{k}", 2.0 + k, tuple(center), INERTIA) for k, center in enumerate(centers.tolist()))
-    mounts = []
-    for k, (body, support) in enumerate([(0, BASE), (0, BASE), (1, 0), (1, 0), (0, 1), (1, BASE)]):
-        directions = Rotation.random(random_state=rng).as_matrix().tolist()
-        axes = tuple(MountAxis(MOUNT, tuple(n), 0.05, series=1 + k % 2, damping=3.0) for n in directions)
-        mounts.append(Mount(f"m{k}", body, tuple(rng.normal(0.0, 0.2, 3).tolist()), axes, support))
-    system = MountedSystem(bodies, tuple(mounts))
-    pose = rng.normal(0.0, 0.01, (2, 3)), Rotation.from_rotvec(rng.normal(0.0, 0.3, (2, 3))).as_matrix()
-    motion = SmallMotion(system, pose)
-    forces = rng.normal(0.0, 100.0, len(system.axes))
-
-    def moved(q: FloatArray) -> FloatArray:
-        of_bodies = (motion.free @ q).reshape(2, 6)
-        rotations = np.concatenate([Rotation.from_rotvec(of_bodies[:, 3:]).as_matrix() @ pose[1], UNIT[None]])
-        shifts, about = np.vstack([pose[0] + of_bodies[:, :3], np.zeros(3)]), np.vstack([centers, np.zeros(3)])
-
-        def at(body: int, place: Vector) -> FloatArray:
-            return np.asarray(about[body] + shifts[body] + rotations[body] @ (place - about[body]))
-
-        return np.array([
-            (rotations[one.support] @ axis.direction) @ (at(one.body, one.place) - at(one.support, one.place))
-            for one, axis in zip(system.axis_mounts, system.axes, strict=True)
-        ])  # fmt: skip
-
-    steps = 1e-4 * np.eye(motion.free.shape[1])
-    series = [axis.series for axis in system.axes]
-    assert motion.springs == pytest.approx(0.05 + moved(0.0 * steps[0]) / series, rel=1e-12)
-    gradient = np.array([moved(step) - moved(-step) for step in steps]).T / 2e-4
-    assert motion.along == pytest.approx(gradient, abs=1e-7)  # third derivatives times the step's square
-    curvature = [[forces @ (moved(a + b) - moved(a - b) - moved(b - a) + moved(-a - b)) for a in steps] for b in steps]
-    assert motion.geometric(forces) == pytest.approx(np.array(curvature) / 4e-8, abs=1e-3)  # of some hundred; rounding
-    assert motion.damping == pytest.approx(3.0 * gradient.T @ gradient, abs=1e-5)
-
-
-def test_a_body_that_hangs_is_a_pendulum() -> None:
-    height, stiff, weight = 0.4, 1e9, 20.0 * GRAVITY
-    top = mount("top", (0.0, 0.0, height), (stiff, stiff, stiff))
-    system = MountedSystem((RigidBody("bell", 20.0, inertia=INERTIA),), (top,))
-    pose = (np.array([[0.0, 0.0, -weight / stiff]]), UNIT[None])
-    found = [mode.frequency for mode in modes(SmallMotion(system, pose))][:3]
-    swings = [math.sqrt(weight * height / (i + 20.0 * height**2)) / (2.0 * math.pi) for i in (0.25, 0.30)]
-    # Nothing resists the turn about z.
-    assert found == pytest.approx([0.0, *sorted(swings)], rel=1e-6)
-    below = replace(system, mounts=(replace(top, place=(0.0, 0.0, -height)),))
-    with pytest.raises(MountedSystemError, match=r"not stable: a motion of [xyr]+ .*; use stiffer mounts"):
-        modes(SmallMotion(below, pose))
-
-
-def test_two_masses_one_on_the_other() -> None:
-    """Chain of masses 3 and 1 kg on springs of 900 and 400 N/m."""
+    assert [mode.shares.sum() for mode in found] == pytest.approx([1.0] * 6, rel=1e-12)
+    assert [mode.damping for mode in found] == pytest.approx([0.0] * 6, abs=1e-12)
+    # Masses of 3 and 1 kg on springs of 900 and 400 N/m, one on the other.
     bodies = tuple(RigidBody(f"stage {k}", mass, motion=MotionKind.AXIS) for k, mass in enumerate((3.0, 1.0)))
     axes = [(MountAxis(elastic(0.0, k), UP, 0.0, damping=2.0),) for k in (900.0, 400.0)]
-    mounts = (Mount("lower", 0, ORIGIN, axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
-    found = modes(SmallMotion.about_nominal(MountedSystem(bodies, mounts)))
+    chain = (Mount("lower", 0, ORIGIN, axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
+    found = modes(SmallMotion.about_nominal(MountedSystem(bodies, chain)))
     circular = np.sqrt(np.linalg.eigvals(np.array([[1300.0 / 3.0, -400.0 / 3.0], [-400.0, 400.0]])))
     assert [mode.frequency for mode in found] == pytest.approx(np.sort(circular) / (2.0 * np.pi), rel=1e-10)
     assert found[0].words == "stage 1 z 54 %, stage 0 z 46 %"
     assert all(0.0 < mode.damping < 0.2 for mode in found)
+    # A body that hangs, and one that stands on the same place.
+    height, stiff, weight = 0.4, 1e9, 20.0 * GRAVITY
+    top = mount("top", (0.0, 0.0, height), (stiff, stiff, stiff))
+    bell = MountedSystem((RigidBody("bell", 20.0, inertia=INERTIA),), (top,))
+    pose = (np.array([[0.0, 0.0, -weight / stiff]]), UNIT[None])
+    swings = [math.sqrt(weight * height / (i + 20.0 * height**2)) / (2.0 * math.pi) for i in (0.25, 0.30)]
+    frequencies = [mode.frequency for mode in modes(SmallMotion(bell, pose))][:3]
+    assert frequencies == pytest.approx([0.0, *sorted(swings)], rel=1e-6)  # nothing resists the turn about z
+    below = replace(bell, mounts=(replace(top, place=(0.0, 0.0, -height)),))
+    with pytest.raises(MountedSystemError, match=r"not stable: a motion of [xyr]+ .*; use stiffer mounts"):
+        modes(SmallMotion(below, pose))
 
 
 def test_damping_of_one_axis_by_tangent_and_secant() -> None:
@@ -140,39 +89,24 @@ def test_damping_of_one_axis_by_tangent_and_secant() -> None:
     assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
     with pytest.raises(MountedSystemError, match=r"foot must be finite and > 0 \[m\], got -0.001"):
         system.laws.secants(system.laws.nominal, np.array([-1e-3]))
-
-
-@pytest.mark.parametrize("time_constant", [1e-5, 0.01, 10.0])
-def test_a_branch_counts_with_its_stiffness_at_the_mode(time_constant: float) -> None:
-    """Against the poles of m s^2 + k + c*s*tau/(1 + s*tau), whose loss is small."""
-    k, c, mass = 900.0, 30.0, 2.0
-    spring = replace(elastic(0.0, k), branches=(MaxwellBranch(c, time_constant),))
-    (mode,) = modes(SmallMotion.about_nominal(guided(MountAxis(spring, UP, 0.0, parallel=3, series=2), mass)))
-    poles = np.roots([mass * time_constant, mass, 1.5 * (k + c) * time_constant, 1.5 * k])
-    pole = poles[np.argmax(poles.imag)]
-    assert mode.frequency == pytest.approx(abs(pole) / (2.0 * math.pi), rel=3e-4)  # of second order in the loss
-    assert mode.damping == pytest.approx(-pole.real / abs(pole), rel=0.03)
-
-
-def test_a_stop_counts_where_it_is_touched() -> None:
-    system = guided(MountAxis(elastic(0.0, 20000.0), UP, 0.0, stops=Stops(-0.02, 0.01, 5e4)), 1.0)
-    for z, expected in ((0.0, 20000.0), (0.011, 70000.0), (-0.021, 70000.0)):
-        springs = SmallMotion(system, (np.array([[0.0, 0.0, z]]), UNIT[None])).springs
-        assert system.laws.tangents(springs) == pytest.approx([expected], rel=1e-9)
-        # From 0.009 to 0.013 the stop is touched over three quarters, from -0.023 to -0.019 likewise.
-        secant = 20000.0 + (0.0 if z == 0.0 else 5e4 * 0.75)
-        assert system.laws.secants(springs, np.full(1, 0.002)).real == pytest.approx([secant], rel=1e-9)
+    # A stop counts where it is touched: from 0.009 to 0.013 over three quarters, from -0.023 to -0.019 likewise.
+    stopped = guided(MountAxis(elastic(0.0, 20000.0), UP, 0.0, stops=Stops(-0.02, 0.01, 5e4)), 1.0)
+    for z, touched in ((0.0, 0.0), (0.011, 1.0), (-0.021, 1.0)):
+        springs = SmallMotion(stopped, (np.array([[0.0, 0.0, z]]), UNIT[None])).springs
+        assert stopped.laws.tangents(springs) == pytest.approx([20000.0 + 5e4 * touched], rel=1e-9)
+        secants = stopped.laws.secants(springs, np.full(1, 0.002)).real
+        assert secants == pytest.approx([20000.0 + 5e4 * 0.75 * touched], rel=1e-9)
 
 
 # ---- stable steps ---------------------------------------------------------------------------------
 
 
-def uneven(damping: float) -> MountedSystem:
+def uneven(damping: float, *branches: MaxwellBranch) -> MountedSystem:
     """Springs and dampers that do not share their modes."""
-    mounts = []
+    mounts, spring = [], replace(elastic(0.0, 9000.0), branches=branches)
     for k, place in enumerate([(0.15, 0.1, -0.12), (-0.15, 0.1, -0.12), (0.0, -0.1, -0.1), (0.05, 0.0, 0.1)]):
         axes = tuple(
-            MountAxis(elastic(0.0, 9000.0), unit(*n), 0.0, parallel=1 + k + i, damping=damping * (i + (k == 2)))
+            MountAxis(spring, unit(*n), 0.0, parallel=1 + k + i, damping=damping * (i + (k == 2)))
             for i, n in enumerate(UNIT)
         )
         mounts.append(Mount(f"m{k}", 0, place, axes))
@@ -182,15 +116,15 @@ def uneven(damping: float) -> MountedSystem:
 def largest_motion(system: MountedSystem, share: float, count: int = 4000) -> float:
     """Of any spring [m], from micrometres, after so many steps of a share of the stable one."""
     step, kernel = share * SmallMotion.about_nominal(system).stable_step(), system.solver
-    channels, values, velocity = np.empty((0, 8)), np.empty((0, count)), np.array([1e-9, 2e-9, 1e-9])
-    found, _ = kernel.run(
-        channels, values, step, np.zeros(3), kernel.nominal_pose, np.zeros(kernel.axes), velocity
-    )  # fmt: skip
+    nothing, velocity = (np.empty((0, 8)), np.empty((0, count))), np.array([1e-9, 2e-9, 1e-9])
+    found, _ = kernel.run(*nothing, step, np.zeros(3), kernel.nominal_pose, np.zeros(kernel.axes), velocity)
     return float(found.of_axes[:, 1].max())
 
 
 @pytest.mark.parametrize("damping", [0.0, 60.0, 3000.0])
 def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> None:
+    from scipy.spatial.transform import Rotation
+
     system = uneven(damping)
     assert largest_motion(system, 0.995) < 1e-9
     assert largest_motion(system, 1.005) > 1e-4
@@ -198,18 +132,12 @@ def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> N
     bound = SmallMotion.about_nominal(system).stable_step(tilted=True)
     for rotation in Rotation.random(20, random_state=3).as_matrix():
         assert bound <= SmallMotion(system, (np.zeros((1, 3)), rotation[None])).stable_step()
+    # With branches from springs to dampers, stiffer than the springs that they are beside.
+    for time_constant in (1e-7, 1e-4, 1e-3, 3e-3, 0.03, 1.0):
+        assert largest_motion(uneven(damping, MaxwellBranch(1e5, time_constant)), 0.999, 8000) < 1e-9
 
 
-@pytest.mark.parametrize("time_constant", [1e-7, 1e-4, 1e-3, 3e-3, 0.03, 1.0])
-@pytest.mark.parametrize("damping", [0.0, 300.0])
-def test_below_the_limit_branches_do_not_blow_up(damping: float, time_constant: float) -> None:
-    """From springs to dampers, stiffer than the springs that they are beside."""
-    branches = (MaxwellBranch(1e5, time_constant),)
-    system = uneven(damping).with_springs(lambda spring: replace(spring, branches=branches))
-    assert largest_motion(system, 0.999, 20_000) < 1e-9
-
-
-def test_one_axis_by_hand() -> None:
+def test_the_step_of_one_axis_by_hand_and_the_steepest_slope() -> None:
     """h^2*k + 4*h*c = 4*m."""
     spring = SpringParameters((0.0, 900.0), (1.0,), 10.0, 50.0, 2.0, 1.0, 0.0, -0.1, 0.1)
     system = guided(MountAxis(spring, UP, 0.0, 4, 2, 30.0, Stops(-0.05, 0.05, 7e3)), 3.0)
@@ -219,27 +147,23 @@ def test_one_axis_by_hand() -> None:
         assert SmallMotion.about_nominal(system).stable_step(tilted=tilted) == pytest.approx(expected, rel=1e-12)
     across = guided(replace(system.axes[0], direction=(1.0, 0.0, 0.0)), 3.0)
     assert SmallMotion.about_nominal(across).stable_step() == np.inf
-
-
-@pytest.mark.parametrize("name", EXAMPLES)
-def test_the_steepest_slope_is_a_near_bound(name: str) -> None:
-    spring, rng = EXAMPLES[name], np.random.default_rng(5)
-    bound = float(guided(MountAxis(spring, UP, spring.displacement_offset), 1.0).laws.steepest[0])
-    path = rng.uniform(spring.displacement_min, spring.displacement_max, 20_000)
-    solver, way = PathSolver(spring), 1e-12 * (spring.displacement_max - spring.displacement_min)
-    assert solver.stiffness(path).max() <= bound
-    just_turned = [
-        float(solver.stiffness(np.array([x, x - omega * way]), omega)[1])
-        for x in np.linspace(spring.displacement_min + way, spring.displacement_max - way, 401)
-        for omega in (-1.0, 1.0)
-    ]
-    assert 0.9 * bound <= max(just_turned) <= bound
+    for name, one in EXAMPLES.items():
+        bound = float(guided(MountAxis(one, UP, one.displacement_offset), 1.0).laws.steepest[0])
+        path = np.random.default_rng(5).uniform(one.displacement_min, one.displacement_max, 20_000)
+        solver, way = PathSolver(one), 1e-12 * (one.displacement_max - one.displacement_min)
+        assert solver.stiffness(path).max() <= bound, name
+        just_turned = [
+            float(solver.stiffness(np.array([x, x - omega * way]), omega)[1])
+            for x in np.linspace(one.displacement_min + way, one.displacement_max - way, 401)
+            for omega in (-1.0, 1.0)
+        ]
+        assert 0.9 * bound <= max(just_turned) <= bound, name
 
 
 # ---- rest -----------------------------------------------------------------------------------------
 
 
-@settings(max_examples=60, phases=[Phase.generate])
+@settings(max_examples=40, phases=[Phase.generate])
 @given(
     st.integers(0, 2**32), st.floats(-8.0, 1.0), st.integers(-20, 20),
     st.sampled_from([NO_WEIGHT, (0.0, 0.0, -GRAVITY), (3.0, -5.0, -8.0)]), st.sampled_from([0.0, 1e-6, 1e-3]),
@@ -249,6 +173,8 @@ def test_rest_is_found_and_balanced_at_any_scale_of_force(
     seed: int, friction: float, power: int, gravity: Vector, preload: float, share: float
 ) -> None:
     """Of linear springs with dry friction; a power of two as a factor of all forces changes no bit of the pose."""
+    from scipy.spatial.transform import Rotation
+
     random, mounts = np.random.default_rng(seed), []
     for corner in CORNERS:
         stiffness, directions = 10.0 ** random.uniform(3.5, 5.0, 3), Rotation.random(random_state=random).as_matrix()

@@ -1,47 +1,36 @@
-"""Verdicts on candidates under load cases: figures, ranges over what is unknown, cautions, mounts of a catalogue."""
+"""Verdicts on candidates under load cases: what they follow from, ranges of unknowns, and mounts of a catalogue."""
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mounted_examples import CORNERS, UP, box, elastic, hysteretic, one_mass, three_axes, unit
+from mounted_examples import CORNERS, box, unit
 from oracles import OracleSpring
-from strandspring import SpringParameters, isolate_system, simulate, study_system
+from strandspring import SpringParameters, simulate
 from strandspring.errors import MountedSystemError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.loop import steady_loop
-from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import MotionKind, MountAxis, Stops, Tolerance, Vector, scaled
+from strandspring.vibration.bodies.parts import MotionKind, Vector, scaled
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
 from strandspring.vibration.description.named_files import FilesOfFolder, HeldFiles
 from strandspring.vibration.description.system_file import (
     SystemFile,
-    load_system_file,
     read_description,
     system_of_content,
 )
-from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine
-from strandspring.vibration.signals.random_signal import RandomVibration
-from strandspring.vibration.signals.shock_spectra import RequiredSpectrum, shock_spectrum
-from strandspring.vibration.signals.shock_synthesis import synthesized_shock
-from strandspring.vibration.verdicts import answers
-from strandspring.vibration.verdicts.answers import CaseAnswer, answer_candidate, answer_case
+from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
 from strandspring.vibration.verdicts.case_cautions import CautionKind
-from strandspring.vibration.verdicts.drawn_springs import Drawn
 from strandspring.vibration.verdicts.draws import Unknowns, ranges, tolerance_factor
 from strandspring.vibration.verdicts.figures import CaseFigures
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind, Limits, judged
@@ -50,8 +39,6 @@ pytestmark = pytest.mark.long
 
 X: Vector = (1.0, 0.0, 0.0)
 DIAGONAL, DOWN = unit(1.0, 1.0, 0.0), (0.0, 0.0, -1.0)
-FREE = Limits()
-NOISE = RandomVibration(LevelTable(((10.0, 4.0), (100.0, 4.0))), 4.0, 3)
 
 
 def shaken(
@@ -61,23 +48,11 @@ def shaken(
 
 
 def answered(system: MountedSystem, case: LoadCase, *unknowns: Unknowns, with_courses: bool = False) -> CaseAnswer:
-    return answer_case("one", system, case, FREE, *unknowns, with_courses=with_courses)
+    return answer_case("one", system, case, Limits(), *unknowns, with_courses=with_courses)
 
 
 def kinds(answer: CaseAnswer) -> set[CautionKind]:
     return {caution.kind for caution in answer.cautions}
-
-
-def hanging(stiffness: float = 1000.0, nominal: float = 0.0, stops: Stops | None = None) -> MountedSystem:
-    """1 kg on a linear spring, pressed by its weight."""
-    axis = MountAxis(elastic(0.0, stiffness, half=0.05), DOWN, nominal, stops=stops)
-    return replace(one_mass(axis), gravity=(0.0, 0.0, -9.80665))
-
-
-def guided_box() -> MountedSystem:
-    """The box, moving in a plane without turning visibly, so that a shock along x moves the axes along x only."""
-    heavy = ((1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (0.0, 0.0, 1e3))
-    return replace(box(), bodies=(replace(box().bodies[0], inertia=heavy, motion=MotionKind.PLANE),))
 
 
 @pytest.mark.parametrize(
@@ -99,42 +74,12 @@ def test_a_verdict_follows_from_ranges_and_limits(
     assert figure.margin == (None if limit is None else pytest.approx(1.0 - high / limit))
 
 
-def test_strokes_stops_and_ranges_that_are_left() -> None:
-    # It rests 9.8 mm down and swings on both sides of that: the share of the way on the side where more is used.
-    answer = answered(hanging(), shaken(HalfSine(50.0, 0.02), UP))
-    use, run = answer.uses[0], answer.runs[0]
-    assert run.start.displacement[0] == pytest.approx(9.80665e-3, rel=1e-9)
-    down = (run.figures.displacement_high[0] - 9.80665e-3) / (0.05 - 9.80665e-3)
-    up = (9.80665e-3 - run.figures.displacement_low[0]) / (0.05 + 9.80665e-3)
-    assert use.share[0] == pytest.approx(max(down, up), rel=1e-9)
-    answer = answered(hanging(stops=Stops(-np.inf, 0.012, 2e4)), shaken(HalfSine(50.0, 0.02), UP))
-    assert CautionKind.STOPS in kinds(answer)
-    for use in answer.uses:
-        assert use.stop_force[0] == pytest.approx(2e4 * use.stop_deflection[0], rel=1e-12)
-        assert use.stop_deflection[0] == pytest.approx(use.highest[0] - 0.012, rel=1e-12)
-    # Extremes of a spring that hardly moves begin at rest and not at the zero of the record.
-    for run in answered(hanging(nominal=0.02), shaken(HalfSine(1e-6, 0.02), UP, settling=0.1)).runs:
-        ends = run.figures.displacement_low[0], run.figures.displacement_high[0]
-        assert ends == pytest.approx([run.start.displacement[0]] * 2, abs=1e-8)
-    system = one_mass(MountAxis(hysteretic(0.6, 60.0, half=0.01), UP, 0.0), 5.0)
-    for peak, verdict in ((1000.0, CaseVerdict.OUTSIDE), (100.0, CaseVerdict.NO_LIMITS)):
-        answer = answered(system, shaken(HalfSine(peak, 0.01), UP))
-        assert answer.verdict is verdict
-        assert (CautionKind.OUTSIDE in kinds(answer)) == (verdict is CaseVerdict.OUTSIDE)
-        worst = answer.worst(FigureKind.STROKE)
-        assert worst is not None
-        assert (worst.value > 1.0) == (verdict is CaseVerdict.OUTSIDE)
-        assert worst.limit == 1.0
-    heavy = replace(one_mass(MountAxis(hysteretic(0.6, 60.0), DOWN, 0.0), 1000.0), gravity=(0.0, 0.0, -9.80665))
-    assert answer_candidate("heavy", heavy, {}, Unknowns()).refusal
-    answer = answered(heavy, shaken(HalfSine(50.0, 0.02)))
-    assert (answer.verdict, answer.figures) == (CaseVerdict.REFUSED, ())
-    assert "identified range" in answer.refusal or "cannot rest" in answer.refusal
-
-
 def test_ranges_hold_what_omega_at_rest_and_friction_that_acts_together_leave_open() -> None:
     """Fewer than 5 % of draws of omega by axis are outside, of both systems, with 99 % confidence."""
-    system, case = guided_box(), shaken(HalfSine(150.0, 0.011), DIAGONAL)
+    # Moving in a plane without turning visibly, so that a shock along x moves the axes along x only.
+    heavy = ((1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (0.0, 0.0, 1e3))
+    system = replace(box(), bodies=(replace(box().bodies[0], inertia=heavy, motion=MotionKind.PLANE),))
+    case = shaken(HalfSine(150.0, 0.011), DIAGONAL)
     assert CautionKind.COUPLED not in kinds(answered(system, shaken(HalfSine(150.0, 0.011))))
     answer, known = answered(system, case), CaseFigures(system, case)
     assert CautionKind.COUPLED in kinds(answer)
@@ -161,85 +106,6 @@ def test_ranges_hold_what_omega_at_rest_and_friction_that_acts_together_leave_op
         assert (rest(symmetric, share).omega.reshape(len(CORNERS), 3) == share).all(axis=0)[1:].all()
 
 
-def test_spectra_are_of_the_base_and_the_points() -> None:
-    pulse = HalfSine(150.0, 0.011)
-    courses = answered(box(), shaken(pulse), with_courses=True).courses
-    assert courses is not None
-    time, base = courses.histories.time, courses.base_shock[0]
-    exact = shock_spectrum(pulse.at(time), courses.interval, base.frequency, 0.05)
-    # Averages over an interval of 50 us lower the spectrum of a pulse of 11 ms by less than 1e-5.
-    np.testing.assert_allclose(base.maximax, exact.maximax, rtol=1e-4)
-    assert courses.shock[0][0].frequency[-1] == pytest.approx(2000.0)
-    # Far above its content a spectrum is the largest acceleration.
-    found = [[float(spectrum.maximax[-1]) for spectrum in courses.shock[k]] for k in range(2)]
-    np.testing.assert_allclose(found, courses.run.figures.acceleration_components[:2], rtol=0.01)
-    random = answered(box(), shaken(NOISE, UP, 4.0, 0.5, "random"), with_courses=True).courses
-    assert random is not None
-    found = [[one.root_mean_square for one in each] for each in random.power]
-    # Welch's windows weigh the ends of the history less.
-    np.testing.assert_allclose(np.array(found)[:, 2], random.run.figures.rms_acceleration[:, 2], rtol=0.05)
-    # Steps follow the motion of the box, but the spectrum of the base reaches its highest frequency.
-    spectrum = random.base_power[2]
-    top = (spectrum.frequency > 60.0) & (spectrum.frequency < 95.0)
-    assert np.mean(spectrum.density[top]) == pytest.approx(4.0, rel=0.2)
-
-
-def test_draws_of_springs_and_of_realisations() -> None:
-    file = load_system_file(SYSTEMS / "gun_cradle.toml")
-    (name, system), case = file.candidates[0], file.cases[0]
-    drawn = Drawn.from_models(system, file.models)
-    found = Unknowns(drawn, seed=5).run(system, case, 1e-4, 3)
-    assert found.system == drawn.system(system, 5, 3) != system
-    assert np.abs(found.run.start.omega).tolist() == [1.0, 1.0]
-    alone = run_case(found.system, case, rest(found.system, omega=found.run.start.omega), 1e-4)
-    np.testing.assert_array_equal(found.run.figures.acceleration, alone.figures.acceleration)
-    known, unknown = (
-        answer_case(name, system, case, file.limits, Unknowns(springs, rest_omega=0.0))
-        for springs in (Drawn({}, ()), drawn)
-    )
-    assert (known.draws, unknown.draws) == (0, 64)
-    for figure, wider in zip(known.figures, unknown.figures, strict=True):
-        assert figure.low <= figure.value <= figure.high
-        assert wider.high - wider.low >= figure.high - figure.low
-    assert unknown.figures[0].high > known.figures[0].high
-    bare = Drawn.from_models(box(), {"": ModelFile("bare", box().axes[0].spring)})
-    assert (bare.spreads, bare.system(box(), 0, 0)) == ({}, box())
-    assert len([sentence for sentence in bare.missing if "taken as known" in sentence]) == 3
-    answer = answered(box(), shaken(NOISE, UP, 4.0, 0.5, "random"), Unknowns(rest_omega=0.0))
-    peaks = np.array([run.figures.acceleration[0] for run in answer.runs[1:]])
-    assert answer.draws == len(set(peaks.tolist())) == 16
-    assert answer.figures[0].value == pytest.approx(peaks[np.arange(16) % 3 != 1].mean(), rel=1e-12)  # uncoupled
-    # A seed draws realisations of its own, of random vibration and of shocks by their spectrum.
-    shock = synthesized_shock(RequiredSpectrum(LevelTable(((20.0, 100.0), (200.0, 400.0)))), 0.3)
-    mass = one_mass(MountAxis(elastic(0.0, 1.0e4), X, 0.0))
-    for random in (shaken(NOISE, kind="random"), shaken(shock, kind="srs")):
-        sets = [
-            {float(run.figures.acceleration[0]) for run in answered(mass, random, unknowns).runs[1:]}
-            for unknowns in (Unknowns(draws=16, seed=seed, rest_omega=0.0) for seed in (0, 0, 1))
-        ]
-        assert sets[0] == sets[1]
-        assert not sets[0] & sets[2]
-        assert len(sets[0]) >= 8
-
-
-def test_what_a_description_leaves_out_is_told() -> None:
-    shared = tuple(replace(axis, model="one.json") for axis in three_axes())
-    few = replace(box(), mounts=(replace(box().mounts[0], axes=three_axes()[:1]),))
-    for system, sentence in (
-        (box(shared), "one.json stands for perpendicular axes"), (box(shared), "resistance to rotation"),
-        (few, "fewer than three axes"),
-    ):  # fmt: skip
-        assert sentence in " ".join(answer_candidate("box", system, {}, Unknowns()).cautions)
-    content = copy.deepcopy(read_description(SYSTEMS / "electronics_box.toml"))
-    content["case"][0] |= {"peak": "0.02 g"}
-    content["body"][0]["mass"] = "45 g"
-    content["case"][1]["direction"] = "+z"
-    file = system_of_content(content, FilesOfFolder(SYSTEMS))
-    lines = " ".join(" ".join(simulate(file, ["shock +z", "drop"], "standard", draws=16).text_lines()).split())
-    for sentence in ("0.045 kg with box weigh", "The peak is 0.02 g", "standard, drop: The fall goes against gravity"):
-        assert sentence in lines
-
-
 # ---- limits that no case tests --------------------------------------------------------------------
 
 ROUND = {"name": "round", "direction": "-x", "force": {"pulse": "half-sine", "peak": "15 kN", "duration": "4 ms"}}
@@ -247,11 +113,6 @@ SINE = {"name": "sine", "direction": "x", "sine": {"frequency": 8, "amplitude": 
 WIDE: dict[str, Any] = {
     "three_sigma": "1000 g", "rms_acceleration": "1000 g", "srs": {"levels": [[5, "1000 g"], [50, "1000 g"]]}
 }  # fmt: skip
-
-
-def cradle(*cases: Mapping[str, Any], **changes: Any) -> SystemFile:
-    content = read_description(SYSTEMS / "gun_cradle.toml") | {"case": [*cases], "units": {"length": "mm"}} | changes
-    return system_of_content(content, FilesOfFolder(SYSTEMS))
 
 
 @pytest.mark.parametrize(
@@ -263,48 +124,26 @@ def cradle(*cases: Mapping[str, Any], **changes: Any) -> SystemFile:
         (SINE, {"three_sigma", "rms_acceleration"}, "pass", "pass"),
         (ROUND, set(), "no limits", "no limits"),
         (ROUND | {"force": {"pulse": "half-sine", "peak": "30 kN", "duration": "4 ms"}}, set(), "outside", "outside"),
+        (None, set(), "", ""),
     ],
 )
-def test_only_limits_that_a_case_tests_are_kept(
-    tmp_path: Path, case: dict[str, Any], limits: set[str], of_case: str, overall: str
-) -> None:
-    file = cradle(case, limits={name: WIDE[name] for name in limits})
+def test_only_limits_that_a_case_tests_are_kept(case: Any, limits: set[str], of_case: str, overall: str) -> None:
+    content = read_description(SYSTEMS / "gun_cradle.toml") | {
+        "case": [case] if case else [],
+        "units": {"length": "mm"},
+    }
+    file = system_of_content(content | {"limits": {name: WIDE[name] for name in limits}}, FilesOfFolder(SYSTEMS))
+    if case is None:
+        with pytest.raises(MountedSystemError, match=r"^case: there is none, .* no verdict; add a \[\[case\]\]\.$"):
+            simulate(file)
+        return
     found = simulate(file, candidates="five springs", draws=16, workers=1)
     assert found.verdicts().to_numpy().tolist() == [[of_case, overall]]
     json, frame, text = found.as_json(), found.to_frame(), found.summary()
-    assert json["candidates"][0]["verdict"] == overall
-    assert set(json["tested"]) == limits
     left = {kind for kind, names in json["tested"].items() if not names}
+    assert (json["candidates"][0]["verdict"], set(json["tested"])) == (overall, limits)
     assert len(frame[frame["verdict"] == "not tested"]) == len(left)
-    assert all(names in ((), (case["name"],)) for names in json["tested"].values())
-    found.report(tmp_path / "report.html")
-    page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert ("Within all limits in all load cases" in page) == (overall == "pass")
-    assert ("is not tested" in text) == ("is not tested" in page) == ("not tested: " in text) == bool(left)
-
-
-def test_a_file_without_a_load_case_and_draws_that_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    none = r"case: there is none, and without one no verdict; add a \[\[case\]\]\.$"
-    with pytest.raises(MountedSystemError, match=f"^{none}"):
-        simulate(cradle())
-    path, text = tmp_path / "gun.toml", (SYSTEMS / "gun_cradle.toml").read_text(encoding="utf-8")
-    (tmp_path / "recoil_spring.json").write_bytes((SYSTEMS / "recoil_spring.json").read_bytes())
-    path.write_text(text.partition("[[case]]")[0], encoding="utf-8")
-    with pytest.raises(MountedSystemError, match=rf"gun.toml, {none}"):
-        simulate(path)
-    assert isolate_system(path, directions=["x"], points=4).candidates
-    with pytest.raises(MountedSystemError, match="`cases` and `candidates` must name one or more"):
-        simulate(cradle(ROUND), cases=[])
-    path.write_text(text.replace("[limits]", '[limits]\nthree_sigma = "9 g"'), encoding="utf-8")
-    mass = {"body.1.mass": "100%"}
-    found = study_system(path, mass, cases="one round", candidates="five springs", draws=16)
-    assert found.quantiles()["verdict"].tolist() == ["not tested"]
-    assert "The limit of 3 sigma acceleration is not tested" in found.summary()
-    # Found with 20 t on mounts for 20 kg, where it hangs on the last digits of the springs.
-    refused = SimpleNamespace(refused=12, count=16, reason="drop: the energy balance is off")
-    monkeypatch.setattr(answers, "drawn_case", lambda *_: refused)
-    with pytest.raises(MountedSystemError, match=r"^12 of 16 draws are refused, most often: drop: "):
-        simulate(SYSTEMS / "electronics_box.toml", cases="drop", candidates="standard", draws=16)
+    assert ("is not tested" in text) == ("not tested: " in text) == bool(left)
 
 
 # ---- mounts of a catalogue ------------------------------------------------------------------------
@@ -313,33 +152,24 @@ LINEAR = {"stiffness": "45 N/mm", "loss_factor": 0.3, "amplitude": "5 mm", "stro
 POINTS = [["2 mm", "90 N"], ["5 mm", "200 N"], ["10 mm", "310 N"], ["15 mm", "500 N"], ["20 mm", "1000 N"]]
 CURVE = {"curve": POINTS, "symmetric": True, "loss_factor": 0.3, "amplitude": "5 mm", "stroke": "20 mm"}
 ONE_SIDED = {"curve": POINTS, "amplitude": "4 mm", "about": "9 mm", "stroke": ["0 mm", "20 mm"]}
+UNDAMPED, BARE = ({key: value for key, value in one.items() if key != "loss_factor"} for one in (LINEAR, CURVE))
 
 
-def without(table: Mapping[str, Any], *keys: str) -> dict[str, Any]:
-    return {key: value for key, value in table.items() if key not in keys}
-
-
-UNDAMPED, BARE_CURVE = without(LINEAR, "loss_factor"), without(CURVE, "loss_factor")
-
-
-def content(catalogue: Any, peak: str = "2 g", **of_axis: Any) -> dict[str, Any]:
+def described(catalogue: Any, peak: str = "2 g", **of_axis: Any) -> SystemFile:
     """8 kg on one mount along z, which they compress by their weight."""
     shock = {"name": "shock", "pulse": "half-sine", "peak": peak, "duration": "11 ms", "direction": "+z"}
-    return {
+    content = {
         "format": "strandspring-system", "format_version": 1, "name": "mass",
         "body": [{"name": "mass", "mass": "8 kg", "motion": {"axis": "z"}}],
         "mount_type": {"rope": {"axes": [{"direction": "-z", "catalogue": catalogue, **of_axis}]}},
         "mount": [{"name": "foot", "type": "rope", "place": ["0 m", "0 m", "0 m"]}],
         "case": [shock | {"simulate": "0.2 s"}],
     }  # fmt: skip
-
-
-def described(table: Mapping[str, Any]) -> SystemFile:
-    return system_of_content(table, HeldFiles({}, {}))
+    return system_of_content(content, HeldFiles({}, {}))
 
 
 def spring_of(catalogue: Mapping[str, Any]) -> SpringParameters:
-    return described(content(catalogue)).candidates[0][1].axes[0].spring
+    return described(catalogue).candidates[0][1].axes[0].spring
 
 
 @pytest.mark.parametrize(
@@ -352,7 +182,7 @@ def spring_of(catalogue: Mapping[str, Any]) -> SpringParameters:
         ({**UNDAMPED, "loop_width": "20 %"}, 45e3, None, 0.2 * 45e3 * 0.010),
         ({**LINEAR, "about": "3 mm", "stroke": ["-2 mm", "0.5 in"]}, 45e3, 0.3, None),
         (CURVE, None, 0.3, None),
-        ({**BARE_CURVE, "loop_width": "0.06 kN"}, None, None, 60.0),
+        ({**BARE, "loop_width": "0.06 kN"}, None, None, 60.0),
         ({**CURVE, "vibration_stiffness": "200 N/mm"}, None, 0.3, None),
         ({**ONE_SIDED, "damping_ratio": 0.1}, None, 0.2, None),
     ],
@@ -365,86 +195,36 @@ def test_the_loop_at_the_stated_amplitude_is_the_stated_one(
     about, amplitude = (1e-3 * float(catalogue.get(key, "0 mm").split()[0]) for key in ("about", "amplitude"))
     stroke = about - amplitude * np.cos(np.linspace(0.0, np.pi, 2001))
     loops = np.concatenate([np.tile(np.append(stroke[:-1], stroke[:0:-1]), 5), stroke[:1]])
-    parameters = {name: value for name, value in spring.as_dict().items() if value is not None}
-    force = OracleSpring(parameters).force(loops, 0.0)[-4001:]
-    path = loops[-4001:]
+    force = OracleSpring(spring.as_dict()).force(loops, 0.0)[-4001:]
     measured = (force[2000] - force[0]) / (2.0 * amplitude)
-    work = np.trapezoid(force, path)
+    work = np.trapezoid(force, loops[-4001:])
     found = measured, work / (math.pi * measured * amplitude**2), force[1000] - force[3000]
     for value, stated in zip(found, (secant, loss, width), strict=True):
         if stated is not None:
             assert value == pytest.approx(stated, rel=1e-5)  # of 2000 samples in a stroke
-
-
-def test_a_static_curve_small_vibration_and_scaled_springs() -> None:
-    for catalogue in (CURVE, {**ONE_SIDED, "loop_width": "30 N"}):
-        solver, spring = PathSolver(spring_of(catalogue)), spring_of(catalogue)
-        stated = [(1e-3 * float(x.split()[0]), float(force.split()[0])) for x, force in [("0 mm", "0 N"), *POINTS]]
-        stated += [(-x, -force) for x, force in stated if catalogue is CURVE]
-        deflections, forces = np.array(sorted(set(stated))).T
-        middle, _, _ = solver.force_with_partials(deflections, np.zeros_like(deflections))
-        np.testing.assert_allclose(middle, forces, rtol=1e-12, atol=1e-10)
-        places = np.linspace(deflections[0], deflections[-1], 4001)
-        assert (np.diff(solver.force_with_partials(places, np.zeros_like(places))[0]) > 0.0).all()
-        assert (spring.displacement_min, spring.displacement_max) == (deflections[0], 0.02)
-        # A tolerance of stiffness and friction scales the forces.
-        scaled_one, places = PathSolver(scaled(spring, 1.1, 0.7)), places[::500]
-        for omega in (0.0, 1.0):
-            elastic_force, force = (
-                solver.force_with_partials(places, np.full(places.size, w))[0] for w in (0.0, omega)
-            )
-            found = scaled_one.force_with_partials(places, np.full(places.size, omega))[0]
-            expected = 1.1 * elastic_force + 0.7 * (force - elastic_force)
-            np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-9)
-    for catalogue, stiffness in ((LINEAR, 80.0), (LINEAR, 300.0), (CURVE, 200.0)):
-        spring = spring_of({**catalogue, "vibration_stiffness": f"{stiffness} N/mm"})
+    if "vibration_stiffness" in catalogue:
         figures = steady_loop(PathSolver(spring), -1e-8, 1e-8).figures
-        assert figures.secant_stiffness == pytest.approx(1e3 * stiffness, rel=1e-4)  # of a loop of +-0.01 um
-    # Friction builds up over a fifth of the amplitude unless stated.
-    spring = spring_of(LINEAR)
-    assert (spring.n, spring.sigma, spring.kA) == (1.0, 0.5, (1.0,))
-    assert spring.rho == pytest.approx(1.0 / (0.2 * 0.005), rel=1e-12)
+        stated = 1e3 * float(catalogue["vibration_stiffness"].split()[0])
+        assert figures.secant_stiffness == pytest.approx(stated, rel=1e-4)  # of a loop of +-0.01 um
+    if catalogue is LINEAR:  # friction builds up over a fifth of the amplitude unless stated
+        assert (spring.n, spring.sigma, spring.kA) == (1.0, 0.5, (1.0,))
+        assert spring.rho == pytest.approx(1.0 / (0.2 * 0.005), rel=1e-12)
 
 
-def test_what_no_catalogue_states_is_said() -> None:
-    source = {**LINEAR, "source": "WR8, page 3"}
-    for rated, is_over in (("78 N", True), ("79 N", False)):
-        text = "\n".join(simulate(described(content(source, rated_load=rated))).candidates[0].cautions)
-        assert "No loops stand behind catalogue values of WR8, page 3: away from" in text
-        assert "-z is stated at +-5 mm" in text
-        assert ("foot under 78.45 N of 78 N" in text) == ("rated" in text) == is_over  # 8 kg of 9.80665 N
-    table = content(LINEAR)
-    table["mount_type"]["rope"]["tolerance"] = {"stiffness": "15 %", "friction": 0.2, "batch": True}
-    ((_, system),) = described(table).candidates
-    mount = system.mounts[0]
-    assert (mount.axes[0].model, mount.tolerance) == ("catalogue values of rope, -z", Tolerance(0.15, 0.2, True))
-    assert described(content(LINEAR)).candidates[0][1].mounts[0].tolerance is None
-    for wrong in ({"stiffness": 15}, {"friction": "100 %"}, {"stiffness": "-1 %"}, {"stiffness": "15 N"}):
-        table["mount_type"]["rope"]["tolerance"] = wrong
-        with pytest.raises(MountedSystemError, match=r"^mount_type\.rope\.tolerance\.\w+: must be a share >= 0"):
-            described(table)
-    # A swing far from the stated amplitude is a caution.
-    for peak in ("1 g", "8 g"):
-        (answer,) = simulate(described(content(LINEAR, peak))).answers
-        low, high = answer.runs[0].figures.displacement_low[0], answer.runs[0].figures.displacement_high[0]
-        is_far = abs(math.log(0.5 * (high - low) / 0.005)) > math.log(2.0)
-        texts = [sentence.text for sentence in answer.cautions if sentence.kind.value == "catalogue"]
-        assert is_far == (peak == "1 g") == any("foot by +-" in text for text in texts) == bool(texts)
-    (answer,) = simulate(described(content({**LINEAR, "stroke": "6 mm"}, "30 g"))).answers
-    assert answer.verdict is CaseVerdict.OUTSIDE
-    files = HeldFiles({"rope.json": ModelFile("rope", spring_of(LINEAR))}, {})
-    for of_axis in ({}, {"model": "rope.json", "catalogue": LINEAR}):
-        rope = {"axes": [{"direction": "-z", **of_axis}]}
-        with pytest.raises(MountedSystemError, match=r"axes\[1\]: must have either `model`, .* or `catalogue`"):
-            system_of_content(content(LINEAR) | {"mount_type": {"rope": rope}}, files)
-    with pytest.raises(MountedSystemError, match="rated_load: must be a force with its unit"):
-        described(content(LINEAR, rated_load=300))
-
-
-def test_the_example_of_catalogue_mounts() -> None:
-    found = simulate(SYSTEMS / "avionics_tray.toml", cases=["engine"], draws=16, courses=False)
-    assert [answer.verdict.value for answer in found.answers] == ["pass", "pass"]
-    for candidate in found.candidates:
-        assert sum("No loops stand behind" in sentence for sentence in candidate.cautions) == 1
-    steady = isolate_system(SYSTEMS / "avionics_tray.toml", directions=["z"], points=4)
-    assert steady.summary().count("No loops stand behind") == 2
+@pytest.mark.parametrize("catalogue", [CURVE, {**ONE_SIDED, "loop_width": "30 N"}])
+def test_a_static_curve_is_met_and_a_tolerance_scales_forces(catalogue: dict[str, Any]) -> None:
+    spring = spring_of(catalogue)
+    solver, scaled_one = PathSolver(spring), PathSolver(scaled(spring, 1.1, 0.7))
+    stated = [(1e-3 * float(x.split()[0]), float(force.split()[0])) for x, force in [("0 mm", "0 N"), *POINTS]]
+    stated += [(-x, -force) for x, force in stated if catalogue is CURVE]
+    deflections, forces = np.array(sorted(set(stated))).T
+    middle, _, _ = solver.force_with_partials(deflections, np.zeros_like(deflections))
+    np.testing.assert_allclose(middle, forces, rtol=1e-12, atol=1e-10)
+    places = np.linspace(deflections[0], deflections[-1], 4001)
+    assert (np.diff(solver.force_with_partials(places, np.zeros_like(places))[0]) > 0.0).all()
+    assert (spring.displacement_min, spring.displacement_max) == (deflections[0], 0.02)
+    for omega in (0.0, 1.0):
+        elastic_force, force = (solver.force_with_partials(places, np.full(places.size, w))[0] for w in (0.0, omega))
+        found = scaled_one.force_with_partials(places, np.full(places.size, omega))[0]
+        expected = 1.1 * elastic_force + 0.7 * (force - elastic_force)
+        np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-9)

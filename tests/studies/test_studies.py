@@ -1,0 +1,404 @@
+"""Parameter studies: what is drawn and varied, what a run gives, the same bytes wherever and however often they run,
+and nothing lost when that breaks.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import re
+import resource
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from journal_content import execute, rows_in, written
+from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.runners import Local, Runner
+from strandspring.campaigns.studies.definition import Study
+from strandspring.campaigns.studies.execution import run_study
+from strandspring.campaigns.studies.journal import journal_path
+from strandspring.campaigns.studies.runs import DONE
+from strandspring.campaigns.studies.system_planning import planned_study
+from strandspring.campaigns.studies.system_study import SystemStudy, system_row
+from strandspring.examples.system_models import SYSTEMS
+from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance
+from strandspring.model.modelfile import ModelFile, save_model
+from strandspring.vibration.description.named_files import FilesOfFolder
+from strandspring.vibration.description.system_file import read_description
+from strandspring.vibration.one_mass.response import frequency_response
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.vibration.verdicts.answers import answer_case
+from strandspring.vibration.verdicts.drawn_springs import Drawn
+from strandspring.vibration.verdicts.draws import Unknowns
+from studies import CHEAP, COMMAND, CORRELATION, ERRORS, SPREAD, SPRING, UNCERTAINTY, Counter, uncertainty_of_hysteresis
+from terminal import Terminal
+
+if TYPE_CHECKING:
+    from distributed import LocalCluster
+
+pytestmark = pytest.mark.long
+
+DRAWN = tuple(HYSTERETIC_UNITS)
+CONTENT = read_description(SYSTEMS / "electronics_box.toml")
+CONTENT["units"] |= {"mass": "kg", "damping": "N s/m"}
+MASSES = {"body.box.mass": "15 kg:25 kg:3"}
+
+
+def system_study(vary: dict[str, Any] = MASSES, **options: Any) -> SystemStudy:
+    given = {"draws": 16, "seed": 0, "cases": "drop", "step": 5e-4, **options}
+    return planned_study(CONTENT, FilesOfFolder(SYSTEMS), vary, **given)
+
+
+@pytest.fixture
+def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
+    monkeypatch.chdir(tmp_path)
+    save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
+    save_model("bare.json", ModelFile("bare", SPRING))
+    (tmp_path / "box.toml").write_text("[[body]]\n")
+    return Terminal(capsys)
+
+
+# ---- what is drawn and varied ---------------------------------------------------------------------
+
+
+def test_draws_scatter_as_the_uncertainty_says_and_stay_possible() -> None:
+    number = 4000
+    drawn = [SPREAD.draw(SPRING, 0, k) for k in range(number)]
+    logs = np.log([[getattr(one, name) for name in DRAWN] for one in drawn])
+    relative = np.array([ERRORS[name] / getattr(SPRING, name) for name in DRAWN])
+    correlation = np.eye(4)
+    for pair, value in CORRELATION.items():
+        i, j = (DRAWN.index(name) for name in pair.split(","))
+        correlation[i, j] = correlation[j, i] = value
+    covariance = np.outer(relative, relative) * correlation
+    # Five standard errors of a mean and of a covariance of normal numbers: one in 1e6 by chance, and the seed is fixed.
+    middle = np.log([getattr(SPRING, name) for name in DRAWN])
+    assert np.all(np.abs(logs.mean(axis=0) - middle) < 5.0 * relative / np.sqrt(number))
+    error = np.sqrt((np.outer(relative, relative) ** 2 + covariance**2) / number)
+    assert np.all(np.abs(np.cov(logs.T) - covariance) < 5.0 * error)
+    # A draw is the same whatever was drawn before, and only of the hysteresis.
+    assert SPREAD.draw(SPRING, 0, 77) == drawn[77] != SPREAD.draw(SPRING, 1, 77)
+    assert replace(drawn[0], **{name: getattr(SPRING, name) for name in DRAWN}) == SPRING
+    errors = {name: 5.0 * getattr(SPRING, name) for name in DRAWN}
+    wide = JointCovariance.to_draw_from(SPRING, uncertainty_of_hysteresis(SPRING, errors, {}))
+    ends = [wide.draw(SPRING, 0, k) for k in range(300)]  # a spring that is not possible raises
+    assert {0.5, 1000.0} <= {one.sigma for one in ends}
+    assert {0.01, 100.0} <= {one.n for one in ends}
+
+
+@pytest.mark.parametrize(
+    ("path", "given", "value_of", "expected"),
+    [
+        ("body.box.center.3", "-10 mm,10 mm", lambda s, _: s.bodies[0].center[2], [-0.01, 0.01]),
+        ("body.box.point.connector.place.1", "50%,100%", lambda s, _: s.points[1].place[0], [-0.09, -0.18]),
+        ("mount.corner.places.*.1", "50%:150%:2", lambda s, _: s.mounts[0].place[0], [0.075, 0.225]),
+        ("mount_type.*.axes.*.damping", [0.0, 40.0], lambda s, _: max(axis.damping for axis in s.axes), [0.0, 40.0]),
+        ("mount_type.corner.axes.1.stops.high", "30 mm,31 mm", lambda s, _: s.axes[0].stops.high, [0.03, 0.031]),
+        ("case.transport.random.seed", "3,4", lambda _, file: file.cases[-1].channels[0].signal.seed, [3, 4]),
+        ("run.rest_omega", "-1:1:3", lambda _, file: file.options.rest_omega, [-1.0, 0.0, 1.0]),
+    ],
+)
+def test_paths_lead_to_their_values(
+    path: str, given: Any, value_of: Callable[[Any, Any], float], expected: list[float]
+) -> None:
+    planned = system_study({path: given})
+    files = [planned.described(point) for point in range(planned.grid_size)]
+    assert [value_of(file.candidates[0][1], file) for file in files] == pytest.approx(expected, rel=1e-12)
+    both = system_study({"mount.corner.type": "corner,soft_corner", "mount.corner.places": "3,4"})
+    system = both.described(2).candidates[0][1]
+    assert (len(system.mounts), system.axes[0].model) == (3, "corner_soft_compression.json")
+
+
+# ---- what a run gives, and what is said of them all -----------------------------------------------
+
+
+def test_a_run_tells_what_isolate_and_simulate_do() -> None:
+    study = Study(
+        SPRING, Excitation.BASE_ACCELERATION, (4.0, 5.0), (0.5,), (0.9, 1.2), draws=2, seed=1, spread=SPREAD,
+        load=30.0, parallel=2, series=3, damping=8.0, points=12,
+    )  # fmt: skip
+    (row,) = study.rows([7])
+    drawn = SPREAD.draw(SPRING, 1, 1)
+    assert (row.run, row.draw, row.mass, row.level, row.stiffness_factor) == (7, 1, 5.0, 0.5, 1.2)
+    assert [getattr(row, name) for name in DRAWN] == [getattr(drawn, name) for name in DRAWN]
+    stiff = replace(drawn, kE=tuple(1.2 * c for c in SPRING.kE), kappa_omega=1.2 * drawn.kappa_omega)
+    system = IsolatedMass(stiff, 5.0, 30.0, 2, 3, 8.0)
+    rest = static_equilibrium(system)
+    band = np.geomspace(0.23 * rest.frequency, 5.0 * rest.frequency, 12)
+    resonance = frequency_response(system, Excitation.BASE_ACCELERATION, 0.5, band).resonance
+    assert (row.static_equilibrium, row.sag, row.outcome) == (rest.displacement, rest.sag, DONE)
+    assert {name: getattr(row, name) for name in asdict(resonance)} == asdict(resonance)
+    (heavy,) = replace(CHEAP, masses=(400.0,)).rows([0])
+    assert heavy.outcome.startswith("The static load of 3922.66 N on each spring must lie within")
+    planned = system_study(cases=None)
+    run = ((2 * 1 + 0) * 2 + 1) * 6 + 3  # third mass, second candidate, fourth case
+    assert planned.place(run) == (2, 0, 1, 3)
+    file = planned.described(2)
+    name, one = file.candidates[1]
+    assert one.bodies[0].mass == 25.0
+    unknowns = Unknowns(Drawn.from_models(one, file.models), 16, 0, None)
+    answer = answer_case(name, one, file.cases[3], file.limits, unknowns, 5e-4)
+    (found,) = planned.rows([run])
+    assert found == system_row(run, answer)
+    none, _, _, _, outside, _ = system_study({"body.box.mass": "0%,100%,10000%"}).rows(range(6))
+    assert (none.verdict, none.outcome) == ("refused", "body[1].mass: must be a mass > 0, got '0.0 kg'.")
+    assert outside.verdict == "outside"
+
+
+# ---- where they are done, and how they go on ------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The results of CHEAP, one run after the other."""
+    path = tmp_path_factory.mktemp("serial") / "results.csv"
+    run_study(CHEAP, path, Local(1))
+    return path.read_bytes()
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    return tmp_path / "results.csv"
+
+
+@pytest.fixture
+def half_done(results: Path) -> Path:
+    """Where the results of CHEAP belong, of which some runs are finished."""
+
+    def stop() -> None:
+        raise IsolationError("Enough.")
+
+    with pytest.raises(IsolationError, match=r"Enough; 20 of 60 runs are kept"):
+        run_study(CHEAP, results, Local(1), Counter(20, stop))
+    return results
+
+
+def goes_on(results: Path, kept: int | None, expected: bytes) -> list[str]:
+    """The study is finished from so many runs, with the same bytes, and leaves nothing beside its results."""
+    counter, notes = Counter(), list[str]()
+    run_study(CHEAP, results, Local(1), counter, notes.append)
+    assert counter.first is not None
+    assert (counter.first >= 20) if kept is None else (counter.first == kept)
+    assert counter.last == len(CHEAP)
+    assert results.read_bytes() == expected
+    assert [path.name for path in results.parent.iterdir() if path.name.startswith("results")] == [results.name]
+    return notes
+
+
+@contextmanager
+def local_cluster(**options: Any) -> Iterator[LocalCluster]:
+    from distributed import LocalCluster
+
+    with LocalCluster(threads_per_worker=1, dashboard_address=":0", **options) as cluster:
+        yield cluster
+
+
+def test_processes_and_a_cluster_that_loses_a_worker_give_the_same_bytes(expected: bytes, tmp_path: Path) -> None:
+    with local_cluster(n_workers=2, processes=True) as cluster:
+        victim = cluster.workers[0].process.pid
+        runners: list[tuple[Runner, Counter]] = [
+            (Local(2), Counter()),
+            (Cluster(cluster.scheduler_address), Counter(20, lambda: os.kill(victim, signal.SIGKILL))),
+        ]
+        for k, (runner, counter) in enumerate(runners):
+            results = tmp_path / f"new {k}" / "results.csv"
+            run_study(CHEAP, results, runner, counter)
+            assert (counter.first, counter.last) == (0, len(CHEAP))
+            assert results.read_bytes() == expected
+            assert list(results.parent.iterdir()) == [results]
+        drawn, found = system_study({"body.box.mass": "15 kg:25 kg:2"}, candidates="standard"), []
+        for runner in (Local(1), Cluster(cluster.scheduler_address)):
+            run_study(drawn, tmp_path / "system.csv", runner)
+            found.append((tmp_path / "system.csv").read_bytes())
+        assert found[0] == found[1]
+
+
+@pytest.mark.parametrize("lost", ["worker process", pytest.param("cluster", marks=pytest.mark.slow)])
+def test_what_is_lost_costs_no_finished_run(lost: str, expected: bytes, results: Path) -> None:
+    if lost == "cluster":
+        with local_cluster(n_workers=1, processes=False) as cluster:
+            runner = Cluster(cluster.scheduler_address)
+            with pytest.raises(IsolationError, match=r"was lost; .*; \d+ of 60 runs are kept in .*part.sqlite"):
+                run_study(CHEAP, results, runner, Counter(20, cluster.close))
+    else:
+        others = multiprocessing.active_children()
+
+        def kill_one() -> None:
+            next(child for child in multiprocessing.active_children() if child not in others).kill()
+
+        with pytest.raises(IsolationError, match=r"A worker process died, .*; \d+ of 60 runs are kept"):
+            run_study(CHEAP, results, Local(2), Counter(20, kill_one))
+        assert multiprocessing.active_children() == others
+    goes_on(results, None, expected)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) -> None:
+    import psutil
+
+    # So many runs that the signal comes before the last one.
+    draws, results = 400, Path("results.csv")
+    journal, runs = journal_path(results), 3 * draws
+    run_study(replace(CHEAP, draws=draws), Path("serial.csv"), Local(1))
+    command = [*COMMAND, "--draws", str(draws), "-o", str(results)]
+    program = subprocess.Popen(
+        [sys.executable, "-m", "strandspring", *command, "--workers", "2"], stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while written(journal) < 100_000:
+        assert program.poll() is None, program.communicate()
+        workers = psutil.Process(program.pid).children(recursive=True)
+        time.sleep(0.01)
+    program.send_signal(end)
+    said, complained = program.communicate(timeout=60)
+    assert (said, results.exists(), "Traceback" in complained) == ("", False, False)
+    assert len(workers) >= 2
+    assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
+    kept = rows_in(journal)
+    assert kept >= 10
+    if end is not signal.SIGKILL:
+        assert program.returncode == 128 + end
+        assert f"{kept} of {runs} runs are kept in results.csv.part.sqlite; the same command continues" in complained
+    terminal(*command, "--workers", "1")
+    assert f"{kept} of {runs} runs were finished before." in terminal.err
+    assert results.read_bytes() == Path("serial.csv").read_bytes()
+    assert not list(Path().glob("*.part*"))
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"seed": 8}, r"\(seed 7 instead of 8\); finish that one with its own options, or remove the file"),
+        ({"draws": 19, "load": 20.0}, r"\(draws 20 instead of 19, load null instead of 20.0\)"),
+        ({"excitation": Excitation.FORCE}, '"base displacement" instead of "force"'),
+        ({"spring": replace(SPRING, rho=1.01 * SPRING.rho)}, r"\(another model\)"),
+    ],
+)
+def test_the_journal_of_another_study_is_refused(half_done: Path, change: dict[str, Any], told: str) -> None:
+    before = journal_path(half_done).read_bytes()
+    with pytest.raises(IsolationError, match=told):
+        run_study(replace(CHEAP, **change), half_done, Local(1))
+    assert journal_path(half_done).read_bytes() == before
+
+
+SQL = "UPDATE row SET content = "
+
+
+@pytest.mark.parametrize(
+    ("change", "dropped"),
+    [
+        (f"{SQL}CAST(replace(CAST(content AS TEXT), '0.0001', '0.0002') AS BLOB) WHERE key < 2", 2),
+        ("UPDATE row SET checksum = NULL, content = NULL WHERE key = 3", 1),
+        (f"{SQL}zeroblob(67108865) WHERE key = 3", 1),
+        ("UPDATE row SET key = 60 WHERE key = 3", 1),
+    ],
+)
+def test_damaged_rows_are_dropped_and_reported(half_done: Path, expected: bytes, change: str, dropped: int) -> None:
+    execute(journal_path(half_done), change)
+    (said, *_) = goes_on(half_done, 20 - dropped, expected)
+    assert re.search(rf"{dropped} damaged rows? w(as|ere) dropped; their runs are executed again", said)
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        (lambda content: content[:-4096], "is damaged: .*; remove it to start again"),
+        (lambda content: content[:8192] + bytes(4096) + content[12288:], "is damaged"),
+        (lambda content: content.replace(b"CREATE TABLE", b"CREATE \xbdABLE"), "is damaged"),
+        (lambda _: b"my notes", "is not the journal of a study"),
+        (lambda _: b"[" * 100_000, "is not the journal of a study"),
+        *((statement, "is not the journal of a study; move it away") for statement in (
+            "CREATE TRIGGER t AFTER INSERT ON row BEGIN DELETE FROM row; END",
+            "CREATE VIEW v AS SELECT randomblob(1000000000)", "CREATE INDEX i ON row (length(content))",
+            "ALTER TABLE row ADD COLUMN more AS (abs(key))", "DROP TABLE row", "DELETE FROM job",
+            "UPDATE job SET manifest = zeroblob(67108865)", "PRAGMA application_id = 7", "PRAGMA user_version = 7",
+        )),
+    ],
+)  # fmt: skip
+def test_a_damaged_or_foreign_file_is_refused_and_left_as_it_is(half_done: Path, damage: Any, told: str) -> None:
+    journal = journal_path(half_done)
+    if isinstance(damage, str):
+        execute(journal, damage)
+    else:
+        journal.write_bytes(damage(journal.read_bytes()))
+    changed = journal.read_bytes()
+    with pytest.raises(IsolationError, match=told):
+        run_study(CHEAP, half_done, Local(1))
+    assert journal.read_bytes() == changed
+    assert [path for path in half_done.parent.iterdir() if path.name.startswith("results")] == [journal]
+
+
+def test_a_rollback_journal_that_names_another_file_is_not_followed(half_done: Path, tmp_path: Path) -> None:
+    # SQLite takes the name for that of a super-journal, which it removes after a rollback.
+    journal, precious = journal_path(half_done), tmp_path / "precious"
+    precious.write_text("mine")
+    name = os.fsencode(precious)
+    header = bytes.fromhex("d9d505f920a163d7") + struct.pack(">5I", 0, 0, 1, 512, 4096)
+    end = struct.pack(">I", 262145) + name + struct.pack(">II", len(name), sum(name)) + header[:8]
+    Path(f"{journal}-journal").write_bytes(header.ljust(512, b"\0") + end)
+    with pytest.raises(IsolationError, match=r"part.sqlite-journal was not written by strandspring; move it away"):
+        run_study(CHEAP, half_done, Local(1))
+    assert precious.read_text() == "mine"
+
+
+def test_one_journal_is_used_by_one_program_at_a_time_and_may_be_a_link(
+    results: Path, half_done: Path, expected: bytes, tmp_path: Path
+) -> None:
+    elsewhere = tmp_path / "elsewhere"
+    journal_path(half_done).rename(elsewhere)
+    journal_path(half_done).symlink_to(elsewhere)
+
+    def begin_again() -> None:
+        with pytest.raises(IsolationError, match="is in use by another run of the same command; wait until"):
+            run_study(CHEAP, results, Local(1))
+
+    run_study(CHEAP, results, Local(1), Counter(40, begin_again))
+    assert results.read_bytes() == expected
+    assert not elsewhere.exists()
+
+
+@pytest.mark.parametrize("kind", [os.mkfifo, Path.mkdir, lambda path: path.symlink_to("/dev/zero")])
+@pytest.mark.parametrize("suffix", ["", "-wal", "-journal"])
+def test_a_journal_must_be_a_regular_file(suffix: str, kind: Callable[[Path], object], results: Path) -> None:
+    kind(Path(f"{journal_path(results)}{suffix}"))
+    with pytest.raises(IsolationError, match="is a folder or a device; move it away, or write elsewhere"):
+        run_study(CHEAP, results, Local(1))
+
+
+@pytest.mark.parametrize("limit", [100, 6000, 30000, 60000])
+def test_a_full_disk_costs_nothing_that_is_finished(limit: int, expected: bytes, results: Path) -> None:
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+    try:
+        with pytest.raises(IsolationError, match=r"cannot be written: (disk I/O error|File too large); "):
+            run_study(CHEAP, results, Local(1))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    kept = rows_in(journal_path(results))
+    assert kept > 0 or limit < 30000
+    goes_on(results, kept, expected)
+
+
+def test_results_that_cannot_be_written_are_refused_before_the_runs(results: Path, tmp_path: Path) -> None:
+    results.symlink_to(results)
+    (tmp_path / "file").touch()
+    for path, told in (
+        (results, "cannot be written: it is a link that leads to itself"),
+        (tmp_path, "it is a folder or a device; give the path of a file"),
+        (tmp_path / "file" / "results.csv", "cannot be written"),
+    ):
+        with pytest.raises(IsolationError, match=told):
+            run_study(CHEAP, path, Local(1), Counter(0, lambda: pytest.fail("runs have begun")))
+    assert len(list(tmp_path.iterdir())) == 2
