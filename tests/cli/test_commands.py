@@ -1,0 +1,278 @@
+"""What commands do beyond their outputs: options, cautions, states, and that nothing comes in place half done."""
+
+from __future__ import annotations
+
+import ast
+import html
+import json
+import re
+from pathlib import Path
+
+import click
+import grimp
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import strandspring
+from strandspring import Finding, Outcome, Spring, bundled_record, identify
+from strandspring.api.common.text import in_few_words, parameter_lines, with_error
+from strandspring.api.common.text_table import table_lines
+from strandspring.cli.main import COMMANDS
+from strandspring.cli.main import strandspring as strandspring_command
+from strandspring.cli.shared.output import reporting_kept, with_flags
+from strandspring.identification.method import Stage, begin, heard_by
+from strandspring.model.modelfile import load_model
+from strandspring.model.outcomes import by_harm
+from synthetic import sine, spring_of
+from terminal import Terminal
+
+PACKAGE = Path(strandspring.__file__).parent
+# The page of a record prints the options of the command line that choose what its reader marks; a script has its own.
+WITH_FLAGS = {PACKAGE / "report" / "record_page.py", PACKAGE / "examples" / "paper.py"}
+WORDS = 25  # of a caution
+
+
+def test_the_interval_of_a_prediction_holds_95_percent(terminal: Terminal) -> None:
+    x = sine(4, 2000)
+    force = Spring(spring_of(1.0, 1.0)).response(x) + np.random.default_rng(0).standard_normal(x.size)
+    pd.DataFrame({"x [mm]": 1e3 * x, "F [N]": force}).to_csv("noisy.csv", index=False)
+    terminal("identify", "noisy.csv", "--degrees", "3,2", "-o", "n.json")
+    terminal("predict", "n.json", "noisy.csv", "-o", "p.csv")
+    table = pd.read_csv("p.csv")
+    assert np.mean(table["force [N]"].between(table["lower [N]"], table["upper [N]"])) == pytest.approx(0.95, abs=0.02)
+    terminal("predict", "mount.json", "noisy.csv", "-o", "p.csv")
+    assert "mount.json holds no prediction interval, so p.csv has no columns lower and upper" in terminal.err
+
+
+def test_what_is_clipped_is_in_no_figure(terminal: Terminal) -> None:
+    x = sine()
+    noisy = Spring(spring_of(1.0, 1.0)).response(x) + 0.05 * np.random.default_rng(0).standard_normal(x.size)
+    told = []
+    for name, force in (("whole", noisy), ("clipped", noisy.clip(*np.quantile(noisy, [0.1, 0.9])))):
+        pd.DataFrame({"x [mm]": 1e3 * x, "F [N]": force}).to_csv(f"{name}.csv", index=False)
+        told.append(json.loads(terminal("identify", f"{name}.csv", "-o", "k", "--json"))["records"][0])
+    whole, clipped = told
+    assert clipped["rmse"] == pytest.approx(whole["rmse"], rel=0.1)  # of a thousand samples
+    assert clipped["samples"] < whole["samples"]
+    assert clipped["predicted_energy"] == pytest.approx(clipped["energy"], rel=0.02)
+    terminal("predict", "mount.json", "clipped.csv")
+    assert "are at the end of the force sensor's range" in terminal.err
+
+
+def test_what_is_known_of_the_rig_is_taken_out(terminal: Terminal) -> None:
+    time = np.linspace(0.0, 3.0, 601)
+    x = 0.02 * np.sin(2.0 * np.pi * time)
+    force = Spring(spring_of(1.0, 1.0)).response(0.05 + x) - 0.5 * (2.0 * np.pi) ** 2 * x
+    pd.DataFrame({"t [s]": time, "x [mm]": 50.0 + 1e3 * x, "F [N]": force}).to_csv("rig.csv", index=False)
+    text = terminal("identify", "rig.csv", "-o", "a.json", "--time", "1")
+    assert "Note: 1 kg between load cell and spring would change the stiffness by" in " ".join(text.split())
+    given = ("--moving-mass", "0.5", "--fixture-stiffness", "1e6", "--delay", "0", "--state", "last")
+    text = terminal("identify", "rig.csv", "-o", "2nd mount-b.json", "--time", "1", *given, "--verbose")
+    assert "removed as the rig's: moving mass 0.5 kg; fixture stiffness 1e+06 N/mm; delay 0 ms" in text
+    effects = {"moving_mass": 0.5, "fixture_stiffness": 1e9, "delay": 0.0}
+    model = load_model("2nd mount-b.json")
+    assert model.name == "spring_2nd_mount_b"
+    assert model.fit["effects"] == effects
+    assert model.provenance["options"].items() >= {**effects, "state": "last"}.items()
+    assert model.parameters.kE[1] == pytest.approx(3000.0, rel=0.02)
+
+
+def test_a_spring_worse_than_a_line_is_saved_only_where_that_is_asked_for(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # No record is known of which a fit is worse than a line.
+    worse = Finding(Outcome.WORSE_THAN_LINE)
+    monkeypatch.setattr("strandspring.identification.identify._of_saved", lambda *_: iter([worse]))
+    for command in ("identify new.csv -o m.json", "build new.csv --models kept", "identify-many new.csv -o many"):
+        terminal(*command.split(), status=1)
+        assert "--save-anyway" in terminal.printed or command.startswith("identify-many")
+    assert not Path("m.json").exists()
+    assert not Path("kept").exists()
+    told = json.loads(terminal("identify", "new.csv", "-o", "m.json", "--save-anyway", "--json"))
+    assert "worse_than_line" in {outcome["name"] for outcome in told["outcomes"]}
+    assert load_model("m.json").fit["outcomes"] == told["outcomes"]
+
+
+def test_the_same_command_gives_the_same_bytes(terminal: Terminal) -> None:
+    for folder in "ab":
+        terminal(
+            "identify", "new.csv", "--degrees", "3,2", "-o", f"{folder}/mount.json", "--report", f"{folder}/mount.html"
+        )
+        terminal("isolate", "mount.json", "--mass", "5", "--points", "4", "--plot", f"{folder}/out.svg")
+        terminal("synthesize", "spring", "mount.json", "--noise", "0.03", "--seed", "5", "-o", f"{folder}/n.csv")
+    for path in Path("a").iterdir():
+        assert path.read_bytes() == (Path("b") / path.name).read_bytes()
+
+
+def test_a_programme_moves_within_what_the_rig_can(terminal: Terminal) -> None:
+    terminal("plan", "spring.json", "--velocity", "30", "--duration", "40", "-o", "program", "--plot", "plan.png")
+    time, displacement = np.loadtxt("program.csv", delimiter=",", skiprows=1).T
+    assert time[-1] <= 40.0
+    assert np.abs(np.diff(displacement) / np.diff(time)).max() <= 30.0 * (1.0 + 1e-6)
+    assert displacement.max() == pytest.approx(70.0, abs=1e-6)
+    assert Path("plan.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_identification_tells_its_stages() -> None:
+    heard: list[Stage] = []
+    with heard_by(heard.append):
+        identify(bundled_record(), reverse="displacement")
+        assert heard == [*Stage]
+        inner: list[Stage] = []
+        with heard_by(inner.append):
+            begin(Stage.SEARCHING)
+    begin(Stage.REFINING)  # nobody listens any longer
+    assert (len(heard), inner) == (len(Stage), [Stage.SEARCHING])
+
+
+@pytest.mark.usefixtures("terminal")
+@pytest.mark.parametrize(
+    ("finished", "is_there", "expected"),
+    [
+        (3, True, "3 of 8 runs are kept in runs.sqlite; the same command continues from there."),
+        (0, True, "Finished runs are kept in runs.sqlite; the same command continues from there."),
+        (8, False, ""),
+    ],
+)
+def test_what_is_kept_is_said_whenever_it_is_there(
+    finished: int, is_there: bool, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run() -> None:
+        with reporting_kept("runs", Path("runs.sqlite")) as progress:
+            if finished:
+                progress("Running", finished, 8)
+            if is_there:
+                Path("runs.sqlite").touch()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    assert capsys.readouterr().err.replace("\n  ", " ").strip() == expected
+
+
+# Cautions and advice
+
+
+def test_the_most_harmful_cautions_come_first_each_once(terminal: Terminal) -> None:
+    terminal("identify", "few.csv", "-o", "few.json", "--report", "few.html")
+    outcomes = json.loads(Path("few.json").read_text(encoding="utf-8"))["fit"]["outcomes"]
+    assert len(outcomes) > 3
+    names = [outcome["name"].upper() for outcome in outcomes]
+    assert names == [outcome.name for outcome in Outcome if outcome.name in names]
+    assert names == [found.kind.name for found in by_harm(Finding(Outcome[name]) for name in names[::-1])]
+    cautions = terminal.err.split("Caution: ")[1:]
+    assert f"and {len(outcomes) - 3} more: see the report" in cautions[2]
+    for text, name in zip(cautions, names, strict=False):
+        assert text.startswith(with_flags(Outcome[name].value))
+    page = html.unescape(Path("few.html").read_text(encoding="utf-8"))
+    assert [name for name in names if " ".join(Outcome[name].value.split()[:6]) not in page] == []
+
+
+@given(
+    st.sampled_from(Outcome),
+    st.lists(st.sampled_from(["a.csv: by 3 N;", "word", "1,", "n ended at its bound"]), max_size=30),
+)
+def test_a_detail_is_shown_where_there_is_room(outcome: Outcome, detail: list[str]) -> None:
+    text = in_few_words(f"{outcome.value} ({' '.join(detail)})")
+    assert text == outcome.value or len(text.split()) <= WORDS
+
+
+def test_a_caution_has_at_most_25_words() -> None:
+    cautions = list(Outcome)[list(Outcome).index(Outcome.WORSE_THAN_LINE) :]
+    assert [outcome.name for outcome in cautions if len(with_flags(outcome.value).split()) > WORDS] == []
+
+
+def texts(path: Path) -> list[str]:
+    """All texts of a file but its docstrings."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    plain = [node.value for node in ast.walk(tree) if isinstance(node, ast.Expr)]
+    constants = [node for node in ast.walk(tree) if isinstance(node, ast.Constant) and node not in plain]
+    return [node.value for node in constants if isinstance(node.value, str)]
+
+
+def test_advice_names_options_of_the_commands_that_print_it() -> None:
+    """Python's names outside the command line; as flags, those of a command whose imports reach the text."""
+    context = click.Context(strandspring_command)
+    commands = {name: strandspring_command.get_command(context, name) for name in COMMANDS}
+    options = {
+        name: {
+            flag: parameter
+            for one in (command, *getattr(command, "commands", {}).values())
+            for parameter in one.params
+            for flag in parameter.opts
+        }
+        for name, command in commands.items()
+        if command is not None
+    }
+    every = set().union(*options.values())
+    graph = grimp.build_graph("strandspring", cache_dir=None)
+    modules = {name: f"strandspring.cli.commands.{name.replace('-', '_')}" for name in options}
+    reached = {name: {module, *graph.find_upstream_modules(module)} for name, module in modules.items()}
+    wrong = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        place = ".".join(("strandspring", *path.relative_to(PACKAGE).with_suffix("").parts))
+        printing = {name for name, ways in reached.items() if place in ways}
+        for text in texts(path):
+            if "cli" not in path.relative_to(PACKAGE).parts and path not in WITH_FLAGS:
+                wrong += [(place, flag) for flag in re.findall(r"(?<![\w-])--[a-z][a-z-]*", text) if flag in every]
+            for flag, value in re.findall(r"(?<![\w-])(--[a-z][a-z-]*)(?: (\d+))?", with_flags(text)):
+                having = {name for name in printing if flag in options[name]}
+                if flag in every and printing and not having:
+                    wrong.append((place, flag))
+                for name in having if value else ():
+                    options[name][flag].type_cast_value(context, value)
+    assert wrong == []
+    assert not [outcome.name for outcome in Outcome if "`" in with_flags(outcome.value)]
+
+
+# Words and tables
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (1152.71, 107.0, "1150 +- 110"),
+        (-0.0358, 0.0999, "-0.04 +- 0.10"),
+        (18476.5, 219.0, "18480 +- 220"),
+        (2.0, 1e-9, "2 +- 1e-09"),
+        (2.0, 1.7976931348623157e308, "2 +- 1.8e+308"),
+        (2.0, 0.0, "2"),
+        (2.0, None, "2"),
+    ],
+)
+def test_a_value_is_rounded_by_its_error(value: float, error: float | None, text: str) -> None:
+    assert with_error(value, error) == text
+
+
+@pytest.mark.parametrize(
+    ("error", "ends", "text"),
+    [
+        (0.2, [0.7, 1.5], "1.00 +- 0.20"),
+        (0.2, [0.7, None], "1 > 0.7 (95 %)"),
+        (0.2, [0.5, 1.5], "1 < 1.5 (95 %)"),
+        (None, [0.5, None], "1, not bounded by these records"),
+        (None, [None, None], "1, not bounded by these records"),
+    ],
+)
+def test_a_parameter_shows_the_side_on_which_it_is_bounded(
+    error: float | None, ends: list[float | None], text: str
+) -> None:
+    """The least sigma of all springs, 0.5, is no finding."""
+    lines = parameter_lines(spring_of(1.0, 1.0), {"sigma": error, "interval_95": {"sigma": ends}})
+    assert " ".join(next(line for line in lines if line.split()[0] == "sigma").split()) == f"sigma {text}"
+
+
+def test_narrow_tables_lose_nothing() -> None:
+    rng = np.random.default_rng(0)
+    headings = [*(f"heading {k} mm" for k in range(12)), "source"]
+    sources = ("model", "a/long/path/to/the/record.csv (3 cycles)", "弹簧.csv")
+    rows = [[*(f"{value:.4g}" for value in rng.standard_normal(12)), source] for source in sources]
+    assert max(map(len, table_lines(headings, rows, ["source"], 300))) > 180
+    for width in (30, 60, 80, 120):
+        lines = table_lines(headings, rows, ["source"], width)
+        assert max(map(len, lines)) <= width
+        words = " ".join(lines).split()
+        assert all(cell in words for row in rows for cell in row[:-1])

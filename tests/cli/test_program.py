@@ -1,0 +1,244 @@
+"""The command line as a process: shells, terminals, signals, full disks, completion."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from strandspring import bundled_record
+from strandspring.cli.main import COMMANDS
+from terminal import Terminal
+from tools import program as found
+
+pytestmark = pytest.mark.long
+
+PROGRAM = [sys.executable, "-W", "error", "-m", "strandspring"]
+SHORT = """
+import errno, os, sys, time
+from pathlib import Path
+import click
+from strandspring.cli import main as program
+from strandspring.ground.files import replacing
+
+@click.command()
+@click.option("--json", is_flag=True)
+def short(json):
+    {body}
+
+program.LazyGroup.get_command = lambda *_: short
+program.main(["short", "--json"])
+"""
+WAITING = """
+    with replacing(Path("out.json")) as part:
+        part.write_text("{")
+        print("working", file=sys.stderr, flush=True)
+        for _ in range(6000):  # not one long sleep: a signal just before it began would be handled only after it
+            time.sleep(0.01)
+"""
+
+
+def ran(*arguments: str | bytes, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The program run to its end, which says nothing but one sentence where it fails."""
+    kept = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "encoding": "utf-8", **options}
+    done = subprocess.run([*PROGRAM, *arguments], check=False, **kept)
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def on_terminal(command: list[str], **environment: str) -> str:
+    """What a program writes to a terminal of 80 columns."""
+    main, side = pty.openpty()
+    settings = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "80", **environment}
+    with subprocess.Popen(command, stdout=side, stderr=side, stdin=side, env=settings) as process:
+        os.close(side)
+        content = b""
+        while True:
+            try:
+                part = os.read(main, 65536)
+            except OSError:  # Linux says so when nobody writes any more
+                break
+            content += part
+            if not part:
+                break
+    os.close(main)
+    assert process.returncode == 0, content
+    return content.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+)
+def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
+    command = [sys.executable, "-c", SHORT.format(body=WAITING)]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == "working\n"
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert err.strip() == f"strandspring: {word}; no output file is half written."
+    assert json.loads(out)["error"] == {"type": "Interrupt", "message": f"{word}; no output file is half written."}
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "No space left on device; check the path"),
+        ("OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')", "a\ufffd[2Jb: Input/output error; "),
+        ("OSError()", "OSError; check the path"),
+        ("MemoryError()", "There is not enough memory for this; "),
+    ],
+)
+def test_whatever_the_system_refuses_is_a_sentence(fault: str, sentence: str) -> None:
+    command = [sys.executable, "-c", SHORT.format(body=f"raise {fault}")]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"strandspring: {sentence}")
+    assert done.stderr.count("\n") == 1
+    error = json.loads(done.stdout)["error"]
+    assert error["type"] == fault.partition("(")[0]
+    assert error["message"].startswith(sentence)
+
+
+@pytest.mark.usefixtures("terminal")
+def test_standard_output_that_cannot_be_written_is_one_sentence() -> None:
+    for command in ("info mount.json", "info mount.json --json", "--help"):
+        with Path("/dev/full").open("w") as full:
+            done = ran(*command.split(), stdout=full)
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1] == (
+            "strandspring: Standard output cannot be written: No space left on device; send it elsewhere."
+        )
+    closed = f"{shlex.join(PROGRAM)} info mount.json --save copy.json --json >&-"
+    done = subprocess.run(["sh", "-c", closed], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "strandspring: Standard output is closed; send it to a file or to /dev/null.\n"
+    assert not Path("copy.json").exists()
+    with subprocess.Popen([*PROGRAM, "info", "mount.json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as early:
+        assert early.stdout is not None
+        assert early.stderr is not None
+        early.stdout.close()  # a reader that leaves is no error to tell
+        assert early.stderr.read() == b""
+
+
+def test_odd_names_and_modules_beside_records(terminal: Terminal) -> None:
+    for argument in ("x" * 100_000, "a\nb", "\udcff.json", "/" * 5000):
+        terminal("info", argument, status=1)
+        terminal("isolate", "mount.json", "--mass", argument, status=2)
+    for name in ("numpy", "attrs", "click"):
+        Path(f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
+    done = ran("info", "mount.json", "--save", b"\xff.json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "Model file: \\udcff.json" in done.stdout
+
+
+@pytest.mark.usefixtures("terminal")
+def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe() -> None:
+    command = ["info", "rubber_hinge.json", "rubber_stretch.csv", "--reverse", "displacement", "--verbose"]
+    lines = on_terminal([*PROGRAM, *command]).partition("as in the FMU.\n")[2].splitlines()
+    assert max(map(len, lines)) <= 80
+    assert sum("rubber_stretch.csv" in line for line in lines) == 2  # one table below the other
+    piped = ran(*command).stdout
+    table = piped.partition("as in the FMU.\n")[2].splitlines()
+    assert table[1].endswith("rubber_stretch.csv (2 cycles, 0.0152 Hz)")
+    numbers = {word for line in table for word in line.split() if word.replace(".", "").lstrip("+-").isdigit()}
+    assert len(numbers) > 8
+    assert numbers <= set(" ".join(lines).split())
+    assert "\x1b" not in piped
+
+
+def test_bars_move_on_a_terminal_only(tmp_path: Path) -> None:
+    bars = """
+import time
+from strandspring.cli.shared.output import progress
+for _ in progress(range(4), "Reading records"):
+    time.sleep(0.3)
+"""
+    shown = on_terminal([sys.executable, "-c", bars])
+    for part in ("Reading records", "0/4", "1/4", "3/4", "0:00:01"):
+        assert part in shown, shown
+    spinner = {character for character in shown if "⠀" <= character <= "⣿"}
+    assert len(spinner) > 3  # it moves while one part takes long
+    assert "\x1b[3" in shown
+    assert "\x1b[3" not in on_terminal([sys.executable, "-c", bars], NO_COLOR="1")
+    piped = subprocess.run([sys.executable, "-c", bars], capture_output=True, check=True)
+    assert piped.stdout + piped.stderr == b""
+    record = ["identify", str(bundled_record()), "--reverse", "displacement", "-o", str(tmp_path / "spring.json")]
+    shown = on_terminal([*PROGRAM, *record])
+    assert re.search(r"Identifying: [a-z ]+ \([1-5] of 5\)", shown), shown
+
+
+def test_what_commands_load(inputs: Path, tmp_path: Path) -> None:
+    """The help nothing large, and an identification of a small record no table, plot or page."""
+    for call, libraries in (
+        ("['--help']", "numpy rich scipy pandas pydantic matplotlib fmpy"),
+        (
+            f"['identify', '{inputs}/few.csv', '-o', 'm.json', '--degrees', '1,0']",
+            "pandas rich matplotlib jinja2 fmpy dask pint",
+        ),
+    ):
+        code = f"import sys\nfrom strandspring.cli.main import main\ntry: main({call})\nexcept SystemExit: pass\n"
+        code += f"print(*({set(libraries.split())} & set(sys.modules)), file=sys.stderr)"
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
+        assert done.stderr.splitlines()[-1] == ""
+    assert (tmp_path / "m.json").exists()
+
+
+def offered(source: str, line: str) -> list[str]:
+    """What bash offers for the last word of a line; `compopt -o default` are the names of files."""
+    script = f"""
+        {source}
+        COMP_WORDS=({line.removesuffix(" ")}{' ""' if line.endswith(" ") else ""})
+        COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
+        compopt() {{ echo "compopt $@"; }}  # works only for the Tab key
+        $(complete -p strandspring | sed 's/.*-F \\([^ ]*\\).*/\\1/') strandspring
+        printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    bash = found("bash", package="bash")
+    done = subprocess.run([bash, "-c", script], capture_output=True, text=True, timeout=60, check=True)
+    assert done.stderr == ""
+    return done.stdout.split()
+
+
+def test_bash_completes_commands_options_choices_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "strandspring").write_text(f'#!/bin/sh\nexec {shlex.join(PROGRAM)} "$@"\n', encoding="utf-8")
+    (tmp_path / "strandspring").chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
+    source = ran(env={**os.environ, "_STRANDSPRING_COMPLETE": "bash_source"}).stdout
+    for line, expected in (
+        ("strandspring i", ["identify", "identify-many", "info", "isolate"]),
+        ("strandspring synthesize ", ["ni", "spring"]),
+        ("strandspring identify --re", ["--reverse", "--report", "--report-mass"]),
+        ("strandspring identify --method ", ["refined", "two-stage", "paper", "ni"]),
+        ("strandspring identify loop.csv -o r", ["compopt", "-o", "default"]),
+    ):
+        assert offered(source, line) == expected
+
+
+@pytest.mark.parametrize("name", ["bash", "zsh", "fish"])
+def test_every_shell_has_its_script(name: str) -> None:
+    assert "_STRANDSPRING_COMPLETE" in ran(env={**os.environ, "_STRANDSPRING_COMPLETE": f"{name}_source"}).stdout
+    words = {"COMP_WORDS": "strandspring ide", "COMP_CWORD": "1" if name != "fish" else "ide"}
+    assert "identify" in ran(env={**os.environ, **words, "_STRANDSPRING_COMPLETE": f"{name}_complete"}).stdout
+
+
+def test_help_fits_80_columns_and_has_an_example(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    for command in ([], *([name] for name in COMMANDS), ["synthesize", "spring"], ["synthesize", "ni"]):
+        text = terminal(*command, "--help")
+        assert [line for line in text.splitlines() if len(line) > 80] == []
+        assert command == ["synthesize"] or "strandspring " in text.split("Example", 1)[1]
+    text = terminal("--help")
+    assert all(f"  {name}" in text for name in COMMANDS)
