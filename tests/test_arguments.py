@@ -20,8 +20,13 @@ SPRING = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0
 ROPE = Spring(EXAMPLES["wire_rope"])
 CRADLE = SYSTEMS / "gun_cradle.toml"
 X, F = 0.01 * np.sin(np.arange(40.0)), np.arange(40.0)
-NAMES = {name: getattr(strandspring, name) for name in strandspring.__all__}
-NAMES |= {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE, "X": X, "F": F, "nan": float("nan")}
+
+
+@pytest.fixture(scope="module")
+def names() -> dict[str, Any]:
+    """What the rows of arguments.txt may name."""
+    names = {name: getattr(strandspring, name) for name in strandspring.__all__}
+    return names | {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE, "X": X, "F": F, "nan": float("nan")}
 
 
 def test_numbers_of_any_kind_are_taken_and_nothing_else() -> None:
@@ -51,7 +56,7 @@ def test_numbers_of_any_kind_are_taken_and_nothing_else() -> None:
 
 def test_methods_of_a_spring_are_the_functions_of_these_names() -> None:
     for name in ("predict", "info", "synthesize", "compare", "isolate", "study", "build_fmu", "export"):
-        assert getattr(Spring, name) is NAMES[name]
+        assert getattr(Spring, name) is getattr(strandspring, name)
         assert getattr(SPRING, name).__self__ is SPRING
     kinds = {parameter.kind for parameter in signature(SPRING.isolate).parameters.values()}
     assert Parameter.VAR_KEYWORD not in kinds
@@ -64,10 +69,12 @@ def calls() -> list[Any]:
 
 
 @pytest.mark.parametrize(("call", "sentence"), calls())
-def test_wrong_arguments_are_named(call: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_arguments_are_named(
+    call: str, sentence: str, names: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     with pytest.raises((TypeError, ValueError)) as caught:
-        eval(call, NAMES)  # noqa: S307
+        eval(call, names)  # noqa: S307
     assert sentence in str(caught.value)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

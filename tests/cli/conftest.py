@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from springs import MOUNT, TABLE
-from strandspring import Spring, build_fmu, bundled_record, synthesize
-from strandspring.examples.rigid_platform import STIFF
+from strandspring import Spring, bundled_record, synthesize
 from strandspring.examples.system_models import SYSTEMS
 from synthetic import record_of, sine, spring_of
 from terminal import Terminal
@@ -27,6 +26,9 @@ def _rows(path: Path, header: str, *columns: np.ndarray) -> None:
 @pytest.fixture(scope="session")
 def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Model files, of which new.json and worn.json are kept as identified, a description, and records."""
+    from strandspring import build_fmu
+    from strandspring.examples.rigid_platform import STIFF
+
     folder = tmp_path_factory.mktemp("inputs")
     for name, parameters in {"mount": MOUNT, "stiff": STIFF, "table": TABLE, "spring": TRUE}.items():
         Spring(parameters, name, f"a {name}").save(folder / f"{name}.json")

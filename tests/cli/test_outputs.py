@@ -1,6 +1,7 @@
-"""Every command, in words, with all details and as JSON: what it prints and writes, beside what was kept.
+"""Every command, in words (t), with all details (v) and as JSON (j): what it prints and writes, beside what was kept.
 
 After a change that is meant to move them: STRANDSPRING_KEEP=1 python -m pytest -n 0 tests/cli/test_outputs.py
+For another command, its line with null is added to outputs.json before.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from strandspring import __version__
@@ -30,16 +32,15 @@ NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 ITEMS = 5  # of a long list or table that are kept
 # What differs from machine to machine or release to release.
 ELSEWHERE = {"sha256", "size", "seconds", "elapsed"}
-OF_MACHINE = re.compile(r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N")
+OF_MACHINE = re.compile(r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N|All \d+ files")
 # Of what is fitted on another processor; the rest is computed in closed form or to 1e-9 and better.
 FITTED, COMPUTED = 2e-3, 1e-6
 
 
-def cases() -> list[Any]:
-    """Command and how it is run, in the order of the file."""
-    lines = (HERE / "commands.txt").read_text(encoding="utf-8").splitlines()
-    rows = [line.partition(" ") for line in lines if line and not line.startswith("#")]
-    return [pytest.param(command, mode, id=f"{command} {mode}") for modes, _, command in rows for mode in modes]
+def kept() -> dict[str, Any]:
+    """What was kept, by the command and, behind it, how it is run."""
+    outputs: dict[str, Any] = json.loads(KEPT.read_text(encoding="utf-8"))
+    return outputs
 
 
 @pytest.fixture(scope="module")
@@ -47,16 +48,9 @@ def folder(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copytree(inputs, tmp_path_factory.mktemp("outputs"), dirs_exist_ok=True))
 
 
-@pytest.fixture(scope="module")
-def kept() -> dict[str, Any]:
-    return json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
-
-
-@pytest.mark.parametrize(("command", "mode"), cases())
-def test_outputs(
-    command: str, mode: str, folder: Path, kept: dict[str, Any], monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:  # fmt: skip
+@pytest.mark.parametrize("name", kept())
+def test_outputs(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    command, _, mode = name.rpartition(" ")
     monkeypatch.chdir(folder)
     before = _files()
     terminal = Terminal(capsys)
@@ -70,17 +64,12 @@ def test_outputs(
         "files": {path: _content(Path(path)) for path in sorted(written)},
     }
     outputs = json.loads(json.dumps(outputs).replace(__version__, "VERSION"))
-    name = f"{command} {mode}"
     if "STRANDSPRING_KEEP" in os.environ:
-        kept[name] = outputs
-        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in kept.items())
+        every = {**kept(), name: outputs}
+        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in every.items())
         KEPT.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
     is_fitted = command.startswith("identify") or ".csv" in command.partition(" -o")[0]
-    assert list(_differences(kept[name], outputs, FITTED if is_fitted else COMPUTED)) == []
-
-
-def test_every_output_is_of_a_command(kept: dict[str, Any]) -> None:
-    assert list(kept) == [case.id for case in cases()]
+    assert list(_differences(kept()[name], outputs, FITTED if is_fitted else COMPUTED)) == []
 
 
 def _files() -> dict[str, tuple[int, int]]:
@@ -97,8 +86,16 @@ def _content(path: Path) -> Any:
             return _thinned([" ; ".join(row) for row in csv.reader(file)])
     if path.suffix == ".html":
         page = re.sub(r"(?s)<(style|script).*?</\1>", "", path.read_text(encoding="utf-8"))
-        return _words(html.unescape(re.sub(r"<[^>]*>", " ", page)))
+        curves = re.findall(r'<path class="(?:line|dots) [^>]*? d="([^"]*)"', page)
+        return [_words(html.unescape(re.sub(r"<[^>]*>", " ", page))), [_middle(curve) for curve in curves]]
     return path.suffix
+
+
+def _middle(curve: str) -> list[float]:
+    """The mean of the points of a curve of SVG, in a drawing of some thousand units."""
+    points = [np.cumsum(np.reshape(re.findall(r"-?\d+", line.replace("h0", "")), (-1, 2)).astype(float), axis=0)
+              for line in re.split("^m|M", curve)[1:]]  # fmt: skip
+    return np.round(np.mean(np.concatenate(points), axis=0), 1).tolist()
 
 
 def _words(text: str) -> str:

@@ -18,7 +18,6 @@ import pytest
 from strandspring import bundled_record
 from strandspring.cli.main import COMMANDS
 from terminal import Terminal
-from tools import program as found
 
 pytestmark = pytest.mark.long
 
@@ -144,40 +143,15 @@ def test_odd_names_and_modules_beside_records(terminal: Terminal) -> None:
     assert "Model file: \\udcff.json" in done.stdout
 
 
-@pytest.mark.usefixtures("terminal")
-def test_tables_fit_the_terminal_and_keep_their_lines_in_a_pipe() -> None:
-    command = ["info", "rubber_hinge.json", "rubber_stretch.csv", "--reverse", "displacement", "--verbose"]
-    lines = on_terminal([*PROGRAM, *command]).partition("as in the FMU.\n")[2].splitlines()
-    assert max(map(len, lines)) <= 80
-    assert sum("rubber_stretch.csv" in line for line in lines) == 2  # one table below the other
-    piped = ran(*command).stdout
-    table = piped.partition("as in the FMU.\n")[2].splitlines()
-    assert table[1].endswith("rubber_stretch.csv (2 cycles, 0.0152 Hz)")
-    numbers = {word for line in table for word in line.split() if word.replace(".", "").lstrip("+-").isdigit()}
-    assert len(numbers) > 8
-    assert numbers <= set(" ".join(lines).split())
-    assert "\x1b" not in piped
-
-
-def test_bars_move_on_a_terminal_only(tmp_path: Path) -> None:
-    bars = """
-import time
-from strandspring.cli.shared.output import progress
-for _ in progress(range(4), "Reading records"):
-    time.sleep(0.3)
-"""
-    shown = on_terminal([sys.executable, "-c", bars])
-    for part in ("Reading records", "0/4", "1/4", "3/4", "0:00:01"):
-        assert part in shown, shown
-    spinner = {character for character in shown if "⠀" <= character <= "⣿"}
-    assert len(spinner) > 3  # it moves while one part takes long
-    assert "\x1b[3" in shown
-    assert "\x1b[3" not in on_terminal([sys.executable, "-c", bars], NO_COLOR="1")
-    piped = subprocess.run([sys.executable, "-c", bars], capture_output=True, check=True)
-    assert piped.stdout + piped.stderr == b""
+def test_a_terminal_shows_what_is_being_done_and_a_pipe_does_not(tmp_path: Path) -> None:
     record = ["identify", str(bundled_record()), "--reverse", "displacement", "-o", str(tmp_path / "spring.json")]
     shown = on_terminal([*PROGRAM, *record])
     assert re.search(r"Identifying: [a-z ]+ \([1-5] of 5\)", shown), shown
+    assert len({character for character in shown if "⠀" <= character <= "⣿"}) > 3  # it moves
+    assert "\x1b[3" in shown
+    assert "\x1b[3" not in on_terminal([*PROGRAM, *record], NO_COLOR="1")
+    piped = ran(*record)
+    assert "\x1b" not in piped.stdout + piped.stderr
 
 
 def test_what_commands_load(inputs: Path, tmp_path: Path) -> None:
@@ -196,42 +170,19 @@ def test_what_commands_load(inputs: Path, tmp_path: Path) -> None:
     assert (tmp_path / "m.json").exists()
 
 
-def offered(source: str, line: str) -> list[str]:
-    """What bash offers for the last word of a line; `compopt -o default` are the names of files."""
-    script = f"""
-        {source}
-        COMP_WORDS=({line.removesuffix(" ")}{' ""' if line.endswith(" ") else ""})
-        COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
-        compopt() {{ echo "compopt $@"; }}  # works only for the Tab key
-        $(complete -p strandspring | sed 's/.*-F \\([^ ]*\\).*/\\1/') strandspring
-        printf '%s\\n' "${{COMPREPLY[@]}}"
-    """
-    bash = found("bash", package="bash")
-    done = subprocess.run([bash, "-c", script], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stderr == ""
-    return done.stdout.split()
-
-
-def test_bash_completes_commands_options_choices_and_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "strandspring").write_text(f'#!/bin/sh\nexec {shlex.join(PROGRAM)} "$@"\n', encoding="utf-8")
-    (tmp_path / "strandspring").chmod(0o755)
-    monkeypatch.setenv("PATH", f"{tmp_path}{os.pathsep}{os.environ['PATH']}")
-    source = ran(env={**os.environ, "_STRANDSPRING_COMPLETE": "bash_source"}).stdout
-    for line, expected in (
-        ("strandspring i", ["identify", "identify-many", "info", "isolate"]),
-        ("strandspring synthesize ", ["ni", "spring"]),
-        ("strandspring identify --re", ["--reverse", "--report", "--report-mass"]),
-        ("strandspring identify --method ", ["refined", "two-stage", "paper", "ni"]),
-        ("strandspring identify loop.csv -o r", ["compopt", "-o", "default"]),
+def test_shells_complete_commands_options_choices_and_files() -> None:
+    for line, offered in (
+        ("i", "identify identify-many info isolate"),
+        ("synthesize ", "ni spring"),
+        ("identify --re", "--reverse --report --report-mass"),
+        ("identify --method ", "refined two-stage paper ni"),
+        ("identify loop.csv -o r", "r"),
     ):
-        assert offered(source, line) == expected
-
-
-@pytest.mark.parametrize("name", ["bash", "zsh", "fish"])
-def test_every_shell_has_its_script(name: str) -> None:
-    assert "_STRANDSPRING_COMPLETE" in ran(env={**os.environ, "_STRANDSPRING_COMPLETE": f"{name}_source"}).stdout
-    words = {"COMP_WORDS": "strandspring ide", "COMP_CWORD": "1" if name != "fish" else "ide"}
-    assert "identify" in ran(env={**os.environ, **words, "_STRANDSPRING_COMPLETE": f"{name}_complete"}).stdout
+        words = {"COMP_WORDS": f"strandspring {line}", "COMP_CWORD": str(len(line.split(" ")))}
+        told = ran(env={**os.environ, **words, "_STRANDSPRING_COMPLETE": "bash_complete"}).stdout
+        assert re.findall(r"^(?:plain|file),(\S+)", told, re.M) == offered.split()
+    for shell in ("bash", "zsh", "fish"):
+        assert f"{shell}_complete" in ran(env={**os.environ, "_STRANDSPRING_COMPLETE": f"{shell}_source"}).stdout
 
 
 def test_help_fits_80_columns_and_has_an_example(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
