@@ -123,6 +123,9 @@ def test_the_content_is_on_the_disk_before_the_name(tmp_path: Path, monkeypatch:
     with replacing(tmp_path / "file") as one, replacing(tmp_path / "file") as other:  # two at a time
         one.write_text("one")
         other.write_text("other")
+    with pytest.raises(KeyboardInterrupt), replacing(tmp_path / "file") as part:  # noqa: PT012
+        part.write_text("half")
+        raise KeyboardInterrupt
     assert [path.read_text() for path in tmp_path.iterdir()] == ["one"]
 
 
