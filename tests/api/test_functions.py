@@ -16,7 +16,6 @@ from strandspring import (
     Record,
     Spring,
     SpringParameters,
-    export,
     identify,
     info,
     isolate,
@@ -26,7 +25,6 @@ from strandspring import (
     synthesize,
     synthesize_ni,
 )
-from strandspring.cli.main import main
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.fmu.related_files import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.vibration.description.system_file import load_system_file
@@ -182,20 +180,6 @@ def test_every_example_is_answered_in_full(path: Path) -> None:
     assert len(found.answers) == len(file.candidates) * len(file.cases)
     assert not {answer.verdict for answer in found.answers} & {CaseVerdict.REFUSED, CaseVerdict.OUTSIDE}
     assert all(run.energies.relative_residual < 1e-2 for answer in found.answers for run in answer.runs)
-
-
-def test_fmus_and_exports_are_those_of_the_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    mount = Spring(MOUNT, "mount")
-    mount.save("mount.json")
-    main(["build", "mount.json", "-o", "command", "--author", "A", "--zero", "45"])
-    main(["export", "mount.json", "--ssv", "--modelica", "--ssp", "--mass", "5", "-o", "command"])
-    mount.build_fmu("python", author="A", zero=0.045)
-    export(mount, "python", ssv=True, modelica=True, ssp_mass=5.0)
-    files = sorted(path for path in Path("command").rglob("*") if path.is_file())
-    assert len(files) > 10
-    for path in files:
-        assert path.read_bytes() == (Path("python") / path.relative_to("command")).read_bytes()
 
 
 def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import html
 import json
 import re
 from pathlib import Path
@@ -15,14 +14,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import strandspring
-from strandspring import Finding, Outcome, Spring, bundled_record, identify
+from strandspring import Finding, Outcome, Spring
 from strandspring.api.common.text import in_few_words
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as strandspring_command
 from strandspring.cli.shared.output import with_flags
-from strandspring.identification.method import Stage, begin, heard_by
 from strandspring.model.modelfile import load_model
-from strandspring.model.outcomes import by_harm
 from synthetic import sine, spring_of
 from terminal import Terminal
 
@@ -82,43 +79,14 @@ def test_a_spring_worse_than_a_line_is_saved_only_where_that_is_asked_for(
 
 def test_the_same_command_gives_the_same_bytes(terminal: Terminal) -> None:
     for folder in "ab":
-        terminal(
-            "identify", "new.csv", "--degrees", "3,2", "-o", f"{folder}/mount.json", "--report", f"{folder}/mount.html"
-        )
+        terminal(*f"identify new.csv --degrees 3,2 -o {folder}/new.json --report {folder}/new.html".split())
         terminal("isolate", "mount.json", "--mass", "5", "--points", "4", "--plot", f"{folder}/out.svg")
         terminal("synthesize", "spring", "mount.json", "--noise", "0.03", "--seed", "5", "-o", f"{folder}/n.csv")
     for path in Path("a").iterdir():
         assert path.read_bytes() == (Path("b") / path.name).read_bytes()
 
 
-def test_an_identification_tells_its_stages() -> None:
-    heard: list[Stage] = []
-    with heard_by(heard.append):
-        identify(bundled_record(), reverse="displacement")
-        assert heard == [*Stage]
-        inner: list[Stage] = []
-        with heard_by(inner.append):
-            begin(Stage.SEARCHING)
-    begin(Stage.REFINING)  # nobody listens any longer
-    assert (len(heard), inner) == (len(Stage), [Stage.SEARCHING])
-
-
 # Cautions and advice
-
-
-def test_the_most_harmful_cautions_come_first_each_once(terminal: Terminal) -> None:
-    terminal("identify", "few.csv", "-o", "few.json", "--report", "few.html")
-    outcomes = json.loads(Path("few.json").read_text(encoding="utf-8"))["fit"]["outcomes"]
-    assert len(outcomes) > 3
-    names = [outcome["name"].upper() for outcome in outcomes]
-    assert names == [outcome.name for outcome in Outcome if outcome.name in names]
-    assert names == [found.kind.name for found in by_harm(Finding(Outcome[name]) for name in names[::-1])]
-    cautions = terminal.err.split("Caution: ")[1:]
-    assert f"and {len(outcomes) - 3} more: see the report" in cautions[2]
-    for text, name in zip(cautions, names, strict=False):
-        assert text.startswith(with_flags(Outcome[name].value))
-    page = html.unescape(Path("few.html").read_text(encoding="utf-8"))
-    assert [name for name in names if " ".join(Outcome[name].value.split()[:6]) not in page] == []
 
 
 @given(

@@ -32,9 +32,11 @@ NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 ITEMS = 5  # of a long list or table that are kept
 # What differs from machine to machine or release to release.
 ELSEWHERE = {"sha256", "size", "seconds", "elapsed"}
-OF_MACHINE = re.compile(r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N|All \d+ files")
-# Of what is fitted on another processor; the rest is computed in closed form or to 1e-9 and better.
-FITTED, COMPUTED = 2e-3, 1e-6
+OF_MACHINE = re.compile(
+    r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
+)
+# Of what is fitted on another processor; the rest is computed to 1e-9 or better.
+FITTED, COMPUTED = 2e-3, 1e-5
 
 
 def kept() -> dict[str, Any]:
@@ -48,7 +50,7 @@ def folder(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return Path(shutil.copytree(inputs, tmp_path_factory.mktemp("outputs"), dirs_exist_ok=True))
 
 
-@pytest.mark.parametrize("name", kept())
+@pytest.mark.parametrize("name", kept(), ids=str)
 def test_outputs(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     command, _, mode = name.rpartition(" ")
     monkeypatch.chdir(folder)

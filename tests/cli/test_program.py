@@ -154,22 +154,6 @@ def test_a_terminal_shows_what_is_being_done_and_a_pipe_does_not(tmp_path: Path)
     assert "\x1b" not in piped.stdout + piped.stderr
 
 
-def test_what_commands_load(inputs: Path, tmp_path: Path) -> None:
-    """The help nothing large, and an identification of a small record no table, plot or page."""
-    for call, libraries in (
-        ("['--help']", "numpy rich scipy pandas pydantic matplotlib fmpy"),
-        (
-            f"['identify', '{inputs}/few.csv', '-o', 'm.json', '--degrees', '1,0']",
-            "pandas rich matplotlib jinja2 fmpy dask pint",
-        ),
-    ):
-        code = f"import sys\nfrom strandspring.cli.main import main\ntry: main({call})\nexcept SystemExit: pass\n"
-        code += f"print(*({set(libraries.split())} & set(sys.modules)), file=sys.stderr)"
-        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True)
-        assert done.stderr.splitlines()[-1] == ""
-    assert (tmp_path / "m.json").exists()
-
-
 def test_shells_complete_commands_options_choices_and_files() -> None:
     for line, offered in (
         ("i", "identify identify-many info isolate"),
