@@ -50,19 +50,11 @@ class Sight:
     messages: list[str]
     requests: list[str]
 
-    def overlaps(self) -> list[str]:
-        """Texts of one figure that lie over each other."""
-        found: list[str] = self.page.evaluate(_OVERLAPS)
-        return found
-
-    def empty(self) -> list[str]:
-        """Figures in which nothing is drawn."""
-        found: list[str] = self.page.evaluate(_EMPTY)
-        return found
-
-    def outside(self) -> list[str]:
-        """Elements that reach beyond the right edge, and the width of the page if it scrolls sideways."""
-        found: list[str] = self.page.evaluate(_OUTSIDE)
+    def faults(self) -> list[str]:
+        """All that is wrong: messages, requests, empty figures, texts that overlap, elements beyond the page."""
+        found = [*self.messages, *self.requests]
+        for script in (_EMPTY, _OVERLAPS, _OUTSIDE):
+            found += self.page.evaluate(script)
         width: int = self.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
         return found + ([f"scrolls by {width} px"] if width > 0 else [])
 

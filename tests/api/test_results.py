@@ -1,0 +1,171 @@
+"""Every result in all its renderings: words, JSON, table, notebook, plot and files."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import cache
+from inspect import signature
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+import pytest
+
+import strandspring
+from springs import MOUNT
+from strandspring import Spring, SpringParameters, StrandspringError
+from strandspring.examples.system_models import SYSTEMS
+from studies import SPRING, UNCERTAINTY
+from synthetic import record_of, sine, spring_of
+
+pytestmark = pytest.mark.long
+
+KEPT = Path(__file__).resolve().parents[1] / "cli"  # model files
+CRADLE = SYSTEMS / "gun_cradle.toml"
+STIFFER = replace(MOUNT, kE=(50.0, 40_000.0, 1e5, 2e7))
+TINY = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "tiny")
+
+
+def many() -> Any:
+    """Two springs identified into a folder."""
+    folder = Path(mkdtemp())
+    for k in range(2):
+        strandspring.synthesize(TINY, [0.01, 0.02], noise=0.01, seed=k, samples=100).save(folder / f"{k}.csv", "mm")
+    return strandspring.identify_many(folder, folder / "models", workers=1, method="two-stage")
+
+
+def system_study() -> Any:
+    choice = {"cases": "one round", "candidates": "five springs"}
+    return strandspring.study_system(CRADLE, {"run.step": ["0.4 ms", "0.5 ms"]}, **choice, draws=16, workers=1)
+
+
+def prediction() -> Any:
+    return strandspring.predict(KEPT / "new.json", record_of(spring_of(1.0, 1.0), sine(), 0.02, 3))
+
+
+MADE: dict[str, Callable[[], Any]] = {
+    "Identification": lambda: strandspring.identify(record_of(spring_of(1.0, 1.0), sine(), 0.02, 1)),
+    "Prediction": prediction,
+    "Information": lambda: TINY.info(TINY.synthesize([0.01, 0.02]), amplitudes=[0.005]),
+    "Comparison": lambda: strandspring.compare(KEPT / "new.json", KEPT / "worn.json", draws=20),
+    "Isolation": lambda: strandspring.isolate(
+        [Spring(MOUNT, "soft"), Spring(STIFFER, "stiff")], 8.0, base_displacement=[5e-5, 1e-4], points=6
+    ),
+    "SystemIsolation": lambda: strandspring.isolate_system(
+        CRADLE, base_displacement=1e-4, points=4, directions="x", extrapolate=True
+    ),
+    "StudyResult": lambda: Spring.from_model(
+        strandspring.model.modelfile.ModelFile("mount", SPRING, uncertainty=UNCERTAINTY)
+    ).study([4.0, 400.0], base_displacement=1e-4, points=6, draws=3, workers=1),
+    "SystemStudyResult": system_study,
+    "Simulation": lambda: strandspring.simulate(CRADLE, "one round", "five springs", draws=16, workers=1),
+    "ManyResult": many,
+    "TestPlan": lambda: strandspring.plan(TINY, velocity=0.3, duration=40.0),
+    "Verification": lambda: strandspring.verify(TINY.build_fmu(mkdtemp())),
+    "SystemInformation": lambda: strandspring.info_system(
+        strandspring.build_fmu(CRADLE, mkdtemp(), candidate="five springs")
+    ),
+    "Record": lambda: TINY.synthesize([0.02]),
+    "Spring": lambda: TINY,
+}
+IN_WORDS = [name for name in MADE if name not in ("Record", "Spring")]
+STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "TestPlan")  # every figure, in JSON too
+SAVED = ("Isolation", "StudyResult", "TestPlan")  # all by one function
+PLOTTED = [name for name in MADE if name not in ("Verification", "SystemInformation")]
+
+
+@cache
+def made(name: str) -> Any:
+    return MADE[name]()
+
+
+def numbers(content: Any) -> Iterator[float]:
+    """All numbers of JSON."""
+    if isinstance(content, dict | list | tuple):
+        for value in content.values() if isinstance(content, dict) else content:
+            yield from numbers(value)
+    elif isinstance(content, int | float):
+        yield float(content)
+
+
+def test_every_result_is_here() -> None:
+    kinds = {name for name in dir(strandspring) if hasattr(getattr(strandspring, name), "summary")}
+    assert kinds == set(IN_WORDS)
+
+
+@pytest.mark.parametrize("name", IN_WORDS)
+def test_words_and_tables_say_the_same(name: str) -> None:
+    result = made(name)
+    lines = result.summary().splitlines()
+    assert lines[: len(result.text_lines())] == result.text_lines()
+    assert {f"Caution: {text}" for text in getattr(result, "cautions", ())} <= set(lines)
+    shown, more = repr(result).splitlines(), len(lines) - 6
+    rest = [f"({more} more line{'s' * (more > 1)}: .summary())"] if more > 0 else []
+    assert shown == [*lines[:6], *rest] or name == "Identification"
+    table = result.to_frame()
+    assert "<table" in result._repr_html_()
+    assert len(table) >= 1
+    if name in STATED:
+        content = json.loads(json.dumps(result.as_json()))
+        stated = np.sort(list(filter(math.isfinite, numbers(content))))
+        for column in table.select_dtypes("number"):
+            for value in table[column].dropna():
+                assert np.isclose(stated, value, rtol=1e-12, atol=0.0).any(), (column, value)
+
+
+@pytest.mark.parametrize("name", PLOTTED)
+def test_plots_go_into_axes_or_files(name: str, tmp_path: Path) -> None:
+    import matplotlib as mpl
+    from matplotlib import pyplot as plt
+    from matplotlib.figure import Figure
+
+    result = made(name)
+    assert list(signature(getattr(strandspring, name).plot).parameters) == ["self", "ax"]
+    with mpl.rc_context({"backend": "agg"}):
+        own = result.plot()
+        shown = own if isinstance(own, list) else [own]
+        assert shown[0].figure.number in plt.get_fignums()
+        plt.close("all")
+    given = Figure().subplots(len(shown))
+    drawn = result.plot(given if len(shown) == 1 else list(given))
+    for axes in np.ravel(drawn):
+        assert axes.lines or axes.collections or axes.patches or axes.images
+    with pytest.raises(ValueError, match=rf"`ax` must be {len(shown)} axes of matplotlib, got {len(shown) + 1}"):
+        result.plot(list(Figure().subplots(len(shown) + 1)))
+    if name in SAVED:
+        for copy in "ab":
+            result.save_plot(tmp_path / f"{copy}.svg")
+        first = (tmp_path / "a.svg").read_bytes()
+        assert len(first) > 5000
+        assert first == (tmp_path / "b.svg").read_bytes()
+        with pytest.raises(StrandspringError, match=r"must end in \.png, \.svg, \.pdf"):
+            result.save_plot(tmp_path / "a.txt")
+
+
+def test_what_is_drawn() -> None:
+    from matplotlib.figure import Figure
+
+    def lines(name: str, axes: Any = None) -> list[Any]:
+        return list(np.ravel(made(name).plot(axes or Figure().subplots()))[0].lines)
+
+    record = made("Record")
+    (line,) = lines("Record")
+    assert np.array_equal(line.get_xydata(), np.column_stack([1e3 * record.displacement, record.force]))
+    assert [loop.get_xdata()[0] for loop in lines("Spring")[::2]] == pytest.approx([-20.0, -15.0, -10.0, -5.0])
+    springs, outliers = lines("ManyResult")
+    assert springs.get_xdata() == pytest.approx(1e-3 * made("ManyResult").to_frame()["secant stiffness [N/m]"])
+    assert outliers.get_xdata().size == 0
+    found = made("Prediction")
+    measured, predicted = lines("Prediction")
+    columns = found.columns()
+    for line, name in ((measured, "force"), (predicted, "predicted")):
+        assert np.array_equal(line.get_xydata(), np.column_stack([1e3 * columns["displacement"], columns[name]]))
+    frame = made("Isolation").to_frame()
+    curves = lines("Isolation")[:4]
+    for curve, (_, rows) in zip(curves, frame.groupby(["model", "level"], sort=False), strict=True):
+        assert np.array_equal(curve.get_xydata(), rows[["frequency", "transmissibility"]])
+    assert curves[0].get_color() == curves[1].get_color() != curves[2].get_color()

@@ -1,0 +1,179 @@
+"""The command line as a process: shells, terminals, signals, full disks, completion."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from strandspring import bundled_record
+from strandspring.cli.main import COMMANDS
+from terminal import Terminal
+
+pytestmark = pytest.mark.long
+
+PROGRAM = [sys.executable, "-W", "error", "-m", "strandspring"]
+SHORT = """
+import errno, os, sys, time
+from pathlib import Path
+import click
+from strandspring.cli import main as program
+from strandspring.ground.files import replacing
+
+@click.command()
+@click.option("--json", is_flag=True)
+def short(json):
+    {body}
+
+program.LazyGroup.get_command = lambda *_: short
+program.main(["short", "--json"])
+"""
+WAITING = """
+    with replacing(Path("out.json")) as part:
+        part.write_text("{")
+        print("working", file=sys.stderr, flush=True)
+        for _ in range(6000):  # not one long sleep: a signal just before it began would be handled only after it
+            time.sleep(0.01)
+"""
+
+
+def ran(*arguments: str | bytes, **options: Any) -> subprocess.CompletedProcess[str]:
+    """The program run to its end, which says nothing but one sentence where it fails."""
+    kept = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "encoding": "utf-8", **options}
+    done = subprocess.run([*PROGRAM, *arguments], check=False, **kept)
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def on_terminal(command: list[str], **environment: str) -> str:
+    """What a program writes to a terminal of 80 columns."""
+    main, side = pty.openpty()
+    settings = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "80", **environment}
+    with subprocess.Popen(command, stdout=side, stderr=side, stdin=side, env=settings) as process:
+        os.close(side)
+        content = b""
+        while True:
+            try:
+                part = os.read(main, 65536)
+            except OSError:  # Linux says so when nobody writes any more
+                break
+            content += part
+            if not part:
+                break
+    os.close(main)
+    assert process.returncode == 0, content
+    return content.decode().replace("\r\n", "\n")
+
+
+@pytest.mark.parametrize(
+    ("number", "word"),
+    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+)
+def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
+    command = [sys.executable, "-c", SHORT.format(body=WAITING)]
+    with subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert process.stderr.readline() == "working\n"
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert err.strip() == f"strandspring: {word}; no output file is half written."
+    assert json.loads(out)["error"] == {"type": "Interrupt", "message": f"{word}; no output file is half written."}
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("fault", "sentence"),
+    [
+        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "No space left on device; check the path"),
+        ("OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')", "a\ufffd[2Jb: Input/output error; "),
+        ("OSError()", "OSError; check the path"),
+        ("MemoryError()", "There is not enough memory for this; "),
+    ],
+)
+def test_whatever_the_system_refuses_is_a_sentence(fault: str, sentence: str) -> None:
+    command = [sys.executable, "-c", SHORT.format(body=f"raise {fault}")]
+    done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"strandspring: {sentence}")
+    assert done.stderr.count("\n") == 1
+    error = json.loads(done.stdout)["error"]
+    assert error["type"] == fault.partition("(")[0]
+    assert error["message"].startswith(sentence)
+
+
+@pytest.mark.usefixtures("terminal")
+def test_standard_output_that_cannot_be_written_is_one_sentence() -> None:
+    for command in ("info mount.json", "info mount.json --json", "--help"):
+        with Path("/dev/full").open("w") as full:
+            done = ran(*command.split(), stdout=full)
+        assert done.returncode == 1
+        assert done.stderr.splitlines()[-1] == (
+            "strandspring: Standard output cannot be written: No space left on device; send it elsewhere."
+        )
+    closed = f"{shlex.join(PROGRAM)} info mount.json --save copy.json --json >&-"
+    done = subprocess.run(["sh", "-c", closed], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "strandspring: Standard output is closed; send it to a file or to /dev/null.\n"
+    assert not Path("copy.json").exists()
+    with subprocess.Popen([*PROGRAM, "info", "mount.json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as early:
+        assert early.stdout is not None
+        assert early.stderr is not None
+        early.stdout.close()  # a reader that leaves is no error to tell
+        assert early.stderr.read() == b""
+
+
+def test_odd_names_and_modules_beside_records(terminal: Terminal) -> None:
+    for argument in ("x" * 100_000, "a\nb", "\udcff.json", "/" * 5000):
+        terminal("info", argument, status=1)
+        terminal("isolate", "mount.json", "--mass", argument, status=2)
+    for name in ("numpy", "attrs", "click"):
+        Path(f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
+    done = ran("info", "mount.json", "--save", b"\xff.json")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "Model file: \\udcff.json" in done.stdout
+
+
+def test_a_terminal_shows_what_is_being_done_and_a_pipe_does_not(tmp_path: Path) -> None:
+    record = ["identify", str(bundled_record()), "--reverse", "displacement", "-o", str(tmp_path / "spring.json")]
+    shown = on_terminal([*PROGRAM, *record])
+    assert re.search(r"Identifying: [a-z ]+ \([1-5] of 5\)", shown), shown
+    assert len({character for character in shown if "⠀" <= character <= "⣿"}) > 3  # it moves
+    assert "\x1b[3" in shown
+    assert "\x1b[3" not in on_terminal([*PROGRAM, *record], NO_COLOR="1")
+    piped = ran(*record)
+    assert "\x1b" not in piped.stdout + piped.stderr
+
+
+def test_shells_complete_commands_options_choices_and_files() -> None:
+    for line, offered in (
+        ("i", "identify identify-many info isolate"),
+        ("synthesize ", "ni spring"),
+        ("identify --re", "--reverse --report --report-mass"),
+        ("identify --method ", "refined two-stage paper ni"),
+        ("identify loop.csv -o r", "r"),
+    ):
+        words = {"COMP_WORDS": f"strandspring {line}", "COMP_CWORD": str(len(line.split(" ")))}
+        told = ran(env={**os.environ, **words, "_STRANDSPRING_COMPLETE": "bash_complete"}).stdout
+        assert re.findall(r"^(?:plain|file),(\S+)", told, re.M) == offered.split()
+    for shell in ("bash", "zsh", "fish"):
+        assert f"{shell}_complete" in ran(env={**os.environ, "_STRANDSPRING_COMPLETE": f"{shell}_source"}).stdout
+
+
+def test_help_fits_80_columns_and_has_an_example(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    for command in ([], *([name] for name in COMMANDS), ["synthesize", "spring"], ["synthesize", "ni"]):
+        text = terminal(*command, "--help")
+        assert [line for line in text.splitlines() if len(line) > 80] == []
+        assert command == ["synthesize"] or "strandspring " in text.split("Example", 1)[1]
+    text = terminal("--help")
+    assert all(f"  {name}" in text for name in COMMANDS)
