@@ -28,7 +28,7 @@ import fuzzing  # noqa: E402
 import instrumented  # noqa: E402
 
 COUNTING = ("-O0", "--coverage", "-fprofile-update=atomic")
-FORMS = ("native", "table", "states", "fmi3", "fmi3-branches", "fmi3-branches-states", "system", "system-fmi3")
+FORMS = ("spring", "table", "states", "branches", "branches-states", "system")
 SEQUENCES = 500
 SETTINGS = """\
 [run]
@@ -68,8 +68,7 @@ def fuzzed(folder: Path) -> None:
     for form in FORMS:
         (folder / form).mkdir()
         built = fuzzing.program_of(form, folder / form, (*COUNTING, "-g"))
-        run_one = fuzzing.run if form in fuzzing.FORMS else fuzzing.run_alone
-        print(f"{form}: {SEQUENCES} sequences {run_one(built, 1, SEQUENCES).found}", flush=True)
+        print(f"{form}: {SEQUENCES} sequences {fuzzing.run(built, 1, SEQUENCES).found}", flush=True)
 
 
 def counts(folder: Path) -> dict[str, tuple[dict[int, int], dict[tuple[int, int], int]]]:

@@ -67,7 +67,7 @@ harness.main(__file__, trial, 10)
 
 @pytest.mark.slow
 def test_a_minute_of_all_scripts() -> None:
-    """Sequences of FMI calls have tests of their own, test_native_fuzz.py and others."""
+    """Calls of FMI have tests of their own, test_calls.py."""
     command = [sys.executable, HERE / "run.py", "--minutes", "1", "--scripts", "--seed", "1"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=1200, check=False)
     print(done.stdout)

@@ -1,52 +1,67 @@
-/*     fuzz SEED SEQUENCES OTHER_LIBRARY OTHER_GUID [trace]
+/*     fuzz SEED SEQUENCES [trace]
  *
- * Does so many sequences of calls in runs (watch.c); the first run has the seed, the next one the seed after it. What
- * fails names its seed: `fuzz SEED 50 ... trace` prints the calls that lead there. Prints statistics in JSON.
+ * Does so many sequences in runs: the first run has the seed, the next one the seed after it. What fails names its seed:
+ * `fuzz SEED 50 trace` prints the calls that lead there. Prints statistics in JSON.
  */
 #include "fuzz.h"
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 
-/* Several instances live side by side; each life has some 40 calls. */
+/* Several pairs live side by side; each life has some 40 calls. */
 static void run(long sequences)
 {
     long begun = 0;
     for (int alive = 0; begun < sequences || alive > 0;) {
-        Slot *slot = &slots[below(SLOTS)];
+        Pair *pair = &pairs[below(PAIRS)];
         carelessness = chance(60) ? 0 : 15;
-        if (slot->component == NULL) {
-            if (begun < sequences && instantiate(slot)) {
+        if (pair->two == NULL) {
+            if (begun < sequences && begin(pair)) {
                 begun++;
                 alive++;
             }
         } else if (chance(3)) {
             if (alive == 1 && begun == sequences)
-                release_states(slot);
-            free_instance(slot);
+                forget_states(pair);
+            end(pair);
             alive--;
-        } else if (below(300) == 0) {
-            compare_with_a_copy(slot);
+        } else if (chance(1)) {
+            listen(pair, pair->name);
+            join(pair, below(2)); /* a copy goes on like its original */
+        } else if (chance(10)) {
+            be_hostile(pair);
         } else if (chance(4)) {
-            live_through_a_made_up_state(slot);
-        } else if (slot->twin.mode >= EVENT && slot->twin.mode <= STEP && chance(10)) {
-            move_on(slot);
+            live_through_a_made_up_state(pair);
+        } else if (pair->twin.mode >= EVENT && pair->twin.mode <= STEP && chance(10)) {
+            move_on(pair);
         } else {
-            try_call(slot, next_call(slot));
+            try_call(pair, next_call(pair));
         }
     }
     CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
 }
 
+static void print_counts(const char *name, const long counts[])
+{
+    printf("  \"%s\": {", name);
+    for (int i = 0; i < CALL_COUNT; i++)
+        printf("%s\"%s\": %ld", i ? ", " : "", rows[i].name, counts[i]);
+    printf("},\n");
+}
+
 int main(int count, char **arguments)
 {
-    if (count < 5)
+    if (count < 3)
         return 2;
-    tracing = count > 5;
-    open_other(arguments[3], arguments[4]);
+    tracing = count > 3;
     do_runs(arguments[1], atol(arguments[2]), run);
-    close_other();
-    print_statistics();
+    printf("{\n");
+    print_counts("done", statistics.done);
+    print_counts("discarded", statistics.discarded);
+    print_counts("refused", statistics.refused);
+    printf("  \"sequences\": %ld, \"calls\": %ld, \"starved\": %ld, \"joined\": %ld, \"hostile\": %ld,\n",
+           statistics.sequences, statistics.calls, statistics.starved, statistics.joined, statistics.hostile);
+    printf("  \"compared\": %ld, \"transposed\": %ld, \"crafted_taken\": %ld, \"crafted_refused\": %ld\n}\n",
+           statistics.compared, statistics.transposed, statistics.crafted_taken, statistics.crafted_refused);
     return 0;
 }

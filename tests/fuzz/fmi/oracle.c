@@ -1,90 +1,45 @@
-/* What a host may expect by FMI 2.0 (the state machines of sections 3.2.3 and 4.2.4) and the FMU's documentation. */
+/* What a host may expect by the state machines of FMI and the FMU's documentation. */
 #include "fuzz.h"
 
+#include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
-
-/* Columns: model exchange instantiated, in initialization, event and continuous-time mode, terminated; co-simulation
- * instantiated, in initialization mode, between steps, terminated. States that no instance reaches are left out. Where
- * there is a question mark, tables in use differ. */
-static const char *const TABLE[CALL_COUNT] = {
-    [CALL_SetDebugLogging] = "xxxxx xxxx",
-    [CALL_SetupExperiment] = "x---- x---",
-    [CALL_EnterInitializationMode] = "x---- x---",
-    [CALL_ExitInitializationMode] = "-x--- -x--",
-    [CALL_Terminate] = "xxxxx xxxx", /* beyond the standard: where nothing is to end, nothing is done */
-    [CALL_Reset] = "xxxxx xxxx",
-    [CALL_GetReal] = "-xxxx -xxx",
-    [CALL_GetInteger] = "-xxxx -xxx",
-    [CALL_GetBoolean] = "-xxxx -xxx",
-    [CALL_GetString] = "-xxxx -xxx",
-    [CALL_SetReal] = "xxxx- xxx-",
-    [CALL_SetInteger] = "xxx-- xxx-",
-    [CALL_SetBoolean] = "xxx-- xxx-",
-    [CALL_SetString] = "xxx-- xxx-",
-    [CALL_GetFMUstate] = "xxxxx xxxx",
-    [CALL_SetFMUstate] = "xxxxx xxxx",
-    [CALL_FreeFMUstate] = "xxxxx xxxx",
-    [CALL_SerializedFMUstateSize] = "xxxxx xxxx",
-    [CALL_SerializeFMUstate] = "xxxxx xxxx",
-    [CALL_DeSerializeFMUstate] = "xxxxx xxxx",
-    [CALL_GetDirectionalDerivative] = "-xxxx -xxx",
-    [CALL_EnterEventMode] = "--xx- ----",
-    [CALL_NewDiscreteStates] = "--x-- ----",
-    [CALL_EnterContinuousTimeMode] = "--x-- ----",
-    [CALL_CompletedIntegratorStep] = "---x- ----",
-    [CALL_SetTime] = "--xx- ----",
-    [CALL_SetContinuousStates] = "---x- ----",
-    [CALL_GetDerivatives] = "-?xxx ----",
-    [CALL_GetEventIndicators] = "-xxxx ----",
-    [CALL_GetContinuousStates] = "-xxxx ----",
-    [CALL_GetNominalsOfContinuousStates] = "x-xxx ----",
-    [CALL_SetRealInputDerivatives] = "----- xxx-",
-    [CALL_GetRealOutputDerivatives] = "----- --xx",
-    [CALL_DoStep] = "----- --x-",
-    [CALL_CancelStep] = "----- ----",
-    [CALL_GetStatus] = "----- --xx",
-    [CALL_GetRealStatus] = "----- --xx",
-    [CALL_GetIntegerStatus] = "----- --xx",
-    [CALL_GetBooleanStatus] = "----- --xx",
-    [CALL_GetStringStatus] = "----- --xx",
-};
 
 #define DESCRIBED(name, type, causality, tunable, start) {name, type, causality, tunable, start},
 const Described described[MODEL_VARIABLES] = {MODEL_TABLE(DESCRIBED)};
 
-int variable(const char *name)
+unsigned variable(const char *name)
 {
-    for (int i = 0; i < MODEL_VARIABLES; i++)
+    for (unsigned i = 0; i < MODEL_VARIABLES; i++)
         if (strcmp(described[i].name, name) == 0)
             return i;
     FAIL("there is no variable %s", name);
 }
 
-Answer may_call(const Twin *twin, Call call)
+/* Columns: model exchange instantiated, in initialization, event and continuous-time mode, terminated; co-simulation
+ * instantiated, in initialization mode, between steps, terminated. States that no instance reaches are left out. Where
+ * there is a question mark, tables in use differ. */
+Answer allowed(const Twin *twin, const char *modes)
 {
     static const int exchange[] = {
         [INSTANTIATED] = 0, [INITIALIZATION] = 1, [EVENT] = 2, [CONTINUOUS_TIME] = 3, [TERMINATED] = 4};
     static const int simulation[] = {[INSTANTIATED] = 6, [INITIALIZATION] = 7, [STEP] = 8, [TERMINATED] = 9};
-    const int *columns = twin->type == fmi2ModelExchange ? exchange : simulation;
     if (twin->mode == UNKNOWN)
         return UNSURE;
-    switch (TABLE[call][columns[twin->mode]]) {
-    case 'x': return YES;
-    case '-': return NO;
-    default: return UNSURE;
-    }
+    char mark = modes[(twin->exchange ? exchange : simulation)[twin->mode]];
+    return mark == '-' ? NO : mark == '?' ? UNSURE : YES;
 }
 
-Twin twin_of(fmi2Type type)
+Twin twin_of(int exchange)
 {
-    Twin twin = {.type = type, .mode = INSTANTIATED, .stop_time = INFINITY};
+    Twin twin = {.exchange = exchange, .mode = INSTANTIATED, .stop_time = INFINITY};
     for (int i = 0; i < MODEL_VARIABLES; i++)
         twin.value[i] = described[i].start;
     return twin;
 }
 
-/* ---- parameters -------------------------------------------------------------------------------------------------- */
+/* ---- parameters of a spring -------------------------------------------------------------------------------------- */
 
 static double named(const Twin *twin, const char *name)
 {
@@ -105,12 +60,10 @@ static Answer amplifier_positive(const Twin *twin, double low, double high)
         double x = low + (high - low) * k / SAMPLES, value = 0.0;
         for (int i = MODEL_AMPLIFIER - 1; i >= 0; i--)
             value = value * x + kA[i];
-        if (!isfinite(value))
-            return UNSURE;
-        least = fmin(least, value);
+        least = isfinite(value) ? fmin(least, value) : -INFINITY;
     }
     double doubt = 0.5 * slope * (high - low) / SAMPLES + 1e-12 * size;
-    if (!isfinite(doubt))
+    if (!isfinite(doubt) || !isfinite(least))
         return UNSURE;
     return least > doubt + 1e-9 ? YES : least < -1e-12 * size ? NO : UNSURE;
 }
@@ -138,62 +91,43 @@ static Answer within(double low, double value, double high)
     return value < low * (1.0 - ROUNDING) || value > high * (1.0 + ROUNDING) ? NO : UNSURE;
 }
 
-static Answer both(Answer first, Answer second)
-{
-    return first == NO || second == NO ? NO : first == YES && second == YES ? YES : UNSURE;
-}
-
 /* Whether terms of FE or FA, or the forces of a table, are as large over the range as they may be. */
 static Answer terms_possible(const Twin *twin, const char *first, int count, double reach, double largest)
 {
     Answer answer = YES;
     double power = 1.0;
     for (int i = 0; i < count; i++, power *= reach)
-        answer = both(answer, within(-1.0, fabs(twin->value[variable(first) + i]) * power, largest));
+        answer = both(answer, within(-1.0, fabs(twin->value[variable(first) + (unsigned)i]) * power, largest));
     return answer;
 }
 
-/* Whether all is of a size that a spring can have. */
-static Answer size_possible(const Twin *twin, double low, double high, double offset)
+Answer possible(const Twin *twin)
 {
-    double width = high - low, reach = fmax(high - offset, offset - low), kappa = named(twin, "kappa_omega");
-    if (fabs(low) > 1e9 || fabs(high) > 1e9 || fabs(offset) > 1e9 || width < 1e-12 || width > 1e6 || kappa < 1e-15 ||
-        kappa > 1e15)
-        return NO;
-    Answer answer = within(1e-9, named(twin, "rho") * width, 1e12);
-    answer = both(answer, terms_possible(twin, "kA_0", MODEL_AMPLIFIER, reach, 1e9));
-    if (MODEL_KNOTS)
-        return both(answer, terms_possible(twin, "FE_forces_0", MODEL_KNOTS, 1.0, 1e15));
-    return both(answer, terms_possible(twin, "kE_0", MODEL_ELASTIC, reach, 1e15));
-}
-
-static Answer asked(const Twin *twin)
-{
+    if (twin->mode == UNKNOWN)
+        return UNSURE;
+    if (OF_SYSTEM)
+        return YES;
     for (int i = 0; i < MODEL_VARIABLES; i++)
         if (described[i].causality == 'p' && !isfinite(twin->value[i]))
             return NO;
     double low = named(twin, "displacement_min"), high = named(twin, "displacement_max");
-    double offset = named(twin, "displacement_offset"), sigma = named(twin, "sigma"), n = named(twin, "n");
-    if (!MODEL_STATES && !(0.0 <= named(twin, "input_resolution") && named(twin, "input_resolution") <= 1e9))
+    double offset = named(twin, "displacement_offset"), kappa = named(twin, "kappa_omega");
+    double width = high - low, reach = fmax(high - offset, offset - low);
+    Answer answer = MODEL_BRANCHES ? UNSURE : YES; /* of branches no more is known than that they start possible */
+    if (named(twin, "kA_0") != 1.0 || !(low <= offset && offset <= high) || fmax(fabs(low), fabs(high)) > 1e9 ||
+        width < 1e-12 || width > 1e6 || kappa < 1e-15 || kappa > 1e15)
         return NO;
-    if ((!MODEL_STATES && fabs(named(twin, "omega_start")) > 1.0) || named(twin, "kA_0") != 1.0 ||
-        named(twin, "kappa_omega") <= 0.0 || named(twin, "rho") <= 0.0 || sigma < 0.5 || sigma > 1000.0 || n < 0.01 ||
-        n > 100.0)
-        return NO;
-    if (low >= high || offset < low || offset > high)
-        return NO;
-    Answer answer = both(size_possible(twin, low, high, offset), knots_rise(twin, low, high));
+    if (!MODEL_STATES)
+        answer = both(answer, fabs(named(twin, "omega_start")) <= 1.0 && named(twin, "input_resolution") >= 0.0 &&
+                                      named(twin, "input_resolution") <= 1e9 ? YES : NO);
+    answer = both(answer, named(twin, "sigma") >= 0.5 && named(twin, "sigma") <= 1000.0 ? YES : NO);
+    answer = both(answer, named(twin, "n") >= 0.01 && named(twin, "n") <= 100.0 ? YES : NO);
+    answer = both(answer, within(1e-9, named(twin, "rho") * width, 1e12));
+    answer = both(answer, terms_possible(twin, "kA_0", MODEL_AMPLIFIER, reach, 1e9));
+    answer = both(answer, MODEL_KNOTS ? terms_possible(twin, "FE_forces_0", MODEL_KNOTS, 1.0, 1e15)
+                                      : terms_possible(twin, "kE_0", MODEL_ELASTIC, reach, 1e15));
+    answer = both(answer, knots_rise(twin, low, high));
     return answer == NO ? NO : both(answer, amplifier_positive(twin, low - offset, high - offset));
-}
-
-Answer possible(Twin *twin)
-{
-    if (twin->mode == UNKNOWN)
-        return UNSURE;
-    if (!twin->asked)
-        twin->possible = asked(twin);
-    twin->asked = 1;
-    return twin->possible;
 }
 
 Answer is_smooth(const Twin *twin)
@@ -203,20 +137,135 @@ Answer is_smooth(const Twin *twin)
     return twin->mode == UNKNOWN ? UNSURE : named(twin, "input_resolution") > 0.0 ? NO : YES;
 }
 
+/* ---- values that are set ----------------------------------------------------------------------------------------- */
+
+/* The largest size of a value. */
+static double largest_given(unsigned element)
+{
+    char causality = described[element].causality;
+    return causality == 'p' || OF_SYSTEM ? DBL_MAX : causality == 'i' ? 1e9 : 1e100;
+}
+
+/* Parameters of a system have limits of their own. */
+static Answer within_system(const Twin *twin, unsigned element, double value)
+{
+    const char *name = described[element].name;
+    double low = strcmp(name, "step") == 0 ? 1e-12 : strcmp(name, "omega_start") == 0 ? -1.0 : -1e4;
+    double high = strcmp(name, "step") == 0 ? MODEL_LARGEST_STEP : -low;
+    return !(value >= low && value <= high) ? NO : twin->mode == UNKNOWN ? UNSURE : YES;
+}
+
+Answer may_set(const Twin *twin, size_t count, const unsigned elements[], const double values[])
+{
+    int early = twin->mode == INSTANTIATED || twin->mode == INITIALIZATION, tunes = 0;
+    int closed = OF_SYSTEM || (twin->mode == CONTINUOUS_TIME && !MODEL_STATES);
+    Twin tuned = *twin;
+    Answer answer = YES;
+    for (size_t i = 0; i < count; i++)
+        twin_set(&tuned, elements[i], values[i]); /* of those that are set twice the last value counts */
+    for (size_t i = 0; i < count; i++) {
+        const Described *of = &described[elements[i]];
+        double before = twin->value[elements[i]];
+        int parameter = of->causality == 'p', is_last = memcmp(&tuned.value[elements[i]], &values[i], 8) == 0;
+        if (strchr(SETTABLE, of->causality) == NULL || !(fabs(values[i]) <= largest_given(elements[i])))
+            return NO;
+        if (OF_SYSTEM && parameter && (early || twin->mode == UNKNOWN))
+            answer = both(answer, within_system(twin, elements[i], values[i]));
+        if (parameter && twin->mode == UNKNOWN)
+            answer = both(answer, UNSURE);
+        else if (parameter && !early && (closed || !of->tunable) && memcmp(&before, &values[i], 8) != 0)
+            answer = both(answer, is_last && before != values[i] ? NO : UNSURE); /* any may be set to what it is */
+        tunes |= parameter;
+    }
+    return early || !tunes || OF_SYSTEM ? answer : both(answer, possible(&tuned));
+}
+
+double usual_displacement(void)
+{
+    if (OF_SYSTEM)
+        return uniform(-0.05, 0.05);
+    double low = described[variable("displacement_min")].start, high = described[variable("displacement_max")].start;
+    return low + (high - low) * (chance(90) ? uniform(0.0, 1.0) : uniform(-1.0, 2.0));
+}
+
+/* As far as a spring or its motion can go, where nothing may overflow. */
+static double extreme_value(unsigned element)
+{
+    static const struct {
+        const char *name;
+        double least, most;
+    } ends[] = {{"kappa_omega", 1e-15, 1e15}, {"sigma", 0.5, 1000.0}, {"n", 0.01, 100.0},
+                {"input_resolution", 5e-324, 1e9}, {"FE_forces_", -1e15, 1e15}};
+    double low = described[variable("displacement_min")].start, high = described[variable("displacement_max")].start;
+    double offset = described[variable("displacement_offset")].start, sign = chance(50) ? 1.0 : -1.0;
+    double reach = 1.01 * fmax(high - offset, offset - low);
+    const char *name = described[element].name;
+    if (described[element].causality != 'p')
+        return sign * largest_given(element);
+    if (strcmp(name, "rho") == 0)
+        return sign > 0.0 ? 0.99e12 / (high - low) : 1.01e-9 / (high - low);
+    for (size_t i = 0; i < sizeof ends / sizeof *ends; i++)
+        if (strncmp(name, ends[i].name, strlen(ends[i].name)) == 0)
+            return sign > 0.0 ? ends[i].most : ends[i].least;
+    if (strncmp(name, "kE_", 3) == 0)
+        return sign * 0.99e15 / pow(reach, atoi(name + 3));
+    return strncmp(name, "kA_", 3) == 0 && atoi(name + 3) > 0 ? sign * 0.99e9 / pow(reach, atoi(name + 3))
+                                                              : described[element].start;
+}
+
+static double usual_of_system(unsigned element)
+{
+    const char *name = described[element].name;
+    if (strcmp(name, "omega_start") == 0)
+        return chance(50) ? below(3) - 1.0 : uniform(-1.1, 1.1);
+    if (strncmp(name, "gravity_", 8) == 0)
+        return chance(80) ? described[element].start * uniform(0.5, 1.5) : uniform(-30.0, 30.0);
+    return uniform(-1.0, 1.0) * (strncmp(name, "load_", 5) == 0 ? 1e3 : 1e2);
+}
+
+double usual_value(unsigned element)
+{
+    const char *name = element < MODEL_VARIABLES ? described[element].name : "";
+    /* Never so small that a step of co-simulation takes long. */
+    if (strcmp(name, "step") == 0)
+        return MODEL_LARGEST_STEP * pow(10.0, uniform(-2.0, 0.2));
+    if (element >= MODEL_VARIABLES || careless())
+        return awkward();
+    if (OF_SYSTEM)
+        return usual_of_system(element);
+    if (chance(2))
+        return extreme_value(element);
+    if (element == variable("displacement"))
+        return usual_displacement();
+    if (described[element].causality != 'p')
+        return uniform(-1.0, 1.0) * (MODEL_STATES ? 1.2 : 1.0);
+    double start = described[element].start;
+    /* Other values would hardly ever be possible: knots go from one end of the range to the other. */
+    int fixed = strcmp(name, "kA_0") == 0 || strncmp(name, "FE_knots", 8) == 0 ||
+                (MODEL_KNOTS && strncmp(name, "displacement_m", 14) == 0);
+    if (chance(50) || fixed)
+        return start;
+    if (strcmp(name, "input_resolution") == 0)
+        return described[variable("displacement_max")].start * pow(10.0, uniform(-4.0, 0.0));
+    if (start == 0.0)
+        return chance(20) ? copysign(1.0, uniform(-1.0, 1.0)) : uniform(-1.0, 1.0);
+    return start * (chance(80) ? uniform(0.9, 1.1) : pow(10.0, uniform(-1.9, 1.9)));
+}
+
 /* ---- the path ---------------------------------------------------------------------------------------------------- */
 
 int side_of(const Twin *twin)
 {
+    if (OF_SYSTEM)
+        return 0;
     double displacement = named(twin, "displacement");
     return (displacement > named(twin, "displacement_max")) - (displacement < named(twin, "displacement_min"));
 }
 
-void twin_set(Twin *twin, fmi2ValueReference reference, double value)
+void twin_set(Twin *twin, unsigned element, double value)
 {
-    twin->value[reference] = value;
-    if (described[reference].causality == 'p') {
-        twin->asked = 0;
-    } else if (strcmp(described[reference].name, "displacement") == 0) {
+    twin->value[element] = value;
+    if (!OF_SYSTEM && described[element].causality == 'i') {
         twin->moved = 0;
         twin->doubt = 0.0;
     }
@@ -225,15 +274,12 @@ void twin_set(Twin *twin, fmi2ValueReference reference, double value)
 int twin_commit(Twin *twin)
 {
     int before = twin->side;
+    if (OF_SYSTEM)
+        return 0;
     twin->side = side_of(twin);
     twin->committed = named(twin, "displacement");
     twin->committed_doubt = twin->doubt;
     return twin->side != 0 && twin->side != before;
-}
-
-static double end_of_step(const Twin *twin, double size)
-{
-    return named(twin, "displacement") + size * (twin->velocity + 0.5 * size * twin->acceleration);
 }
 
 /* Whether a path through a step stays where displacements may be, and no faster than they may; unsure where rounding
@@ -241,43 +287,50 @@ static double end_of_step(const Twin *twin, double size)
 static Answer path_possible(const Twin *twin, double size)
 {
     long double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration, turn = -v / a;
-    long double end = fabsl(x + size * (v + 0.5L * a * size));
+    long double end_of_path = fabsl(x + size * (v + 0.5L * a * size));
     long double tip = 0.0L < turn && turn < size ? fabsl(x + 0.5L * v * turn) : 0.0L;
-    long double farthest = fmaxl(fmaxl(end, tip), fabsl(v + a * size));
+    long double farthest = fmaxl(fmaxl(end_of_path, tip), fabsl(v + a * size));
     return farthest < 0.999e9L ? YES : farthest > 1.001e9L ? NO : UNSURE;
 }
 
 Answer step_possible(const Twin *twin, double time, double size)
 {
-    double end = time + size, reach = fmax(fabs(end), fabs(twin->stop_time));
-    if (!isfinite(time) || !isfinite(size) || size < 0.0 || !isfinite(end))
+    double after = time + size, stop = twin->stop_time, reach = fmax(fabs(after), fabs(stop));
+    if (twin->mode == UNKNOWN)
+        return UNSURE;
+    if (!isfinite(time) || !(size >= 0.0) || !isfinite(after) ||
+        (OF_SYSTEM && size > 1.001e8 * named(twin, "step")))
         return NO;
-    if (isfinite(twin->stop_time) && end > twin->stop_time + 1e-6 * reach)
+    if (isfinite(stop) && after > stop + 1e-6 * reach)
         return NO;
+    if (OF_SYSTEM)
+        return UNSURE; /* it may diverge */
     if (twin->interpolated && path_possible(twin, size) != YES)
         return path_possible(twin, size);
-    return end > twin->stop_time ? UNSURE : YES; /* times that a host adds up are never exact */
+    return after > stop ? UNSURE : YES; /* times that a host adds up are never exact */
 }
 
 Answer rate_possible(const Twin *twin)
 {
     double rate = fabs(twin->rate), doubt = twin->rate_doubt + 1e-3 * rate;
-    return rate + doubt <= 1e9 ? YES : rate - doubt > 1e9 ? NO : UNSURE;
+    return twin->mode == UNKNOWN ? UNSURE : rate + doubt <= 1e9 ? YES : rate - doubt > 1e9 ? NO : UNSURE;
 }
 
 void twin_step(Twin *twin, double time, double size)
 {
     static const double ROUNDING = 1e-9;
-    double x = named(twin, "displacement"), v = twin->velocity, a = twin->acceleration;
     twin->time = time + size;
+    if (OF_SYSTEM)
+        return;
+    double *x = &twin->value[variable("displacement")], v = twin->velocity, a = twin->acceleration;
     if (twin->interpolated) {
         twin->rate = v + a * size;
         twin->rate_doubt = ROUNDING * (fabs(v) + fabs(a) * size);
-        twin->value[variable("displacement")] = end_of_step(twin, size);
-        twin->doubt += ROUNDING * (1.0 + fabs(x) + size * (fabs(v) + fabs(a) * size));
+        twin->doubt += ROUNDING * (1.0 + fabs(*x) + size * (fabs(v) + fabs(a) * size));
+        *x += size * (v + 0.5 * size * a);
         twin->moved = 1;
     } else if (size > 0.0) {
-        twin->rate = (x - twin->committed) / size;
+        twin->rate = (*x - twin->committed) / size;
         twin->rate_doubt = (twin->doubt + twin->committed_doubt) / size;
     }
     twin->interpolated = 0;
