@@ -15,6 +15,7 @@ import contextlib
 import io
 import json
 import math
+import random
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -23,8 +24,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import harness
-from judged import finite, kind_of
 from strandspring import (
     Identification,
     IdentificationError,
@@ -39,6 +38,7 @@ from strandspring import (
     identify,
 )
 from strandspring.cli.main import main as command_line
+from targets.made import finite, kind_of, numpy_of, refuse_constant
 
 Numbers = NDArray[np.float64]
 Dice = np.random.Generator
@@ -49,8 +49,9 @@ _REPORTED = 0.1  # share of the results of which a report is written
 _SPRING = Spring(SpringParameters((0.0, 1.0, 0.3), (1.0, 0.2), 0.5, 8.0, 1.2, 0.7, 0.0, -1.0, 1.0))
 
 
-def trial(dice: Dice, folder: Path) -> Iterator[str]:
+def trial(drawn: random.Random, folder: Path) -> Iterator[str]:
     """Records and a method."""
+    dice = numpy_of(drawn)
     is_mild = dice.random() < _MILD
     path_name, law_name = _one(dice, sorted(_WHOLE_CYCLES if is_mild else _PATHS)), _one(dice, sorted(_LAWS))
     yield f"mild {path_name}" if is_mild else path_name
@@ -106,17 +107,13 @@ def _by_command(dice: Dice, folder: Path, records: list[Record]) -> str:
         except SystemExit as leaving:
             status = leaving.code or 0
     assert status in (0, 1), (status, said.getvalue())
-    content = json.loads(printed.getvalue(), parse_constant=_refuse)
+    content = json.loads(printed.getvalue(), parse_constant=refuse_constant)
     assert ("error" in content) == (status == 1)
     assert (folder / "model.json").exists() == (status == 0)
     if status == 1:
         assert content["error"]["type"] not in ("MemoryError", "OSError"), content
         return f"command refused: {content['error'].get('outcome', content['error']['type'])}"
     return "accepted by the command"
-
-
-def _refuse(text: str) -> float:
-    raise AssertionError(f"{text} in JSON")
 
 
 def _one(dice: Dice, items: Any) -> Any:
@@ -189,68 +186,36 @@ def _time(dice: Dice, size: int) -> Numbers | None:
 # Paths of the displacement with about so many samples, of the order of 1.
 
 
-def _sine(dice: Dice, size: int) -> Numbers:
-    phase = np.linspace(0.0, 2.0 * np.pi * float(_one(dice, (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 7.3))), size)
-    return np.sin(phase + float(_one(dice, (0.0, 1.0))))
-
-
 def _growing(_dice: Dice, size: int) -> Numbers:
     phase = np.linspace(0.0, 8.0 * np.pi, 4 * size)
     return np.sin(phase) * phase / phase[-1]
 
 
-def _triangle(dice: Dice, size: int) -> Numbers:
-    legs = int(_one(dice, (1, 2, 3, 4, 8)))
-    corners = np.resize([-1.0, 1.0], legs + 1)
-    return np.interp(np.linspace(0.0, legs, legs * size + 1), np.arange(legs + 1), corners)
+def _ramps(dice: Dice, size: int, legs: tuple[int, ...] = (1, 2, 3, 4, 8)) -> Numbers:
+    count = int(_one(dice, legs))
+    return np.interp(np.linspace(0.0, count, count * size + 1), np.arange(count + 1), np.resize([-1.0, 1.0], count + 1))
 
 
-def _grid(dice: Dice, size: int) -> Numbers:
-    return dice.integers(-1, 2, size).astype(np.float64)
-
-
-def _alternating(_dice: Dice, size: int) -> Numbers:
-    return np.resize([-1.0, 1.0], size)
-
-
-def _few_values(dice: Dice, size: int) -> Numbers:
-    return dice.choice(dice.normal(size=int(dice.integers(1, 5))), size)
-
-
-def _walk(dice: Dice, size: int) -> Numbers:
-    return np.cumsum(dice.integers(-1, 2, size)).astype(np.float64)
-
-
-def _monotone(dice: Dice, size: int) -> Numbers:
-    return np.sort(dice.normal(size=size))[:: int(_one(dice, (1, -1)))].copy()
-
-
-def _constant(_dice: Dice, size: int) -> Numbers:
-    return np.ones(size)
-
-
-def _random(dice: Dice, size: int) -> Numbers:
-    return dice.normal(size=size)
-
-
-def _two_points(dice: Dice, _size: int) -> Numbers:
-    return dice.normal(size=2)
-
-
-def _with_dwells(dice: Dice, size: int) -> Numbers:
-    return np.repeat(_triangle(dice, size), dice.integers(1, 6))
-
-
-def _corners(_dice: Dice, size: int) -> Numbers:
-    """Turning points only, at integers."""
-    return np.resize([0.0, 3.0, -2.0, 2.0, -3.0], size)
+def _sine(dice: Dice, size: int) -> Numbers:
+    phase = np.linspace(0.0, 2.0 * np.pi * float(_one(dice, (0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 7.3))), size)
+    return np.sin(phase + float(_one(dice, (0.0, 1.0))))
 
 
 _PATHS: dict[str, Callable[[Dice, int], Numbers]] = {
-    path.__name__[1:]: path
-    for path in (_sine, _sine, _growing, _triangle, _grid, _alternating, _few_values, _walk, _monotone, _constant,
-                 _random, _two_points, _with_dwells, _corners)
-}  # fmt: skip
+    **dict.fromkeys(("sine", "sine again"), _sine),
+    **dict.fromkeys(("triangle", "triangle again"), _ramps),
+    **dict.fromkeys(("growing", "growing again"), _growing),
+    "grid": lambda dice, size: dice.integers(-1, 2, size).astype(np.float64),
+    "alternating": lambda _, size: np.resize([-1.0, 1.0], size),
+    "few values": lambda dice, size: dice.choice(dice.normal(size=int(dice.integers(1, 5))), size),
+    "walk": lambda dice, size: np.cumsum(dice.integers(-1, 2, size)).astype(np.float64),
+    "monotone": lambda dice, size: np.sort(dice.normal(size=size))[:: int(_one(dice, (1, -1)))].copy(),
+    "constant": lambda _, size: np.ones(size),
+    "random": lambda dice, size: dice.normal(size=size),
+    "two points": lambda dice, _: dice.normal(size=2),
+    "with dwells": lambda dice, size: np.repeat(_ramps(dice, size), dice.integers(1, 6)),
+    "corners": lambda _, size: np.resize([0.0, 3.0, -2.0, 2.0, -3.0], size),
+}
 
 
 # Laws of the force along a path.
@@ -261,42 +226,6 @@ def _of_spring(dice: Dice, x: Numbers) -> Numbers:
     return _SPRING.response(x / scale) + dice.normal(size=x.size) * float(_one(dice, (0.0, 0.0, 0.01, 0.3)))
 
 
-def _equal(_dice: Dice, x: Numbers) -> Numbers:
-    return x.copy()
-
-
-def _reversed(_dice: Dice, x: Numbers) -> Numbers:
-    return -x
-
-
-def _friction(dice: Dice, x: Numbers) -> Numbers:
-    return np.sign(np.gradient(x) if x.size > 1 else x) + x * float(_one(dice, (0.0, 0.1, 1.0)))
-
-
-def _lagging(dice: Dice, x: Numbers) -> Numbers:
-    return np.roll(x, int(dice.integers(-3, 4)))
-
-
-def _no_force(_dice: Dice, x: Numbers) -> Numbers:
-    return np.zeros_like(x)
-
-
-def _constant_force(_dice: Dice, x: Numbers) -> Numbers:
-    return np.ones_like(x)
-
-
-def _any_force(dice: Dice, x: Numbers) -> Numbers:
-    return dice.normal(size=x.size)
-
-
-def _few_forces(dice: Dice, x: Numbers) -> Numbers:
-    return dice.integers(-1, 2, x.size).astype(np.float64)
-
-
-def _cubic(_dice: Dice, x: Numbers) -> Numbers:
-    return x**3
-
-
 def _flawed(dice: Dice, x: Numbers) -> Numbers:
     force = _of_spring(dice, x)
     force[int(dice.integers(x.size))] += 10.0 ** dice.uniform(0.0, 12.0)
@@ -304,26 +233,21 @@ def _flawed(dice: Dice, x: Numbers) -> Numbers:
 
 
 _LAWS: dict[str, Callable[[Dice, Numbers], Numbers]] = {
-    law.__name__[1:]: law
-    for law in (_of_spring, _equal, _reversed, _friction, _lagging, _no_force, _constant_force, _any_force, _few_forces,
-                _cubic, _flawed)
-}  # fmt: skip
-# Most records are of springs.
-_LAWS |= {f"of_spring_{k}": _of_spring for k in range(6)}
-_PATHS |= {"sine again": _sine, "triangle again": _triangle, "growing again": _growing}
+    **dict.fromkeys((f"of spring {k}" for k in range(7)), _of_spring),
+    "flawed": _flawed,
+    "equal": lambda _, x: x.copy(),
+    "reversed": lambda _, x: -x,
+    "friction": lambda dice, x: np.sign(np.gradient(x) if x.size > 1 else x) + x * float(_one(dice, (0.0, 0.1, 1.0))),
+    "lagging": lambda dice, x: np.roll(x, int(dice.integers(-3, 4))),
+    "none": lambda _, x: np.zeros_like(x),
+    "constant": lambda _, x: np.ones_like(x),
+    "any": lambda dice, x: dice.normal(size=x.size),
+    "few values": lambda dice, x: dice.integers(-1, 2, x.size).astype(np.float64),
+    "cubic": lambda _, x: x**3,
+}
 
 
 # Of mild records.
-
-
-def _cycles(dice: Dice, size: int) -> Numbers:
-    phase = np.linspace(0.0, 2.0 * np.pi * float(_one(dice, (1.5, 2.0, 3.0, 5.3))), 4 * size)
-    return np.sin(phase)
-
-
-def _ramps(dice: Dice, size: int) -> Numbers:
-    legs = int(_one(dice, (3, 4, 5, 8)))
-    return np.interp(np.linspace(0.0, legs, legs * size + 1), np.arange(legs + 1), np.resize([-1.0, 1.0], legs + 1))
 
 
 def _uneven_ramps(dice: Dice, size: int) -> Numbers:
@@ -335,26 +259,15 @@ def _uneven_ramps(dice: Dice, size: int) -> Numbers:
 
 
 _WHOLE_CYCLES: dict[str, Callable[[Dice, int], Numbers]] = {
-    "cycles": _cycles, "ramps": _ramps, "uneven ramps": _uneven_ramps, "growing": _growing
-}  # fmt: skip
+    "cycles": lambda dice, size: np.sin(
+        np.linspace(0.0, 2.0 * np.pi * float(_one(dice, (1.5, 2.0, 3.0, 5.3))), 4 * size)
+    ),
+    "ramps": lambda dice, size: _ramps(dice, size, (3, 4, 5, 8)),
+    "uneven ramps": _uneven_ramps,
+    "growing": _growing,
+}
 
 Points = tuple[Numbers, Numbers]
-
-
-def _late(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    return x, np.roll(force, int(dice.integers(-2, 2)))
-
-
-def _drifting(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    return x, force + np.linspace(0.0, float(_one(dice, (0.1, 1.0, -30.0))), x.size)
-
-
-def _wearing(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    return x, force * np.linspace(1.0, float(_one(dice, (0.98, 0.9, 0.5, 0.01))), x.size)
-
-
-def _viscous(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    return x, force + float(_one(dice, (0.1, 1.0, 30.0))) * np.gradient(x)
 
 
 def _another_zero(dice: Dice, x: Numbers, force: Numbers) -> Points:
@@ -368,15 +281,6 @@ def _quantised(dice: Dice, x: Numbers, force: Numbers) -> Points:
     return x, force
 
 
-def _clipped(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    return x, np.clip(force, -np.inf, float(np.quantile(force, float(_one(dice, (0.7, 0.9))))))
-
-
-def _weak(dice: Dice, x: Numbers, force: Numbers) -> Points:
-    """Another unit of one of the columns than the other records have."""
-    return x * float(_one(dice, (1.0, 1e-3))), force * float(_one(dice, (1.0, 1e-3, 1e3)))
-
-
 def _resting(dice: Dice, x: Numbers, force: Numbers) -> Points:
     """A dwell at every fourth part of the record, in which the force relaxes a little; the number of samples stays."""
     samples = np.maximum.accumulate(np.where(np.arange(x.size) % 20 < 15, np.arange(x.size), 0))
@@ -384,8 +288,19 @@ def _resting(dice: Dice, x: Numbers, force: Numbers) -> Points:
 
 
 _FAULTS: dict[str, Callable[[Dice, Numbers, Numbers], Points]] = {
-    fault.__name__[1:]: fault
-    for fault in (_late, _drifting, _wearing, _viscous, _another_zero, _quantised, _clipped, _weak, _resting)
+    "late": lambda dice, x, force: (x, np.roll(force, int(dice.integers(-2, 2)))),
+    "drifting": lambda dice, x, force: (x, force + np.linspace(0.0, float(_one(dice, (0.1, 1.0, -30.0))), x.size)),
+    "wearing": lambda dice, x, force: (x, force * np.linspace(1.0, float(_one(dice, (0.98, 0.9, 0.5, 0.01))), x.size)),
+    "viscous": lambda dice, x, force: (x, force + float(_one(dice, (0.1, 1.0, 30.0))) * np.gradient(x)),
+    "clipped": lambda dice, x, force: (
+        x,
+        np.clip(force, -np.inf, float(np.quantile(force, float(_one(dice, (0.7, 0.9)))))),
+    ),
+    # Another unit of one of the columns than the other records have.
+    "weak": lambda dice, x, force: (x * float(_one(dice, (1.0, 1e-3))), force * float(_one(dice, (1.0, 1e-3, 1e3)))),
+    "another zero": _another_zero,
+    "quantised": _quantised,
+    "resting": _resting,
 }
 
 
@@ -404,7 +319,3 @@ def _disturbed(dice: Dice, values: Numbers) -> Numbers:
     elif change == 2:
         values = np.clip(values, -0.5 * largest, 0.7 * largest)
     return np.asarray(np.nan_to_num(values, nan=0.0, posinf=1e308, neginf=-1e308), dtype=np.float64)
-
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 3000)

@@ -1,4 +1,4 @@
-"""Journals of interrupted studies and batches, damaged at random: python tests/fuzz/targets/journals.py
+"""Journals of interrupted studies and batches, damaged at random.
 
 Rows and manifest of a journal are changed, repeated, moved, mixed with those of another job, or replaced, with their
 checksums or without; tables are added; bytes of the file are flipped, cut off and added. The job is then continued. It
@@ -9,10 +9,10 @@ removing the file) must lead to these bytes. What is refused must not be changed
 from __future__ import annotations
 
 import json
+import random
 import re
 import shutil
 import sqlite3
-import sys
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -23,9 +23,6 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "helpers"))
-
-import harness
 from journal_content import execute
 from many_springs import one_of
 from strandspring import TwoStageOptions
@@ -40,6 +37,7 @@ from strandspring.errors import StrandspringError
 from strandspring.loops.selection import Wanted
 from strandspring.model.modelfile import ModelFile
 from studies import CHEAP
+from targets.made import damaged, damaged_text, numpy_of
 
 Job = Callable[[Path, Callable[[int], None]], dict[str, bytes]]
 _ABSURD = (
@@ -212,29 +210,18 @@ def _rows_changed(journal: Path, other: Path, generator: np.random.Generator) ->
             execute(journal, statements[generator.integers(len(statements))])
 
 
-def _bytes_changed(content: bytes, generator: np.random.Generator) -> bytes:
+def _bytes_changed(dice: random.Random, content: bytes) -> bytes:
     """A journal with one thing changed, whatever its rows."""
-    at = int(generator.integers(1 + len(content)))
-    match generator.integers(8):
-        case 0 | 1:
-            flipped = bytearray(content)
-            for k in generator.integers(max(1, len(content)), size=generator.integers(1, 4)) if content else ():
-                flipped[k] ^= 1 << int(generator.integers(8))
-            return bytes(flipped)
+    at = dice.randrange(1 + len(content))
+    match dice.randrange(6):
+        case 0:
+            return content[:at] + dice.randbytes(dice.choice((20, 2000))) + content[at + dice.choice((0, 20)) :]
+        case 1:
+            return content[:at] + b"\0" * dice.randrange(5000) + content[at:]
         case 2:
-            return content[:at]
-        case 3:
-            return content + generator.bytes(int(generator.integers(2000)))
-        case 4:
-            return content[:at] + b"\0" * int(generator.integers(5000)) + content[at:]
-        case 5:
-            return content[:at] + generator.bytes(20) + content[at + 20 :]
-        case 6:
-            end = at + int(generator.integers(500))
-            return content[:at] + content[end:]
+            return damaged_text(dice, content.decode("latin-1")) if dice.random() < 0.3 else content + content[:at]
         case _:
-            encoding = ["utf-16", "utf-8-sig", "utf-32"][generator.integers(3)]
-            return content.decode("latin-1").encode(encoding) if generator.random() < 0.2 else content + content[:at]
+            return damaged(dice, content)
 
 
 def _continued(job: Job, folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:
@@ -254,8 +241,9 @@ def _continued(job: Job, folder: Path, journal: Path) -> tuple[dict[str, bytes] 
         return None, sentence
 
 
-def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
+def trial(dice: random.Random, folder: Path) -> Iterator[str]:
     """Damage a journal and continue the job."""
+    generator = numpy_of(dice)
     group = str(generator.choice(list(_JOBS)))
     job, _, journal_of = _JOBS[group]
     expected, other = _undisturbed(group, str(folder.parent))
@@ -269,7 +257,7 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
             with suppress(sqlite3.Error):
                 _rows_changed(journal, folder / "other", generator)
         else:
-            journal.write_bytes(_bytes_changed(journal.read_bytes(), generator))
+            journal.write_bytes(_bytes_changed(dice, journal.read_bytes()))
     results, sentence = _continued(job, folder / "results", journal)
     outcome = "accepted"
     if results is None:
@@ -284,7 +272,3 @@ def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
         results, sentence = _continued(job, folder / "results", journal)
     assert results == expected, f"other results, or never an end: {sentence}"
     yield outcome
-
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 1000)

@@ -1,29 +1,29 @@
-"""Random model files, sound and damaged, given to everything that takes a model.
+"""Random model files, sound, at the corners of their limits and damaged, given to everything that takes a model.
 
-    python tests/fuzz/targets/models.py [--seed SEED] [--count COUNT] [FILE...]
-
-A model that is accepted has to have a finite response and to be the same again after it was saved; then every function
-takes it. See `harness` for what counts as a failure; here so do answers that are not finite and refusals that do not
-say what to do.
+A model that is accepted is the same again after it was saved, and finite in every output of every use. A loss factor
+has no value where the secant stiffness is not positive, and nothing else may lack one. Refusals say what to do.
 """
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import math
 import random
+import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import harness
-from judged import finite, kind_of
-from pieces.models_made import model_file, sound, written
 from strandspring import (
     BuildError,
+    Record,
     Spring,
+    SpringParameters,
     StrandspringError,
     build_fmu,
     compare,
@@ -36,56 +36,127 @@ from strandspring import (
     verify,
 )
 from strandspring.cli.main import main as command_line
+from strandspring.core import stepper
+from strandspring.core.law import SpringLaw
+from strandspring.core.parameters import LARGEST_DISPLACEMENT
+from strandspring.model.modelfile import ModelFile
+from targets.made import as_json, finite, kind_of, refuse_constant
+from targets.made_models import corner, model_file, sound, stated
 
 # Shares of the accepted models that are given to what takes long.
 _SHARES = {"build": 0.02, "isolate": 0.3, "study": 0.3, "compare": 0.4, "commands": 0.4}
-_SAMPLES = 41
+_OF_CORNERS = {
+    "build": 0.0005, "isolate": 0.01, "study": 0.0, "compare": 0.0, "commands": 0.0, "steps": 0.1, "predict": 0.3,
+    "synthesize": 0.0, "export": 0.02,
+}  # fmt: skip
+_CORNERS = 20  # in a trial: the harness takes longer over a trial than a spring does
 
 
-def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
+def trial(dice: random.Random, folder: Path) -> Iterator[str]:
     """One model file given to all of its uses."""
     yield "models"
-    seed = int(generator.integers(2**62))
     path = folder / "model.json"
-    path.write_bytes(model_file(seed))
-    yield _outcome(path, random.Random(seed), _SHARES)
+    path.write_bytes(model_file(dice))
+    yield from _outcome(path, dice, _SHARES)
 
 
 def judge(path: Path) -> Iterator[str]:
     """A file of the corpus given to all uses but the dearest."""
-    yield _outcome(path, random.Random(1), {"build": 0.0})
+    yield f"corpus, {path.name}"
+    yield from _outcome(path, random.Random(1), {"build": 0.0, "study": 0.5, "commands": 0.5})
 
 
-def _outcome(path: Path, dice: random.Random, shares: Mapping[str, float]) -> str:
-    """What becomes of a model file in those of its uses that come up by their shares."""
+def _outcome(path: Path, dice: random.Random, shares: Mapping[str, float]) -> Iterator[str]:
     try:
         spring = Spring.load(path)
     except StrandspringError as refusal:
-        return f"refused: {kind_of(refusal, path)}"
+        yield f"refused: {kind_of(refusal, path)}"
+        return
+    refused = _used(dice, path, spring, shares)
+    yield f"accepted, refused by {', '.join(refused) or 'none'}"
+
+
+def corners(dice: random.Random, folder: Path) -> Iterator[str]:
+    """Some springs at the corners, given to their uses."""
+    yield "corners"
+    outcomes = Counter(_of_corner(dice, folder / "corner.json") for _ in range(_CORNERS))
+    yield f"accepted {outcomes['accepted']} of {_CORNERS}"
+
+
+def _of_corner(dice: random.Random, path: Path) -> str:
+    content = sound(dice)
+    try:
+        if dice.random() < 0.75:
+            model = ModelFile("corner", SpringParameters(**{"kE": (), **corner(dice)}))
+        else:
+            content |= {name: stated(dice, content[name]) for name in ("fit", "uncertainty")}
+            model = ModelFile.from_content(content)
+    except ValueError as refusal:
+        kind_of(refusal, path)
+        return "refused"
+    spring = Spring.from_model(model)
+    spring.save(path)
+    _used(dice, path, spring, _OF_CORNERS)
+    return "accepted"
+
+
+def _used(dice: random.Random, path: Path, spring: Spring, shares: Mapping[str, float]) -> list[str]:
+    """The uses that refuse a spring, of those that come up by their shares."""
     refused = []
-    uses = [use for use in _USES if dice.random() < shares.get(use.__name__[1:], 1.0)]
-    for use in uses:
+    for use in [use for use in _USES if dice.random() < shares.get(use.__name__[1:], 1.0)]:
         try:
             use(dice, path, spring)
         except StrandspringError as refusal:
             kind_of(refusal, path)
             refused.append(use.__name__[1:])
         except BaseException as fault:
-            fault.add_note(f"in {use.__name__[1:]}")
+            fault.add_note(f"in {use.__name__[1:]} of {spring.parameters}")
             raise
-    return f"accepted, refused by {', '.join(refused) or 'none'}"
+    return refused
 
 
-def _middle_path(spring: Spring) -> np.ndarray:
-    """Two cycles over the identified range and somewhat beyond it."""
+# ---- what must be finite ---------------------------------------------------------------------------------------------
+
+
+def _words(text: str) -> None:
+    found = re.findall(r".*(?<![a-z])(?:nan|inf)(?![a-z]).*", text, re.IGNORECASE)
+    assert not found, found
+
+
+def _numbers(place: str, value: Any, undefined: tuple[str, ...] = ()) -> None:
+    """Raise AssertionError at a number that is not finite, but for a loss factor without a positive stiffness."""
+    if isinstance(value, dict):
+        if value.get("secant_stiffness", 1.0) <= 0.0:
+            undefined = ("loss_factor", "damping_ratio")
+        for key, part in value.items():
+            if key not in undefined:
+                _numbers(f"{place}.{key}", part, undefined)
+    elif isinstance(value, list | tuple):
+        for part in value:
+            _numbers(f"{place}[]", part)
+    elif isinstance(value, float):
+        assert math.isfinite(value), f"{place} is {value}"
+
+
+# ---- uses ------------------------------------------------------------------------------------------------------------
+
+
+def _path(spring: Spring, *shares: float) -> np.ndarray:
+    """Two cycles of each share of the range about its middle."""
     p = spring.parameters
     half = 0.5 * (p.displacement_max - p.displacement_min)
-    path: np.ndarray = p.displacement_min + half + 1.1 * half * np.sin(np.linspace(0.0, 12.0, _SAMPLES))
-    return path
+    wave = np.sin(np.linspace(0.0, 4.0 * np.pi, 41))
+    path = np.concatenate([p.displacement_min + half + share * half * wave for share in shares])
+    return np.clip(path, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
+
+
+def _record(dice: random.Random, spring: Spring) -> Record:
+    path = _path(spring, *dice.choice(((1.1, 1.1), (1.0,), (0.5, 1.0))))
+    return Record(path, spring.response(path), np.arange(path.size) * dice.choice((1e-3, 1.0)))
 
 
 def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
-    motion = _middle_path(spring)
+    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * LARGEST_DISPLACEMENT])
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
     again = path.with_name("again.json")
@@ -96,31 +167,33 @@ def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
     assert again.read_bytes() == content
 
 
+def _steps(_dice: random.Random, _path_of: Path, spring: Spring) -> None:
+    """As the Python-backed FMU computes them."""
+    path = _path(spring, 1.1)
+    law, memory = SpringLaw(spring.parameters), stepper.start(float(path[0]), 0.0)
+    for x in path[1:].tolist():
+        memory = stepper.integrate(law, stepper.trial(law, memory, x))
+        finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
+
+
 def _info(dice: random.Random, path: Path, spring: Spring) -> None:
-    given = info(path) if dice.random() < 0.5 else info(path, _record(spring))
-    given.summary()
-    frame = given.to_frame()
-    if len(frame):
-        # A loss factor is not a number where the stiffness is not positive, and so is the frequency of a model's loop.
-        finite("info", frame[["amplitude", "low", "high", "secant_stiffness", "energy_per_cycle", "max_force"]])
-        finite("info", frame["loss_factor"].dropna())
+    p = spring.parameters
+    largest = LARGEST_DISPLACEMENT - max(abs(p.displacement_min), abs(p.displacement_max))
+    amplitude = max(largest, 0.1 * (p.displacement_max - p.displacement_min))
+    for given in (info(path), info(spring, amplitudes=[amplitude]), info(path, _record(dice, spring))):
+        _words(given.summary())
+        _numbers("info", given.as_json())
+        given.to_frame()
 
 
-def _record(spring: Spring) -> Any:
-    from strandspring import Record
-
-    motion = np.tile(_middle_path(spring), 2)
-    return Record(motion, spring.response(motion), np.arange(motion.size, dtype=np.float64))
-
-
-def _predict(_dice: random.Random, path: Path, spring: Spring) -> None:
-    prediction = predict(path, _record(spring))
+def _predict(dice: random.Random, path: Path, spring: Spring) -> None:
+    prediction = predict(path, _record(dice, spring))
+    _words(prediction.summary())
     finite("predict", [prediction.rmse, prediction.rnl])
     frame = prediction.to_frame()
     finite("predict", frame[["displacement", "force", "predicted"]])
     if prediction.half_widths is not None:
         finite("interval", frame[["lower", "upper"]])
-    prediction.summary()
 
 
 def _synthesize(dice: random.Random, path: Path, _spring: Spring) -> None:
@@ -129,9 +202,9 @@ def _synthesize(dice: random.Random, path: Path, _spring: Spring) -> None:
 
 
 def _export(_dice: random.Random, path: Path, _spring: Spring) -> None:
-    for written_file in export(path, path.parent / "exported", ssv=True, modelica=True):
-        text = written_file.read_text(encoding="utf-8").lower()
-        assert not any(word in text for word in ('"nan"', '"inf"', "= nan", "= inf", ", inf", ", nan")), text
+    for file in export(path, path.parent / "exported", ssv=True, modelica=True):
+        text = file.read_text(encoding="utf-8")
+        assert not re.search(r"(?i)[=(,{\"]\s*-?(?:nan|inf)\b", text), text
 
 
 def _mass(dice: random.Random, spring: Spring) -> float:
@@ -144,7 +217,7 @@ def _mass(dice: random.Random, spring: Spring) -> float:
 
 def _isolate(dice: random.Random, path: Path, spring: Spring) -> None:
     isolation = isolate(path, _mass(dice, spring), points=6, extrapolate=dice.random() < 0.5)
-    isolation.summary()
+    _words(isolation.summary())
     finite("isolate", isolation.to_frame().select_dtypes(float).drop(columns="phase", errors="ignore"))
 
 
@@ -159,11 +232,11 @@ def _study(dice: random.Random, path: Path, spring: Spring) -> None:
 def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
     other = path.with_name("other.json")
     own = json.loads(path.read_text(encoding="utf-8-sig"))
-    if dice.random() < 0.7 and own["uncertainty"] if "uncertainty" in own else False:
+    if dice.random() < 0.7 and own.get("uncertainty"):
         own["parameters"]["kappa_omega"] *= 1.1
     else:
         own = sound(dice)
-    other.write_text(written(own), encoding="utf-8")
+    other.write_text(as_json(own), encoding="utf-8")
     Spring.load(other)
     comparison = compare(path, other, align="middle", draws=dice.choice((0, 20)))
     comparison.summary()
@@ -172,9 +245,6 @@ def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
 
 def _commands(dice: random.Random, path: Path, _spring: Spring) -> None:
     """A command under --json: its output is JSON without NaN, whatever it refuses."""
-    import contextlib
-    import io
-
     command = dice.choice((["info"], ["isolate", "--mass", "5", "--points", "4"], ["compare", str(path)], ["export"]))
     printed, said = io.StringIO(), io.StringIO()
     extra = ["--ssv", "-o", str(path.parent)] if command == ["export"] else ["--json"]
@@ -186,11 +256,7 @@ def _commands(dice: random.Random, path: Path, _spring: Spring) -> None:
             status = leaving.code
     assert status in (0, None, 1), (command, status, said.getvalue())
     if extra == ["--json"]:
-        json.loads(printed.getvalue(), parse_constant=_refuse)
-
-
-def _refuse(text: str) -> float:
-    raise AssertionError(f"{text} in JSON")
+        json.loads(printed.getvalue(), parse_constant=refuse_constant)
 
 
 def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
@@ -202,17 +268,5 @@ def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
 
 
 _USES: tuple[Callable[[random.Random, Path, Spring], None], ...] = (
-    _response,
-    _info,
-    _predict,
-    _synthesize,
-    _export,
-    _isolate,
-    _study,
-    _compare,
-    _commands,
-    _build,
-)
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 10_000, judge)
+    _response, _steps, _info, _predict, _synthesize, _export, _isolate, _study, _compare, _commands, _build,
+)  # fmt: skip

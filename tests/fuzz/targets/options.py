@@ -1,7 +1,5 @@
 """Random command lines: every command with any of its options, with sensible and with absurd values.
 
-    python tests/fuzz/targets/options.py [--seed SEED] [--count COUNT] [--keep FOLDER]
-
 What is accepted must be finite, what is refused a sentence, and nothing may be left half done. Options are read from
 the commands themselves, so that a new one is tried, too; without those of a cluster.
 """
@@ -12,20 +10,20 @@ import contextlib
 import io
 import json
 import os
+import random
 import re
 import shutil
 import webbrowser
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import NoReturn
 
 import click
 import numpy as np
 
-import harness
 from strandspring.cli.main import COMMANDS, main, strandspring
 from strandspring.docs import site
+from targets.made import numpy_of, refuse_constant
 
 _ROOT = Path(__file__).resolve().parents[3]
 _ABSURD = (
@@ -35,46 +33,24 @@ _ABSURD = (
 )  # fmt: skip
 _NUMBERS = ("0.03", "0.5", "1", "2", "3", "0.001", "20", "1e-6", "1e6", "1e9")
 # Options that may take long with what they allow, with values for which they do not.
-_FEW = {
-    "draws": "2", "points": "5", "samples": "40", "cycles": "2", "workers": "1",
-    "smoothing": "5",
-}  # fmt: skip
+_FEW = {"draws": "2", "points": "5", "samples": "40", "cycles": "2", "workers": "1", "smoothing": "5"}
 _SENSIBLE = {
-    "output": "out.json out.csv out.html folder new",
-    "report": "report.html",
-    "figure": "figure.png",
-    "plot": "plot.png",
-    "save": "saved.json",
-    "clean": "clean.csv",
-    "displacement": "1",
-    "force": "2",
+    "output": "out.json out.csv out.html folder new", "report": "report.html", "figure": "figure.png",
+    "plot": "plot.png", "save": "saved.json", "clean": "clean.csv", "displacement": "1", "force": "2",
     "displacement_unit": "mm in",
-    "force_unit": "N kN",
-    "time_unit": "s",
-    "time": "0:1 3",
-    "displacement_range": "-1:1",
-    "degrees": "3,2 auto 1,0",
-    "zero": "middle rig 0",
-    "name": "spring",
-    "models": ".",
-    "platforms": "linux64 all",
-    "mass": "0.03",
-    "load": "0.2",
-    "band": "1 50 90",
-    "seed": "1",
-    "force_resolution": "0.001",
-    "displacement_resolution": "0.001",
-    "field": "Batch=7",
-    "date": "2026-01-01",
-    "delay": "0.001",
-}
+    "force_unit": "N kN", "time_unit": "s", "time": "0:1 3", "displacement_range": "-1:1", "degrees": "3,2 auto 1,0",
+    "zero": "middle rig 0", "name": "spring", "models": ".", "platforms": "linux64 all", "mass": "0.03", "load": "0.2",
+    "band": "1 50 90", "seed": "1", "force_resolution": "0.001", "displacement_resolution": "0.001", "field": "Batch=7",
+    "date": "2026-01-01", "delay": "0.001",
+}  # fmt: skip
 _LEFT_OUT = ("scheduler", "verify")  # the latter co-simulates for seconds
 _ALWAYS = ("output", "workers", "mass")
 _FILES = ("record.csv", "model.json", "spring.fmu", "cut.csv", "empty.csv", "folder", "none.csv")
 
 
-def trial(rng: np.random.Generator, folder: Path) -> Iterator[str]:
+def trial(dice: random.Random, folder: Path) -> Iterator[str]:
     """One command line in a folder with records, a model and an FMU."""
+    rng = numpy_of(dice)
     os.chdir(folder)
     webbrowser.open = lambda *_, **__: True
     site._build = lambda _source, built, _state: built.mkdir()  # takes seconds
@@ -91,7 +67,7 @@ def trial(rng: np.random.Generator, folder: Path) -> Iterator[str]:
         *_, last = err.splitlines()
         assert re.fullmatch(r"strandspring: .{10,}\.", last), told
     if "--json" in arguments and (status == 0 or out):
-        json.loads(out, parse_constant=_refuse_constant)
+        json.loads(out, parse_constant=refuse_constant)
     for path in Path().rglob("*"):
         assert not path.name.startswith("."), f"{path} is left behind; {told}"
         if (
@@ -102,10 +78,6 @@ def trial(rng: np.random.Generator, folder: Path) -> Iterator[str]:
         ):
             assert not re.search(r"(?i)\b(nan|inf|infinity)\b", path.read_text("utf-8")), f"{path}: {told}"
     yield "accepted" if status == 0 else f"{'wrong usage' if status == 2 else 'refused'}: {_kind(err)}"
-
-
-def _refuse_constant(name: str) -> NoReturn:
-    raise AssertionError(f"{name} in JSON")
 
 
 def _kind(err: str) -> str:
@@ -200,7 +172,3 @@ def _put_files(folder: Path) -> None:
         (folder / name).write_bytes(content)
     (folder / "folder").mkdir()
     shutil.copy(folder / "record.csv", folder / "folder")
-
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 2000)

@@ -1,9 +1,7 @@
 """FMU archives, sound and damaged, given to `verify` and to what reads the model inside.
 
-    python tests/fuzz/targets/models_fmus.py [--seed SEED] [--count COUNT]
-
 An FMU is built once without its binaries; each trial changes its files, its list of hashes, its directory or its bytes.
-Nothing may be written outside of temporary folders. See `harness` for what else counts as a failure.
+Nothing may be written outside of temporary folders.
 """
 
 from __future__ import annotations
@@ -11,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import json
+import random
 import struct
 import zipfile
 from collections.abc import Callable, Iterator
@@ -19,13 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
-import harness
-from judged import kind_of
-from pieces.models_made import model_file
 from strandspring import SpringParameters, StrandspringError, info, verify
 from strandspring.fmu.python_backed import fmu_contents
 from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
+from targets.made import kind_of, numpy_of
+from targets.made_models import model_file
 
 Dice = np.random.Generator
 Files = dict[str, bytes]
@@ -33,8 +31,9 @@ _DESCRIPTION = "modelDescription.xml"
 _SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
 
 
-def trial(dice: Dice, folder: Path) -> Iterator[str]:
+def trial(drawn: random.Random, folder: Path) -> Iterator[str]:
     """One archive."""
+    dice = numpy_of(drawn)
     names = [str(name) for name in dice.choice(sorted(_CHANGES), int(dice.integers(0, 3)), replace=False)]
     yield "verify" if dice.random() < 0.7 else "info"
     files = dict(_sound())
@@ -120,7 +119,7 @@ def _cut_file(dice: Dice, files: Files) -> None:
 
 
 def _other_model(dice: Dice, files: Files) -> None:
-    files[MODEL_IN_FMU] = model_file(int(dice.integers(2**62)))
+    files[MODEL_IN_FMU] = model_file(random.Random(int(dice.integers(2**62))))
 
 
 def _strange_json(dice: Dice, files: Files) -> None:
@@ -269,7 +268,3 @@ _DAMAGES = (_flipped, _cut, _in_directory, _in_directory, _with_end, _twice)
 
 def _damaged(dice: Dice, data: bytes) -> bytes:
     return _DAMAGES[int(dice.integers(len(_DAMAGES)))](dice, data)
-
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 2000)
