@@ -1,23 +1,25 @@
-"""Random trials: python tests/fuzz/run.py [--hours H | --minutes M | --count N] [--only TARGET] [--seed S] [FILE...]
+"""Random trials: python tests/fuzz/run.py [--hours H | --count N] [--only TARGET] [--seed S] [FILE...]
 
-A target (see `TARGETS`) draws inputs from a seed, gives them to the package, and says what is allowed; those that
-begin with "fmi" are random calls against the C sources of FMUs under sanitizers (fmi/fuzz.h). Each target first judges
-its files of past findings (corpus/) and then random trials. Trial k has the seed SEED + k, so that `--seed S --count 1`
-repeats it. By default the first seed is from the commit's hash, and with --hours it is where the last such run ended,
-which is kept in tests/fuzz/.next.json. A failure is printed with the command that repeats it, and the exit status is 1;
-keep its file in the corpus.
+A target draws an input from a seed and gives it to the package; those that begin with "fmi" are random calls against
+the
+C sources of FMUs under sanitizers (fmi/fuzz.h). Each target first judges its files of past findings (corpus/) and then
+random trials. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. By default the first seed is from
+the commit's hash, and with --hours it is where the last such run ended, which is kept in tests/fuzz/.next.json. A
+failure
+is printed with the command that repeats it, and the exit status is 1; keep its file in the corpus.
 
-Trials run one after the other in a child process with limits of memory and time. One also fails if it warns, prints,
-takes over 10 s of processor time or over 1 GB of memory, leaves temporary or open files behind, or ends the process.
+The law of all: an input is accepted, or refused by one sentence that says what is wrong and what to do. A trial also
+fails if it warns, prints, takes over 10 s of processor time or over 1 GB of memory, leaves temporary or open files
+behind, or ends the process; it is done in a child process with limits of memory and time.
 """
 
 from __future__ import annotations
 
 import argparse
 import gc
+import gzip
 import importlib
 import json
-import math
 import os
 import random
 import resource
@@ -30,149 +32,139 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 
-from seeds import SEED  # noqa: E402
-
 # Of each target in Python its module in targets/, whose `trial` (or a function of the name given) takes dice and an
-# empty folder, and whose `judge` takes a file; both yield a group (such as the format) and then an outcome (such as
-# "accepted" or "refused: ..."), and raise for a failure.
+# empty folder, and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
 TARGETS = {
-    "models": "models", "corners": "models:corners", "fmus": "fmus", "systems": "systems", "options": "options",
-    "journals": "journals", "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
-    "descriptions": "descriptions",
+    "models": "models", "fmus": "fmus", "systems": "systems", "options": "options", "journals": "journals",
+    "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
+    "descriptions": "records:descriptions", "arrays": "records:arrays",
 }  # fmt: skip
 FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
 NEXT = HERE / ".next.json"
 MAX_SECONDS = 10.0  # of processor time
 PATIENCE = 30.0 * MAX_SECONDS  # by the clock, since other programs run too
 MAX_BYTES = 1024**3
-_ENDLESS = 10**9
 _SEQUENCES = 500  # of FMI calls between two looks at the clock: some seconds
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
-Result = dict[str, str]
 
 
-@dataclass
-class Report:
-    """Number of trials by group and outcome, and failures with seed, group and reason."""
-
-    outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
-    failures: list[Result] = field(default_factory=list)
-
-    def share(self, word: str) -> float:
-        """Of the trials whose outcome has this word."""
-        return sum(n for (_, outcome), n in self.outcomes.items() if word in outcome) / self.outcomes.total()
+def seed_of_commit() -> int:
+    """From the hash of the commit; without git, or with STRANDSPRING_FUZZ_SEED, that of the variable or 1."""
+    if given := os.environ.get("STRANDSPRING_FUZZ_SEED"):
+        return int(given)
+    done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False)
+    return int(done.stdout[:7], 16) if done.returncode == 0 else 1
 
 
 def corpus_of(target: str) -> list[Path]:
-    """The files of past findings of a target."""
+    """The files of past findings and the seeds of a target."""
     return sorted((HERE / "corpus" / target).glob("*"))
 
 
-def trials(
-    target: str, seed: int, count: int, files: Sequence[Path] = (), keep: Path | None = None, seconds: float = math.inf
-) -> Report:
-    """Do trials in a child process, a new one after a trial that ended it, or judge files; failures are printed."""
-    seed, count = (1, len(files)) if files else (seed, count)
-    deadline, end, report = time.monotonic() + seconds, seed + count, Report()
-    while seed < end and time.monotonic() < deadline:
-        with tempfile.TemporaryDirectory() as folder:
-            for result in _results(target, seed, end - seed, Path(folder), files, keep):
-                group, outcome = result["group"], result["outcome"]
-                if failure := result.get("failure"):
-                    report.failures.append({"seed": str(seed), "group": group, "failure": failure})
-                    how = files[seed - 1] if files else f"--seed {seed} --count 1"
-                    print(f"FAILURE in {group}: python {__file__} --only {target} {how}\n{failure}\n", flush=True)
-                report.outcomes[group, outcome] += 1
-                seed += 1
-                if time.monotonic() > deadline:
-                    return report
-            if left := [path.name for path in (Path(folder) / "tmp").iterdir()]:
-                report.failures.append({"seed": str(seed), "group": "end", "failure": f"left {left}"})
-                print(f"FAILURE at the end of the process, before the seed {seed}: left {left}\n", flush=True)
-    return report
+@dataclass
+class Trials:
+    """Trials in a child process, a new one after one that ended it; failures are printed."""
 
+    outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
+    failures: list[str] = field(default_factory=list)
+    _child: subprocess.Popen[bytes] | None = None
 
-def _results(
-    target: str, seed: int, count: int, folder: Path, files: Sequence[Path], keep: Path | None
-) -> Iterator[Result]:
-    """Results of the trials of one child, of which the last may be its end."""
-    (folder / "tmp").mkdir()
-    command = [sys.executable, __file__, "--only", target, "--seed", str(seed), "--count", str(count)]
-    command += ["--child", str(folder), *([] if keep is None else ["--keep", str(keep)]), *map(str, files)]
-    environment = os.environ | _ENVIRONMENT | {"TMPDIR": str(folder / "tmp"), "STRANDSPRING_FUZZ_SEED": str(SEED)}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, env=environment) as child:
+    def __enter__(self) -> Trials:
+        self._folder = Path(tempfile.mkdtemp(prefix="strandspring-fuzz-"))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._child:
+            assert self._child.stdin is not None
+            self._child.stdin.close()
+            self._child.wait()
+            if left := [path.name for path in (self._folder / "tmp").iterdir()]:
+                self._failed("the end of the process", f"left {left}")
+        shutil.rmtree(self._folder)
+
+    def do(self, target: str, seed: int, file: Path | None = None) -> None:
+        """One trial, or a file of the corpus that is judged."""
+        if self._child is None or self._child.poll() is not None:
+            (self._folder / "tmp").mkdir(exist_ok=True)
+            environment = os.environ | _ENVIRONMENT | {"TMPDIR": str(self._folder / "tmp")}
+            command = [sys.executable, __file__, "--child", str(self._folder)]
+            self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        child = self._child
+        assert child.stdin is not None
         assert child.stdout is not None
-        try:
-            rest = b""
-            group, reason = "unknown", "did not end"
-            while select.select([child.stdout], [], [], PATIENCE)[0]:
-                block = os.read(child.stdout.fileno(), 65536)
-                if not block:
-                    reason = f"ended with status {child.wait()}"
-                    break
-                *lines, rest = (rest + block).split(b"\n")
-                for line in lines:
-                    result = {"group": group} | json.loads(line)
-                    group = result["group"]
-                    if "outcome" in result:
-                        count -= 1
-                        yield result
-        finally:
+        child.stdin.write(json.dumps([target, seed, file and str(file)]).encode() + b"\n")
+        child.stdin.flush()
+        if not select.select([child.stdout], [], [], PATIENCE)[0]:
             child.kill()
-    if count:
-        yield {"group": group, "outcome": "FAILED", "failure": f"the process {reason}"}
+        answer = child.stdout.readline()
+        dead = {"outcome": "FAILED", "failure": f"the process ended with status {'' if answer else child.wait()}"}
+        result = json.loads(answer) if answer else dead
+        self.outcomes[target, result["outcome"]] += 1
+        if "failure" in result:
+            self._failed(f"--only {target} {file or f'--seed {seed} --count 1'}", result["failure"])
+
+    def _failed(self, where: str, failure: str) -> None:
+        self.failures.append(where)
+        print(f"FAILURE: python {__file__} {where}\n{failure}\n", flush=True)
 
 
 # ---- in the child ----------------------------------------------------------------------------------------------------
 
 
-def _do_trials(target: str, seeds: range, files: Sequence[Path], folder: Path, keep: Path | None) -> None:
-    """Do trials in this process; results go to standard output, one JSON object per line."""
-    name, _, function = TARGETS.get(target, target).partition(":")
-    module = importlib.import_module(f"targets.{name}")
-    trial = getattr(module, function or "trial")
+def _child(folder: Path) -> None:
+    """Do trials as they are asked for, a line of JSON each."""
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
     warnings.filterwarnings("ignore", message="`displacement` must be within the identified range")  # paths are wide
-    gc.collect()
-    gc.freeze()  # what has been imported is not searched for garbage after every trial
     results = os.fdopen(os.dup(1), "w")
     with (folder / "printed").open("w+b") as printed:
         for descriptor in (1, 2):
             os.dup2(printed.fileno(), descriptor)
-        for seed in seeds:
-            work = (keep or folder / "work") / str(seed)
-            work.mkdir(parents=True)
-            if files:
-                tried = module.judge(Path(shutil.copy(files[seed - 1], work)))
-            else:
-                tried = trial(random.Random(seed), work)
-            for result in _judged(tried, printed.fileno()):
-                results.write(json.dumps(result) + "\n")
-                results.flush()
-            if keep is None:
-                shutil.rmtree(work)
+        for number, line in enumerate(sys.stdin):
+            target, seed, file = json.loads(line)
+            work = folder / f"work{number}"
+            work.mkdir()
+            results.write(json.dumps(_judged(target, seed, file and Path(file), work, printed.fileno())) + "\n")
+            results.flush()
+            os.chdir(folder)
+            shutil.rmtree(work)
 
 
-def _judged(trial: Iterator[str], printed: int) -> Iterator[Result]:
-    """The group of a trial, and its outcome."""
+def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
+    name, _, function = TARGETS.get(target, target).partition(":")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of other packages, when they are imported
+        module = importlib.import_module(f"targets.{name}")
+        from strandspring.errors import StrandspringError
+        from targets.mutator import kind_of
+    try:
+        if file is None:
+            return getattr(module, function or "trial")(random.Random(seed), work)
+        content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
+        place = work / file.name.removesuffix(".gz")
+        place.write_bytes(content)
+        return module.judge(place)
+    except StrandspringError as refusal:
+        return f"refused: {kind_of(refusal, work)}"
+
+
+def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int) -> dict[str, str]:
+    """The outcome of a trial, and what was wrong with it."""
     os.ftruncate(printed, 0)
     os.lseek(printed, 0, os.SEEK_SET)
     files, begin, memory = _open_files(), time.process_time(), _memory("VmRSS")
     Path("/proc/self/clear_refs").write_text("5")  # the peak of memory begins anew
-    resource.setrlimit(resource.RLIMIT_AS, (_memory("VmSize") + MAX_BYTES, resource.RLIM_INFINITY))
-    failures = []
-    outcome = ""
+    resource.setrlimit(resource.RLIMIT_AS, (_memory("VmSize") + 2 * MAX_BYTES, resource.RLIM_INFINITY))
+    failures, outcome = [], "FAILED"
     try:
-        yield {"group": next(trial)}
-        outcome = next(trial)
+        outcome = _outcome(target, seed, file, work)
     except BaseException:
         failures.append(traceback.format_exc())
     seconds, peak = time.process_time() - begin, _memory("VmHWM") - memory
@@ -184,12 +176,13 @@ def _judged(trial: Iterator[str], printed: int) -> Iterator[Result]:
         failures.append(f"printed: {text.decode(errors='replace')}")
     if seconds > MAX_SECONDS or peak > MAX_BYTES:
         failures.append(f"took {seconds:.1f} s and {peak / 1e6:.0f} MB")
+    failures += [f"left {path}" for path in work.rglob(".*")]
     for path in set(Path(tempfile.gettempdir()).iterdir()) - _folders_of_readers():
         failures.append(f"left {path.name}")
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     if left_open := _open_files() - files:
         failures.append(f"left open {sorted(left_open)}")
-    yield {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
+    return {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
 
 
 def _memory(name: str) -> int:
@@ -202,7 +195,7 @@ def _open_files() -> set[str]:
     """What is open besides pipes, fonts, which Matplotlib keeps, and folders of processes kept for the next trial."""
     links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
     kept = set(map(str, _folders_of_readers()))
-    return {link for link in links - kept if not (link.startswith("pipe:") or link.endswith(".ttf"))}
+    return {link for link in links - kept if not (link.startswith("pipe:") or link.endswith((".ttf", ".so")))}
 
 
 def _folders_of_readers() -> set[Path]:
@@ -217,21 +210,24 @@ def _folders_of_readers() -> set[Path]:
 
 def run(target: str, seed: int, count: int, seconds: float) -> tuple[int, int]:
     """Run a target; returns the number of trials and of failures, which are printed."""
-    if target in TARGETS:
-        reports = [trials(target, 1, 1, files=corpus_of(target))] if corpus_of(target) else []
-        reports.append(trials(target, seed, count, seconds=seconds))
-        return reports[-1].outcomes.total(), sum(len(report.failures) for report in reports)
-    import fuzzing
-
     deadline, done = time.monotonic() + seconds, 0
+    if target in TARGETS:
+        with Trials() as trials:
+            for file in corpus_of(target):
+                trials.do(target, 0, file)
+            while done < count and time.monotonic() < deadline:
+                trials.do(target, seed + done)
+                done += 1
+        return done, len(trials.failures)
+    import program
+
     with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as folder:
-        program = fuzzing.program_of(target.removeprefix("fmi-"), Path(folder))
+        built = program.program_of(target.removeprefix("fmi-"), Path(folder))
         while done < count and time.monotonic() < deadline:
-            sequences = min(_SEQUENCES, count - done)
-            outcome = fuzzing.run(program, seed + done // fuzzing.RUN, sequences)
+            found, _ = program.run(built, seed + done // program.RUN, sequences := min(_SEQUENCES, count - done))
             done += sequences
-            if outcome.found:
-                print(f"FAILURE in {target}:\n{outcome.found}", flush=True)
+            if found:
+                print(f"FAILURE in {target}:\n{found}", flush=True)
                 return done, 1
     return done, 0
 
@@ -239,37 +235,32 @@ def run(target: str, seed: int, count: int, seconds: float) -> tuple[int, int]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     names = [*TARGETS, *(f"fmi-{form}" for form in FORMS)]
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--hours", type=float, default=0.0)
-    length.add_argument("--minutes", type=float, default=2.0)
-    length.add_argument("--count", type=int, help="trials of each target, instead of a time")
+    parser.add_argument("--hours", type=float, default=0.0, help="of all targets; else it is a minute for each")
+    parser.add_argument("--count", type=int, default=10**9, help="trials of each target at most")
     parser.add_argument("--only", action="append", metavar="TARGET", help=f"of {', '.join(names)}")
-    parser.add_argument("--scripts", action="store_true", help="the targets in Python alone")
     parser.add_argument("--seed", type=int, help="of the first trial")
-    parser.add_argument("--keep", type=Path, help="folder for the files of the trials, which are not deleted")
     parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of one target to judge instead")
     given = parser.parse_args()
-    targets = given.only or (list(TARGETS) if given.scripts else names)
+    targets = given.only or names
     if given.child:
-        seeds = range(given.seed, given.seed + given.count)
-        _do_trials(targets[0], seeds, given.files, given.child, given.keep)
+        _child(given.child)
         return 0
     if wrong := set(targets) - set(names):
         parser.error(f"there is no target {', '.join(sorted(wrong))}")
-    print(f"The seed of this commit is {SEED}.", flush=True)
-    if given.files or given.keep:
-        report = trials(
-            targets[0], SEED if given.seed is None else given.seed, given.count or 1, given.files, given.keep
-        )
-        print(*sorted(report.outcomes.items()), sep="\n")
-        return bool(report.failures)
-    going_on = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
-    share = math.inf if given.count else (3600.0 * given.hours or 60.0 * given.minutes) / len(targets)
+    if given.files:
+        with Trials() as trials:
+            for file in given.files:
+                trials.do(targets[0], 0, file.resolve())
+        print(*sorted(trials.outcomes.items()), sep="\n")
+        return bool(trials.failures)
+    first = seed_of_commit()
+    print(f"The seed of this commit is {first}.", flush=True)
+    going_on: dict[str, Any] = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
     failed = 0
     for target in targets:
-        seed = going_on.get(target, SEED) if given.seed is None else given.seed
-        done, failures = run(target, seed, given.count or _ENDLESS, share)
+        seed = going_on.get(target, first) if given.seed is None else given.seed
+        done, failures = run(target, seed, given.count, 3600.0 * given.hours / len(targets) or 60.0)
         failed += failures
         print(f"{target:22} from seed {seed:10} {done:9} trials {failures:5} failures", flush=True)
         going_on[target] = seed + done

@@ -1,68 +1,58 @@
-"""Fuzz targets in Python: files of past findings, a share of the random trials, and a minute of all (run.py)."""
+"""Fuzz targets in Python: past findings, some random trials of each, and what the harness calls a failure (run.py)."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import run as fuzz
-from seeds import SEED
 
 pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc"),
 ]
+SEED = fuzz.seed_of_commit()
+# Random trials of each target, and for how many kinds of refusal at least.
+SHARES = {
+    "models": (4, 0), "fmus": (4, 0), "identify": (3, 0), "systems": (15, 4), "records_text": (25, 4), "arrays": (15,
+    3),
+    "records_binary": (15, 3), "descriptions": (15, 3), "journals": (6, 0), "options": (3, 0),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("target", sorted(folder.name for folder in (fuzz.HERE / "corpus").iterdir()))
-def test_past_findings(target: str) -> None:
-    files = fuzz.corpus_of(target)
-    report = fuzz.trials(target, 1, 1, files)
-    assert not report.failures
-    assert report.outcomes.total() == len(files)
+@pytest.fixture(scope="module")
+def trials() -> Iterator[fuzz.Trials]:
+    with fuzz.Trials() as made:
+        yield made
 
 
-# The target, the number of trials, and whether some must be accepted, and some refused; of these the fewest kinds.
-SHARES = [
-    ("corners", 1, True, False, 1),
-    ("models", 4, False, False, 1),
-    ("fmus", 4, False, False, 1),
-    ("identify", 2, False, False, 1),
-    ("systems", 20, True, True, 5),
-    ("records_text", 20, False, True, 4),
-    ("records_binary", 16, True, True, 5),
-    ("descriptions", 20, True, True, 5),
-    ("journals", 6, False, False, 1),
-]
+def test_a_finding_fails_the_run(trials: fuzz.Trials, capsys: pytest.CaptureFixture[str]) -> None:
+    trials.do("no_such_module", 2)
+    assert trials.failures == ["--only no_such_module --seed 2 --count 1"]
+    assert "--only no_such_module --seed 2 --count 1" in capsys.readouterr().out
+    trials.failures.clear()
 
 
-@pytest.mark.parametrize(("target", "count", "accepts", "refuses", "kinds"), SHARES)
-def test_random_trials(target: str, count: int, accepts: bool, refuses: bool, kinds: int) -> None:
-    report = fuzz.trials(target, SEED, count)
-    assert not report.failures
-    assert report.outcomes.total() == count
-    assert not accepts or report.share("accepted") > 0.0
-    assert not refuses or report.share("refused") > 0.0
-    assert len(report.outcomes) >= kinds, "many kinds of refusal are reached"
+@pytest.mark.parametrize("target", fuzz.TARGETS)
+def test_past_findings_and_random_trials(target: str, trials: fuzz.Trials) -> None:
+    count, kinds = SHARES[target]
+    for file in fuzz.corpus_of(target):
+        trials.do(target, 0, file)
+    for k in range(count):
+        trials.do(target, SEED + k)
+    assert not trials.failures
+    assert sum(of == target and "refused" in outcome for of, outcome in trials.outcomes) >= kinds
 
 
 @pytest.mark.slow
-def test_a_minute_of_all_targets_in_python() -> None:
-    """Calls of FMI have tests of their own, test_calls.py."""
-    command = [sys.executable, fuzz.__file__, "--minutes", "1", "--scripts"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=1200, check=False)
-    print(done.stdout)
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_a_finding_fails_the_run(capfd: pytest.CaptureFixture[str]) -> None:
-    report = fuzz.trials("faulty", 1, 20)
-    assert [failure["seed"] for failure in report.failures] == ["2", "5", "8", "11", "14", "17", "20"]
-    assert report.outcomes["faulty", "accepted"] == 13
-    assert "--only faulty --seed 2 --count 1" in capfd.readouterr().out
+def test_more_of_all_targets(trials: fuzz.Trials) -> None:
+    for target, (count, _) in SHARES.items():
+        for k in range(8 * count):
+            trials.do(target, SEED + k)
+    assert not trials.failures
 
 
 def test_a_long_run_goes_on_where_the_last_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

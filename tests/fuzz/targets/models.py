@@ -1,19 +1,17 @@
-"""Random model files, sound, at the corners of their limits and damaged, given to everything that takes a model.
+"""Model files, sound, at the ends of their limits and damaged, given to everything that takes a model.
 
 A model that is accepted is the same again after it was saved, and finite in every output of every use. A loss factor
-has no value where the secant stiffness is not positive, and nothing else may lack one. Refusals say what to do.
+has no value where the secant stiffness is not positive, and nothing else may lack one.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
 import math
 import random
 import re
-from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +21,6 @@ from strandspring import (
     BuildError,
     Record,
     Spring,
-    SpringParameters,
     StrandspringError,
     build_fmu,
     compare,
@@ -34,93 +31,126 @@ from strandspring import (
     study,
     synthesize,
     verify,
-)
-from strandspring.cli.main import main as command_line
+)  # fmt: skip
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from strandspring.core.parameters import LARGEST_DISPLACEMENT
-from strandspring.model.modelfile import ModelFile
-from targets.made import as_json, finite, kind_of, refuse_constant
-from targets.made_models import corner, model_file, sound, stated
+from strandspring.core.parameters import (
+    FORCE_RANGE,
+    KNOTS,
+    LARGEST_AMPLIFIER,
+    LARGEST_DISPLACEMENT,
+    LEAST_SPACING,
+    MAXIMUM_AMPLIFIER_DEGREE,
+    MAXIMUM_DEGREE,
+    N_RANGE,
+    SATURATION_RANGE,
+    SIGMA_RANGE,
+    WIDTH_RANGE,
+)  # fmt: skip
+from targets.mutator import FLOATS, finite, kind_of, mutated
 
-# Shares of the accepted models that are given to what takes long.
-_SHARES = {"build": 0.02, "isolate": 0.3, "study": 0.3, "compare": 0.4, "commands": 0.4}
-_OF_CORNERS = {
-    "build": 0.0005, "isolate": 0.01, "study": 0.0, "compare": 0.0, "commands": 0.0, "steps": 0.1, "predict": 0.3,
-    "synthesize": 0.0, "export": 0.02,
-}  # fmt: skip
-_CORNERS = 20  # in a trial: the harness takes longer over a trial than a spring does
+_CORPUS = Path(__file__).parents[1] / "corpus/models"
+_INSIDE = 1.0 - 1e-12  # what is rounded stays within
 
 
-def trial(dice: random.Random, folder: Path) -> Iterator[str]:
+@cache
+def seeds() -> list[bytes]:
+    """Sound model files, of coefficients and tables, with uncertainty and without."""
+    return [path.read_bytes() for path in sorted(_CORPUS.glob("sound_*"))]
+
+
+def model_file(dice: random.Random) -> bytes:
+    """A model file, sound or not."""
+    data = dice.choice(seeds())
+    if dice.random() < 0.4:
+        content = json.loads(data)
+        for name in ("kE", "FE_knots", "FE_forces"):
+            content["parameters"].pop(name, None)
+        content["parameters"] |= corner(dice)
+        if dice.random() < 0.8:
+            content |= {"uncertainty": {}, "fit": {}, "provenance": {}}
+        data = json.dumps(content).encode()
+    return mutated(dice, data) if dice.random() < 0.5 else data
+
+
+def corner(dice: random.Random) -> dict[str, Any]:
+    """Parameters at the ends of what is allowed, or between them at any size."""
+
+    def end(low: float, high: float) -> float:
+        return dice.choice((low, high, low, high, low * (high / low) ** dice.random()))
+
+    def size() -> float:
+        return dice.choice((-1.0, 1.0)) * dice.choice((0.0, 1.0, 1.0, 10.0 ** dice.uniform(-30.0, 0.0), 5e-324))
+
+    width = end(*WIDTH_RANGE)
+    low = dice.choice((0.0, -0.5 * width, -dice.random() * width))
+    if width > 1e-4 and dice.random() < 0.4:  # else it is not resolved so far away
+        low = dice.choice((LARGEST_DISPLACEMENT - width, -LARGEST_DISPLACEMENT))
+    high = low + width
+    offset = dice.choice((low, high, 0.5 * (low + high)))
+    width, reach = high - low, max(high - offset, offset - low)
+    saturation = min(max(end(*SATURATION_RANGE), SATURATION_RANGE[0] / _INSIDE), SATURATION_RANGE[1] * _INSIDE)
+    degree = dice.choice((0, 1, 2, MAXIMUM_AMPLIFIER_DEGREE))
+    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-11, 1.0 - 1e-6))
+    shares = dice.choice((
+        [dice.uniform(-1.0, 1.0) / max(degree, 1) for _ in range(degree)],
+        [LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
+        [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
+    ))  # fmt: skip
+    values = {
+        "kappa_omega": end(*FORCE_RANGE), "rho": saturation / width, "sigma": end(*SIGMA_RANGE), "n": end(*N_RANGE),
+        "displacement_offset": offset, "displacement_min": low, "displacement_max": high,
+        "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
+    }  # fmt: skip
+    if dice.random() < 0.7:
+        count = dice.choice((1, 2, 3, MAXIMUM_DEGREE + 1, dice.randint(1, MAXIMUM_DEGREE + 1)))
+        return values | {"kE": [size() * FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
+    count = dice.choice((*KNOTS, dice.randint(*KNOTS)))
+    even = [k / (count - 1) for k in range(count)]
+    close = [k * LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
+    places = dice.choice((even, close, sorted(dice.random() for _ in even)))
+    knots = [low, *(low + place * (high - low) for place in places[1:-1]), high]
+    return values | {"FE_knots": knots, "FE_forces": [size() * FORCE_RANGE[1] for _ in knots]}
+
+
+def _stated(dice: random.Random, content: Any) -> Any:
+    """The same uncertainty or figures of a fit with a few numbers of absurd size, which are no parameters."""
+    if isinstance(content, dict):
+        return {key: _stated(dice, value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_stated(dice, value) for value in content]
+    return abs(dice.choice(FLOATS[:-2])) if isinstance(content, float) and dice.random() < 0.06 else content
+
+
+def trial(dice: random.Random, folder: Path) -> str:
     """One model file given to all of its uses."""
-    yield "models"
     path = folder / "model.json"
-    path.write_bytes(model_file(dice))
-    yield from _outcome(path, dice, _SHARES)
+    data = model_file(dice)
+    if dice.random() < 0.15:
+        content = json.loads(dice.choice(seeds()))
+        data = json.dumps(
+            {key: value if key == "parameters" else _stated(dice, value) for key, value in content.items()}
+        ).encode()
+    path.write_bytes(data)
+    return judge(path, dice)
 
 
-def judge(path: Path) -> Iterator[str]:
-    """A file of the corpus given to all uses but the dearest."""
-    yield f"corpus, {path.name}"
-    yield from _outcome(path, random.Random(1), {"build": 0.0, "study": 0.5, "commands": 0.5})
-
-
-def _outcome(path: Path, dice: random.Random, shares: Mapping[str, float]) -> Iterator[str]:
-    try:
-        spring = Spring.load(path)
-    except StrandspringError as refusal:
-        yield f"refused: {kind_of(refusal, path)}"
-        return
-    refused = _used(dice, path, spring, shares)
-    yield f"accepted, refused by {', '.join(refused) or 'none'}"
-
-
-def corners(dice: random.Random, folder: Path) -> Iterator[str]:
-    """Some springs at the corners, given to their uses."""
-    yield "corners"
-    outcomes = Counter(_of_corner(dice, folder / "corner.json") for _ in range(_CORNERS))
-    yield f"accepted {outcomes['accepted']} of {_CORNERS}"
-
-
-def _of_corner(dice: random.Random, path: Path) -> str:
-    content = sound(dice)
-    try:
-        if dice.random() < 0.75:
-            model = ModelFile("corner", SpringParameters(**{"kE": (), **corner(dice)}))
-        else:
-            content |= {name: stated(dice, content[name]) for name in ("fit", "uncertainty")}
-            model = ModelFile.from_content(content)
-    except ValueError as refusal:
-        kind_of(refusal, path)
-        return "refused"
-    spring = Spring.from_model(model)
-    spring.save(path)
-    _used(dice, path, spring, _OF_CORNERS)
-    return "accepted"
-
-
-def _used(dice: random.Random, path: Path, spring: Spring, shares: Mapping[str, float]) -> list[str]:
-    """The uses that refuse a spring, of those that come up by their shares."""
+def judge(path: Path, dice: random.Random | None = None) -> str:
+    """A model file given to its uses: the dearest at times, or never for a file of the corpus."""
+    least, dice = (0.1, random.Random(1)) if dice is None else (0.0, dice)
+    spring = Spring.load(path)
     refused = []
-    for use in [use for use in _USES if dice.random() < shares.get(use.__name__[1:], 1.0)]:
-        try:
-            use(dice, path, spring)
-        except StrandspringError as refusal:
-            kind_of(refusal, path)
-            refused.append(use.__name__[1:])
-        except BaseException as fault:
-            fault.add_note(f"in {use.__name__[1:]} of {spring.parameters}")
-            raise
-    return refused
+    for use, share in _USES.items():
+        if share > least and dice.random() < share:
+            try:
+                use(dice, path, spring)
+            except StrandspringError as refusal:
+                kind_of(refusal, path.parent)
+                refused.append(use.__name__[1:])
+    return f"accepted, refused by {', '.join(refused) or 'none'}"
 
 
-# ---- what must be finite ---------------------------------------------------------------------------------------------
-
-
-def _words(text: str) -> None:
-    found = re.findall(r".*(?<![a-z])(?:nan|inf)(?![a-z]).*", text, re.IGNORECASE)
-    assert not found, found
+# ---- uses ------------------------------------------------------------------------------------------------------------
 
 
 def _numbers(place: str, value: Any, undefined: tuple[str, ...] = ()) -> None:
@@ -138,7 +168,9 @@ def _numbers(place: str, value: Any, undefined: tuple[str, ...] = ()) -> None:
         assert math.isfinite(value), f"{place} is {value}"
 
 
-# ---- uses ------------------------------------------------------------------------------------------------------------
+def _words(text: str) -> None:
+    found = re.findall(r".*(?<![a-z])(?:nan|inf)(?![a-z]).*", text, re.IGNORECASE)
+    assert not found, found
 
 
 def _path(spring: Spring, *shares: float) -> np.ndarray:
@@ -155,25 +187,28 @@ def _record(dice: random.Random, spring: Spring) -> Record:
     return Record(path, spring.response(path), np.arange(path.size) * dice.choice((1e-3, 1.0)))
 
 
+def _mass(dice: random.Random, spring: Spring) -> float:
+    """A mass that the spring holds within its range, or anything else."""
+    p = spring.parameters
+    least, most = np.sort(spring.response([p.displacement_min, p.displacement_max])).tolist()
+    mass = float(least + dice.uniform(0.2, 0.8) * (most - least)) / 9.81
+    return mass if math.isfinite(mass) and mass > 0.0 and dice.random() < 0.9 else 10.0 ** dice.uniform(-9, 9)
+
+
 def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
     motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * LARGEST_DISPLACEMENT])
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
+    law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
+    for x in motion[1:-3].tolist():  # as the Python-backed FMU does
+        memory = stepper.integrate(law, stepper.trial(law, memory, x))
+        finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
     again = path.with_name("again.json")
     spring.save(again)
     assert Spring.load(again) == spring
     content = again.read_bytes()
     Spring.load(again).save(again)
     assert again.read_bytes() == content
-
-
-def _steps(_dice: random.Random, _path_of: Path, spring: Spring) -> None:
-    """As the Python-backed FMU computes them."""
-    path = _path(spring, 1.1)
-    law, memory = SpringLaw(spring.parameters), stepper.start(float(path[0]), 0.0)
-    for x in path[1:].tolist():
-        memory = stepper.integrate(law, stepper.trial(law, memory, x))
-        finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
 
 
 def _info(dice: random.Random, path: Path, spring: Spring) -> None:
@@ -190,13 +225,8 @@ def _predict(dice: random.Random, path: Path, spring: Spring) -> None:
     prediction = predict(path, _record(dice, spring))
     _words(prediction.summary())
     finite("predict", [prediction.rmse, prediction.rnl])
-    frame = prediction.to_frame()
-    finite("predict", frame[["displacement", "force", "predicted"]])
-    if prediction.half_widths is not None:
-        finite("interval", frame[["lower", "upper"]])
-
-
-def _synthesize(dice: random.Random, path: Path, _spring: Spring) -> None:
+    names = ["displacement", "force", "predicted", *(["lower", "upper"] if prediction.half_widths is not None else [])]
+    finite("predict", prediction.to_frame()[names])
     record = synthesize(path, samples=32, noise=dice.choice((0.0, 0.01)))
     finite("synthesize", [record.displacement, record.force])
 
@@ -205,14 +235,6 @@ def _export(_dice: random.Random, path: Path, _spring: Spring) -> None:
     for file in export(path, path.parent / "exported", ssv=True, modelica=True):
         text = file.read_text(encoding="utf-8")
         assert not re.search(r"(?i)[=(,{\"]\s*-?(?:nan|inf)\b", text), text
-
-
-def _mass(dice: random.Random, spring: Spring) -> float:
-    """A mass that the spring holds within its range, or anything else."""
-    p = spring.parameters
-    least, most = np.sort(spring.response([p.displacement_min, p.displacement_max])).tolist()
-    mass = float(least + dice.uniform(0.2, 0.8) * (most - least)) / 9.81
-    return mass if math.isfinite(mass) and mass > 0.0 and dice.random() < 0.9 else 10.0 ** dice.uniform(-9, 9)
 
 
 def _isolate(dice: random.Random, path: Path, spring: Spring) -> None:
@@ -231,32 +253,10 @@ def _study(dice: random.Random, path: Path, spring: Spring) -> None:
 
 def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
     other = path.with_name("other.json")
-    own = json.loads(path.read_text(encoding="utf-8-sig"))
-    if dice.random() < 0.7 and own.get("uncertainty"):
-        own["parameters"]["kappa_omega"] *= 1.1
-    else:
-        own = sound(dice)
-    other.write_text(as_json(own), encoding="utf-8")
-    Spring.load(other)
+    other.write_bytes(dice.choice(seeds()))
     comparison = compare(path, other, align="middle", draws=dice.choice((0, 20)))
     comparison.summary()
     comparison.as_json()
-
-
-def _commands(dice: random.Random, path: Path, _spring: Spring) -> None:
-    """A command under --json: its output is JSON without NaN, whatever it refuses."""
-    command = dice.choice((["info"], ["isolate", "--mass", "5", "--points", "4"], ["compare", str(path)], ["export"]))
-    printed, said = io.StringIO(), io.StringIO()
-    extra = ["--ssv", "-o", str(path.parent)] if command == ["export"] else ["--json"]
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
-        try:
-            command_line([*command, str(path), *extra])
-            status: Any = 0
-        except SystemExit as leaving:
-            status = leaving.code
-    assert status in (0, None, 1), (command, status, said.getvalue())
-    if extra == ["--json"]:
-        json.loads(printed.getvalue(), parse_constant=refuse_constant)
 
 
 def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
@@ -267,6 +267,7 @@ def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
     assert verify(fmu).ok, verify(fmu).summary()
 
 
-_USES: tuple[Callable[[random.Random, Path, Spring], None], ...] = (
-    _response, _steps, _info, _predict, _synthesize, _export, _isolate, _study, _compare, _commands, _build,
-)  # fmt: skip
+# With the share of the accepted models that are given to them.
+_USES: dict[Callable[[random.Random, Path, Spring], None], float] = {
+    _response: 1.0, _info: 0.6, _predict: 0.6, _export: 0.5, _isolate: 0.2, _study: 0.2, _compare: 0.3, _build: 0.02,
+}  # fmt: skip

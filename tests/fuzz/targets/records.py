@@ -1,204 +1,248 @@
-"""Random records, texts and binary files, read.
+"""Records, texts and files of all formats, read; arrays given in Python; and descriptions of campaigns.
 
-Texts are put together from pieces (separator, decimal mark, header, units, preamble, encoding, line ends) and then
-changed in a few places. One that was not changed must give the numbers that it was made of, or be refused. Most binary
-files are changed, too; those that are packed mostly inside, so that what reads the content is reached.
+Texts are tables in the forms that programs write, and files those of the corpus, a sound one of each format at least;
+most are then changed. A table that was not changed must give the numbers that it was made of, or be refused.
 """
 
 from __future__ import annotations
 
+import bz2
+import decimal
+import gzip
 import io
+import lzma
 import random
 import re
 import zipfile
-from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from strandspring.errors import RecordError
+from strandspring.loops.selection import Wanted, entries, read_campaign
+from strandspring.records.given import given_records
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
-from targets.made import ABSURD_INTEGERS, chance, damaged
-from targets.made_records import ABSURD_CELLS, ENCODINGS, Piece, changed_text, columns, options, size_of_table, text_of
-from targets.record_formats import FORMATS, LAYERS
+from targets.mutator import FLOATS, OTHERS, TOKENS, changed, mutated, numpy_of, toml_file
 
-_LONGEST = 2500  # characters of a message; tables with all their columns are listed
+_CORPUS = Path(__file__).parents[1] / "corpus"
 _INTERNAL = re.compile(r"<[\w.]+ object|object at 0x|Traceback|\bdtype\(|^\(.*\)$|errno", re.IGNORECASE)
-_QUOTED = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")
+_NAMES = {
+    "displacement": ("displacement", "Weg", "x", "Disp.", "位移", "Déplacement", "stroke", "Position (LVDT)"),
+    "force": ("force", "Kraft", "F", "Load cell", "Prüfkraft", "力", "Carga", "F_m"),
+    "time": ("time", "Zeit", "t", "时间", "elapsed time"),
+    "other": ("cycle", "temperature", "remark", "", "rate", "σ", "Kanal 3"),
+}
+_UNITS = {
+    "displacement": ("mm", "m", "cm", "in", "µm", '"'), "force": ("N", "kN", "lbf", "MN", "kgf"),
+    "time": ("s", "ms", "min"), "other": ("°C", "-", "%", "V", "parsec"),
+}  # fmt: skip
+_COLUMNS = (0, -1, 1, 2, 3, 99, 10**30, "", "0", "1", "9" * 400, "1.5", "x/1", "/", "rig/force", "٣", "\x00")
 
 
-_VARIANTS = 150  # sound files of each format
-_MARKS = {"mat": 20, "mat_4": 0, "mat_73": 20, "csv": 0}  # length of the mark by which the format is known
-_ZIP = b"PK\x03\x04"
-_XML_VALUE = re.compile(rb'(?<=[">])[^"<>]*(?=["<])')
-_XML_PIECES = (
-    b"<!DOCTYPE a [<!ENTITY b 'cccccccccc'>]>", b"&b;", b"&#0;", b"<c", b"</row>", b"<row r='1048576'>",
-    b"<c r='XFD1048576'><v>1</v></c>",
-    b"<table:table-row table:number-rows-repeated='1048576'>", b"\xff\xfe", b"]]>", b"<![CDATA[", b"<!--",
-    b"<f>1/0</f>", b"<is><t>x</t></is>",
-)  # fmt: skip
-
-
-def judged(read: Callable[[], Record], path: Path | str = "", is_limited: bool = False) -> tuple[str, Record | None]:
-    """The outcome of reading, in few words, and the record.
-
-    Parameters
-    ----------
-    read : callable
-    path : path-like    Which a refusal must name, if it is of the file.
-    is_limited : bool   Whether it is read by a process that limits its memory itself.
-
-    Raises
-    ------
-    AssertionError   If the record is unsound, or the refusal no sentence with place and advice.
-    """
-    try:
-        record = read()
-    except RecordError as problem:
-        message = str(problem)
-        assert message.startswith((str(path), "`")), message
-        assert message.isprintable(), message
-        assert message.endswith((".", "?")), message
-        assert ";" in message or "?" in message or re.search("must|should", message), f"no advice: {message}"
-        assert len(message) <= _LONGEST, f"{len(message)} characters: {message[:300]}"
-        assert not _INTERNAL.search(message), message
-        assert "more data than fits into memory" not in message or is_limited, message
-        return f"refused: {_kind(message.removeprefix(str(path)))}", None
+def _sound(record: Record) -> str:
     for values in (record.displacement, record.force, record.time):
         assert values is None or (values.size >= 2 and np.isfinite(values).all() and not values.flags.writeable)
         assert values is None or values.size == len(record)
     for note in record.notes:
         assert note.isprintable(), note
         assert not _INTERNAL.search(note), note
-    return "accepted", record
+    return "accepted"
 
 
-def _kind(message: str) -> str:
-    """A message without what differs from file to file."""
-    text = re.sub(r"[-+]?[0-9][0-9.e+]*", "0", _QUOTED.sub("0", message))
-    text = re.sub(r"^[:, ]*(?:(?:line|row) 0)?[:, ]*(?:column (?:0 ?)+)?[:, ]*", "", text)
-    return re.split(r"[(;,]", text)[0][:60].strip()
+def judge(path: Path) -> str:
+    """A file of the corpus, packed or not, read."""
+    return _sound(read_record(path))
+
+
+def _options(dice: random.Random) -> dict[str, Any]:
+    """Arguments of `read_record`, mostly none."""
+    choices: dict[str, tuple[Any, ...]] = {"reverse": ("displacement", "force", "time", "")}
+    choices |= dict.fromkeys(("displacement", "force", "time"), _COLUMNS)
+    choices |= {f"{quantity}_unit": (*units, *TOKENS[:40]) for quantity, units in _UNITS.items() if quantity != "other"}
+    choices |= dict.fromkeys(("displacement_offset", "force_offset", "displacement_scale", "force_scale"), FLOATS)
+    share = dice.choice((0.0, 0.0, 0.0, 0.2))
+    return {name: dice.choice(values) for name, values in choices.items() if dice.random() < share}
 
 
 # ---- texts -----------------------------------------------------------------------------------------------------------
 
 
-def text(dice: random.Random, folder: Path) -> Iterator[str]:
+def table(dice: random.Random) -> tuple[str, list[np.ndarray]]:
+    """A table as text, in one of the forms that programs write, and its columns."""
+    size = dice.choice((2, 3, 5, 9, 20, 40, 161, 400))
+    phase = np.linspace(0.0, dice.choice((1.0, 4.0, 12.0)) * np.pi, size)
+    quantities = ["displacement", "force", *dice.choice(([], ["time"], ["time", "other"], ["other", "time", "other"]))]
+    dice.shuffle(quantities)
+    values = {
+        "displacement": 12.5 * np.sin(phase) + 57.0, "force": 0.35 * np.sin(phase) + 0.05 * np.sign(np.cos(phase)),
+        "time": 0.01 * np.arange(size), "other": np.round(20.0 + numpy_of(dice).normal(size=size), 2),
+    }  # fmt: skip
+    separator, decimal_mark = dice.choice(
+        (("\t", "."), (";", "."), (",", "."), (" ", "."), (";", ","), ("\t", ","), ("|", "."))
+    )
+    quote, tail = dice.choice(("", "", "", '"')), dice.choice(("", "", "", separator))
+    named = [(dice.choice(_NAMES[q]), dice.choice(_UNITS[q][: dice.choice((1, 9))])) for q in quantities]
+    form = dice.choice(
+        ("{0}", "{0} [{1}]", "{0} ({1})", "{0}/{1}", "{0}_{1}", "{0} in {1}", '"{0} [{1}]"', "{0}（{1}）")
+    )
+    head = dice.choice(([], [], [], ["Test of a spring"], ["# rig 7", ""], ["Date" + separator + "2024-01-01", "---"]))
+    lines = [*head, dice.choice(("", "", "#")) + separator.join(form.format(*each) for each in named)]
+    lines += [separator.join(f"[{unit}]" for _, unit in named)] if dice.random() < 0.2 else []
+    for row in np.column_stack([values[q] for q in quantities]).tolist():
+        lines.append(separator.join(f"{quote}{cell!r}{quote}".replace(".", decimal_mark) for cell in row) + tail)
+    end = dice.choice(("\n", "\n", "\r\n", "\r"))
+    return end.join(lines) + dice.choice((end, end, "", 3 * end)), [values[q] for q in quantities]
+
+
+def text(dice: random.Random, folder: Path) -> str:
     """One text."""
-    yield "text"
     path = folder / "record.csv"
-    pieces = columns(dice, size_of_table(dice))
-    content, is_plain = text_of(dice, pieces)
-    encoding = dice.choice(ENCODINGS) if chance(dice, 0.25) else "utf-8"
-    errors = "surrogatepass" if encoding.startswith("utf") and encoding != "utf-7" else "replace"
-    data = content.encode(encoding, errors)
-    if is_changed := chance(dice, 0.3):
-        data = changed_text(dice, data)
+    content, columns = table(dice)
+    data = content.encode()
+    if dice.random() < 0.1:
+        data = dice.choice(_files("records_text"))
+    if is_changed := dice.random() < 0.7:
+        data = mutated(dice, data)
     path.write_bytes(data)
-    given = options(dice, pieces)
-    outcome, record = judged(lambda: read_record(path, **given), path)
-    if record is not None and is_plain and not is_changed and not given:
-        _check(record, pieces)
-        outcome = "accepted, as it was made"
-    yield outcome
-
-
-def _check(record: Record, pieces: list[Piece]) -> None:
-    """The record must be made of columns of the table: any that is named so, since names may be absurd."""
-    series = [piece.values for piece in pieces]
+    given = _options(dice)
+    record = read_record(path, **given)
+    _sound(record)
+    if is_changed or given or data != content.encode():
+        return "accepted"
     for values in (record.displacement, record.force):
-        smallest = min(_mismatch(values, each) for each in series)
-        assert smallest <= 1e-5, f"no column has these numbers: {values[:5]}"
+        mismatch = min(_mismatch(values, each) for each in columns)
+        assert mismatch <= 1e-5, f"no column has these numbers: {values[:5]}"
+    return "accepted, as it was made"
 
 
-def _mismatch(values: np.ndarray, series: np.ndarray) -> float:
-    """Largest difference of two series, whatever their units, share of the largest number."""
-    with np.errstate(all="ignore"):
-        if values.size != series.size or not np.isfinite(series).all():
-            return np.inf
-        scale = np.dot(values, series / np.abs(series).max()) / np.dot(series, series / np.abs(series).max())
-        mismatch = float(np.abs(values - scale * series).max() / np.abs(values).max())
-        return mismatch if np.isfinite(mismatch) else np.inf
+def _mismatch(values: np.ndarray, column: np.ndarray) -> float:
+    """Largest difference of two columns, whatever their units, share of the largest number."""
+    scale = np.dot(values, column) / np.dot(column, column) if values.size == column.size else 0.0
+    return float(np.abs(values - scale * column).max() / np.abs(values).max()) if scale else np.inf
 
 
-def judge(path: Path) -> Iterator[str]:
-    """A file of the corpus, read."""
-    yield f"corpus, {path.name}"
-    yield judged(lambda: read_record(path), path)[0]
-
-
-# ---- binary files ----------------------------------------------------------------------------------------------------
-
-
-def binary(dice: random.Random, folder: Path) -> Iterator[str]:
-    """One file."""
-    name = dice.choice(list(FORMATS))
-    yield name
-    path = folder / "record.dat"
-    pieces, sound = _made(name, dice.randrange(_VARIANTS))
-    data = sound
-    if chance(dice, 0.7):
-        data = _changed(dice, data)
-        # Without its mark, the file would be taken for a text.
-        data = data if chance(dice, 0.1) else sound[: _MARKS.get(name, 8)] + data[_MARKS.get(name, 8) :]
-    if name == "csv" or chance(dice, 0.05):
-        for _ in range(dice.choice((1, 1, 1, 2, 3))):
-            data = dice.choice(LAYERS)(dice, data)
-            data = damaged(dice, data, 1) if chance(dice, 0.2) else data
-    path.write_bytes(data)
-    given = options(dice, pieces)
-    yield judged(lambda: read_record(path, **given), path, is_limited=name != "csv")[0]
+# ---- files of all formats --------------------------------------------------------------------------------------------
 
 
 @cache
-def _made(name: str, variant: int) -> tuple[list[Piece], bytes]:
-    """A sound file of a format, and its columns; libraries are slower in writing than in reading."""
-    dice = random.Random(variant)
-    pieces = columns(dice, size_of_table(dice))
-    with TemporaryDirectory() as folder:
-        FORMATS[name](dice, Path(folder) / name, pieces)
-        return pieces, (Path(folder) / name).read_bytes()
+def _files(folder: str) -> list[bytes]:
+    """The files of the corpus, sound ones and past findings."""
+    found = []
+    for path in sorted((_CORPUS / folder).iterdir()):
+        found.append(gzip.decompress(path.read_bytes()) if path.suffix == ".gz" else path.read_bytes())
+    return found
 
 
-def _changed(dice: random.Random, data: bytes) -> bytes:
-    """A file changed in a few places; of a zip archive mostly in its members."""
-    if not data.startswith(_ZIP) or chance(dice, 0.2):
-        return damaged(dice, data)
+def _zipped(dice: random.Random, data: bytes) -> bytes:
     stream = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as new:
-        names = old.namelist()
-        held = [name for name in names if "sheet1" in name or "content" in name or ".npy" in name]
-        changed = dice.choice(held or names)
-        changed = dice.choice(names) if chance(dice, 0.2) else changed
-        for member in names:
-            content = old.read(member)
-            if member == changed:
-                content = _changed_xml(dice, content) if b"<" in content[:9] else damaged(dice, content)
-                if chance(dice, 0.05):
-                    continue
-            new.writestr(member, content)
+    with zipfile.ZipFile(stream, "w", dice.choice((0, 8, 8, 12, 14))) as archive:
+        archive.writestr(dice.choice(("lot/record.csv", "a", "../../etc/x", "C:\\x", "é\u202e.csv", "x" * 300)), data)
+        for other in dice.choice(((), (), ("__MACOSX/._record.csv",), ("b.csv",))):
+            archive.writestr(other, data)
     return stream.getvalue()
 
 
-def _changed_xml(dice: random.Random, content: bytes) -> bytes:
-    """XML with values replaced by absurd ones, pieces put in, or bytes changed."""
-    for _ in range(dice.randrange(1, 5)):
-        values = list(_XML_VALUE.finditer(content))
-        if not values or chance(dice, 0.2):
-            content = damaged(dice, content, 1)
-            continue
-        match = dice.choice(values)
-        begin, end = match.span()
-        absurd = dice.choice((*ABSURD_CELLS, *map(str, ABSURD_INTEGERS))).encode("utf-8", "replace")
-        match dice.randrange(4):
-            case 0 | 1:
-                content = content[:begin] + absurd + content[end:]
-            case 2:
-                content = content[:end] + dice.choice(_XML_PIECES) + content[end:]
-            case _:
-                other = dice.choice(values)
-                content = content[:begin] + other.group() * dice.choice((0, 1, 100)) + content[end:]
-    return content
+def binary(dice: random.Random, folder: Path) -> str:
+    """One file of any format, or a text packed."""
+    path = folder / "record.dat"
+    data = dice.choice(_files("records_binary"))
+    if dice.random() < 0.8:
+        made = mutated(dice, data)
+        # Without its mark, the file would be taken for a text.
+        data = made if dice.random() < 0.1 or data.startswith(b"PK") else data[:8] + made[8:]
+    if dice.random() < 0.1:
+        data = table(dice)[0].encode() if dice.random() < 0.5 else data
+        for _ in range(dice.choice((1, 1, 2, 3))):
+            layer = dice.choice((gzip.compress, bz2.compress, lzma.compress, lambda data: _zipped(dice, data)))
+            data = layer(data)
+            data = mutated(dice, data) if dice.random() < 0.2 else data
+    path.write_bytes(data)
+    return _sound(read_record(path, **_options(dice)))
+
+
+# ---- descriptions and arrays -----------------------------------------------------------------------------------------
+
+_VALUES: tuple[Any, ...] = (
+    *OTHERS, "2", "0", "-1", "999999999", "٣", "0x2", "1:3", ":5", "3:", "0.5:2.5", "-1e308:1e308", "1e999:", ":", "::",
+    " 1 : 2 ", "1:2:3", "[1,2]", "nan:inf", "1,5:2", "5 mm:", "displacement", "force", "time", "mm", "kN", "a.csv",
+    "b.csv", "*.csv", "[ab].csv", "none.csv", "**/*", "../x/a.csv", "/etc/*", "/dev/null", "/dev/zero", "~", "~nobody/a",
+    "a\0b", "a" * 300, "folder", "d.toml", "[", "***", ".", "a.csv ", "//", *_COLUMNS,
+)  # fmt: skip
+_TIME = np.linspace(0.0, 10.0, 2001)
+_X, _F = 10.0 * np.sin(2.0 * np.pi * _TIME), 100.0 * np.sin(2.0 * np.pi * _TIME + 0.1)  # [mm], [N]
+
+
+def descriptions(dice: random.Random, folder: Path) -> str:
+    """One description of a campaign, or what options select of a record."""
+    for name, sign in (("a.csv", 1.0), ("b.csv", 2.0)):
+        rows = "\n".join(f"{t:.4f},{x:.5f},{sign * f:.5f}" for t, x, f in zip(_TIME, _X, _F, strict=True))
+        (folder / name).write_text(f"t,x,F\n{rows}\n")
+    (folder / "folder").mkdir()
+    keys: dict[str, Any] = {
+        "cycles": dice.choice(("2:4", "1:", 2)), "time_window": "1:9", "displacement_range": "-5:5", "label": "lot A",
+        "reverse": "force", "displacement_offset": 1.0, "force_scale": 2.0, "displacement": dice.choice((2, "x")),
+        "force": dice.choice((3, "F")), "force_unit": "N", "displacement_unit": "mm",
+    }  # fmt: skip
+    part = {name: keys[name] for name in dice.sample(sorted(keys), 3)}
+    if dice.random() < 0.3:
+        changed(dice, part, _VALUES)
+        try:
+            wanted = Wanted(**part)
+        except TypeError:  # an unknown name, or not a number where arithmetic needs one
+            return "accepted, no selection"
+        return _sound(wanted.read(folder / "a.csv"))
+    files = [{"file": dice.choice(("a.csv", "b.csv", "*.csv")), **part} for _ in range(dice.choice((1, 2, 2, 50)))]
+    content = {**dict(list(keys.items())[: dice.randrange(3)]), "record": files}
+    for _ in range(dice.choice((0, 1, 1, 2))):
+        changed(dice, content, _VALUES)
+    (folder / "d.toml").write_bytes(toml_file(dice, content))
+    record, *_ = read_campaign(folder / "d.toml")
+    assert len(entries([folder / "d.toml"])) >= 1
+    return _sound(record)
+
+
+def arrays(dice: random.Random, _folder: Path) -> str:
+    """Arrays, lists, series and tables of any type."""
+    size = dice.choice((1, 2, 3, 200))
+    made = [_array(dice, values) for values in (1e-3 * _X[:size], _F[:size], _TIME[:size])][: dice.choice((2, 2, 3))]
+    units = dice.choice((None, {"force": dice.choice(("kN", "mm", None, 3, *TOKENS))}))
+    if dice.random() < 0.3:
+        try:
+            frame = pd.DataFrame(dict(enumerate(made)))
+        except (ValueError, TypeError):
+            return "accepted, no table"  # refused by pandas
+        frame.columns = dice.choice((["x", "F", "t"], ["x", "x", "x"], [1, 2, 3], [*TOKENS[1:4]]))[: len(made)]
+        made = [frame]
+    try:
+        return _sound(given_records(*made, units=units)[0])
+    except TypeError as problem:  # what is neither an array nor a record
+        assert any(words in str(problem) for words in ("Arrays are given as", "must be a path")), problem
+        return "accepted, no record"
+
+
+def _array(dice: random.Random, values: np.ndarray) -> Any:
+    types = ("f2", "f4", ">f8", "i2", "u1", "?", "g", "U", "S9", "O", "M8[s]", "m8[ns]")
+    kinds = ("Float64", "float64[pyarrow]", "category", "string", "object")
+    strange = (None, 3.0, "x", b"x", {}, {1.0, 2.0}, iter(values), np.array(1.0), [None], [""], [[1.0], [1.0, 2.0]])
+    makers = (
+        lambda: values + 1j,
+        lambda: np.ma.array(values, mask=numpy_of(dice).random(values.size) < 0.1),
+        lambda: [*values.tolist(), 10**400],
+        lambda: values.astype(dice.choice(types)),
+        lambda: values[:, None],
+        lambda: values * dice.choice(FLOATS),
+        lambda: values.astype("g") * np.longdouble("1e4000"),
+        lambda: pd.Series(values, index=range(100, 100 + values.size)),
+        lambda: pd.Series(values).astype(dice.choice(kinds)),
+        lambda: [decimal.Decimal(1), decimal.Decimal(2)],
+        lambda: np.full_like(values, dice.choice(FLOATS)),
+        lambda: dice.choice(strange),
+        lambda: pd.arrays.SparseArray(values),
+        lambda: memoryview(np.ascontiguousarray(values)),
+        lambda: pd.Series([1, 2, None], dtype="Int64"),
+    )
+    with np.errstate(all="ignore"):
+        return dice.choice(makers)() if dice.random() < 0.35 else values.tolist() if dice.random() < 0.3 else values
