@@ -12,6 +12,7 @@ from typing import Any
 
 import fmpy
 
+import strandspring
 from strandspring.compiled.images import SPRING_FILES, SYSTEM_FILES
 from strandspring.compiled.sources import c_sources, fmi_headers
 from strandspring.core.branches import MaxwellBranch, Mechanism
@@ -21,10 +22,10 @@ from strandspring.fmu.native.native_fmu import native_contents
 from strandspring.fmu.system.system_native import system_contents
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
 from strandspring.model.modelfile import ModelFile
-from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import Mount, MountAxis, Point, RigidBody
+from strandspring.vibration.description.system_file import load_system_file
 
 HERE = Path(__file__).parent / "fmi"
+BOX = Path(strandspring.__file__).parent / "examples/systems/electronics_box.toml"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
 PLAIN = ("-O1", "-g", "-ftrivial-auto-var-init=pattern")
 ADDRESSES = (*PLAIN, "-fsanitize=address", "-fno-omit-frame-pointer")
@@ -46,20 +47,7 @@ TABLE = replace(
     SPRING, kE=(), FE_knots=KNOTS, FE_forces=tuple(400.0 * x for x in KNOTS), displacement_offset=0.047,
     displacement_min=KNOTS[0], displacement_max=KNOTS[-1],
 )  # fmt: skip
-BRANCHES = (MaxwellBranch(4e3, 0.004), MaxwellBranch(2e4, 2e-5))
-MECHANISM = Mechanism((1.0, 5.0), 12.0, 900.0, 0.9, 1.4)
-VERTICAL = SpringParameters((0.0, 20_000.0, 0.0, 1e7), (1.0, 2.0), 30.0, 700.0, 0.8, 0.7, 0.0, -0.03, 0.03)
-SHEAR = replace(VERTICAL, kE=(0.0, 9000.0, 0.0, 2e7), kA=(1.0,), sigma=1.0, n=1.0)
-AXES = ((VERTICAL, (0.0, 0.0, -1.0), 0.002), (SHEAR, (1.0, 0.0, 0.0), 0.0), (SHEAR, (0.0, 1.0, 0.0), 0.0))
-SYSTEM = MountedSystem(
-    (RigidBody("box", 20.0, (0.0, 0.0, 0.0), ((0.25, 0.01, 0.0), (0.01, 0.3, 0.0), (0.0, 0.0, 0.35))),),
-    tuple(
-        Mount(f"corner {x} {y}", 0, (0.15 * x, 0.1 * y, -0.12), tuple(MountAxis(*axis) for axis in AXES))
-        for x, y in ((-1, -1), (-1, 1), (1, -1), (1, 1))
-    ),
-    (Point("circuit board", 0, (0.1, 0.0, 0.05)),),
-    name="box",
-)  # fmt: skip
+BRANCHED = {"second": Mechanism((1.0, 5.0), 12.0, 900.0, 0.9, 1.4), "branches": (MaxwellBranch(4e3, 0.004),)}
 SYSTEM_OPTIONS = SystemFmuOptions(1e-4, 1e-3, forces=(ForceInput("recoil", 0, (0.0, 0.1, 0.0), (1.0, 0.0, 0.0)),))
 # FMUs by name: the spring and the form of its FMU. FMI 3.0 has arrays, whose references are the less simple ones.
 FORMS: dict[str, tuple[SpringParameters, NativeForm] | None] = {
@@ -68,38 +56,28 @@ FORMS: dict[str, tuple[SpringParameters, NativeForm] | None] = {
     "states": (SPRING, NativeForm(arrays=True, with_states=True)),
     "real-time": (SPRING, NativeForm(arrays=True, real_time=True)),
     "no-energy": (SPRING, NativeForm(arrays=True, real_time=True, no_energy=True)),
-    "branches": (replace(SPRING, second=MECHANISM, branches=BRANCHES), NativeForm(arrays=True)),
-    "branches-states": (
-        replace(TABLE, second=MECHANISM, branches=BRANCHES[:1]),
-        NativeForm(arrays=True, with_states=True),
-    ),
+    "branches": (replace(SPRING, **BRANCHED), NativeForm(arrays=True)),
+    "branches-states": (replace(TABLE, **BRANCHED), NativeForm(arrays=True, with_states=True)),
     "system": None,
 }
-
-
-def _write(folder: Path, contents: dict[str, bytes]) -> None:
-    for name, content in contents.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
 
 
 def _sources(form: str, folder: Path) -> None:
     """The C sources of the FMUs of a form, of FMI 2.0 and FMI 3.0 with one GUID, and what the fuzzer knows of them."""
     made = FORMS[form]
-    below = "core/c/" if made else ""
     sources = c_sources((SPRING_FILES if made else SYSTEM_FILES)[3]) | fmi_headers(3)
-    model = ModelFile("spring", (made or FORMS["spring"])[0])
-    contents = (
-        native_contents(model, (), zero=0.0, with_states=made[1].with_states)
-        if made
-        else system_contents(SYSTEM, SYSTEM_OPTIONS, ())
-    )
-    _write(folder, {name.removeprefix(below): content for name, content in sources.items()})
-    _write(
-        folder,
-        {name.removeprefix("sources/"): content for name, content in contents.items() if name[:2] in ("so", "mo")},
-    )
+    if made:
+        model = ModelFile("spring", made[0])
+        contents = native_contents(model, (), zero=0.0, with_states=made[1].with_states)
+    else:
+        contents = system_contents(load_system_file(BOX).candidates[0][1], SYSTEM_OPTIONS, ())
+    sources = {name.removeprefix("core/c/" if made else ""): content for name, content in sources.items()}
+    kept = ("modelDescription.xml", "sources/")
+    sources |= {name.removeprefix("sources/"): content for name, content in contents.items() if name.startswith(kept)}
+    for name, content in sources.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
     description = fmpy.read_model_description(str(folder), validate=False)
     if made:
         (folder / "fmu/spring_values.h").write_text(values_source(model, str(description.guid), made[1]))
@@ -116,15 +94,14 @@ def _sources(form: str, folder: Path) -> None:
     arrays = {"ELASTIC": "kE_", "AMPLIFIER": "kA_", "KNOTS": "FE_knots_", "BRANCHES": "branch_"}
     known: dict[str, Any] = {name: sum(v.startswith(array) for v in names) for name, array in arrays.items()}
     known |= {"VARIABLES": len(variables), "STATES": len(states)}
-    known |= {"REAL_TIME": made[1].real_time * 1 if made else 0, "NO_ENERGY": made[1].no_energy * 1 if made else 0}
-    for name in ("input_resolution", "step"):
-        known[name.upper()] = names.index(name) if name in names else 0
-    low, high = (made[0].displacement_min, made[0].displacement_max) if made else (0.0, 0.0)
+    parameters, of_fmu = made or (SPRING, NativeForm())
+    known |= {"REAL_TIME": int(of_fmu.real_time), "NO_ENERGY": int(of_fmu.no_energy)}
+    known |= {name.upper(): names.index(name) if name in names else 0 for name in ("input_resolution", "step")}
     table = " \\\n    ".join(map(entry, variables))
     (folder / "fuzz_model.h").write_text(
         f"#define MODEL_GUID {json.dumps(str(description.guid))}\n"
         f"#define MODEL_LARGEST_STEP {SYSTEM_OPTIONS.largest_step!r} /* of systems [s] */\n"
-        f"#define MODEL_LOW {low!r}\n#define MODEL_HIGH {high!r}\n"
+        f"#define MODEL_LOW {parameters.displacement_min!r}\n#define MODEL_HIGH {parameters.displacement_max!r}\n"
         f"enum {{ {', '.join(f'MODEL_{name} = {count}' for name, count in known.items())} }};\n"
         f"#define MODEL_TABLE(V) \\\n    {table}\n"
     )

@@ -446,7 +446,6 @@ const Row rows[] = {
     {"GetFMUstate", "GetFMUState", ANY, ANY, get_state},
     {"SetFMUstate", "SetFMUState", ANY, ANY, set_state},
     {"FreeFMUstate", "FreeFMUState", ANY, ANY, free_state},
-    {"SerializedFMUstateSize", "SerializedFMUStateSize", ANY, ANY, size_of_state},
     {"SerializeFMUstate", "SerializeFMUState", ANY, ANY, serialize},
     {"DeSerializeFMUstate", "DeserializeFMUState", ANY, ANY, deserialize},
     {"GetDirectionalDerivative", "GetDirectionalDerivative", LATE, LATE, directional_derivative},

@@ -162,13 +162,11 @@ void try_any(Pair *pair, int only_values); /* one that leads on, most often */
 void get_state(Trial *trial);
 void set_state(Trial *trial);
 void free_state(Trial *trial);
-void size_of_state(Trial *trial);
 void serialize(Trial *trial);
 void deserialize(Trial *trial);
 void forget_states(Pair *pair);
 void repeat(Pair *pair);                       /* a stretch of calls, twice from one state */
-void live_through_a_made_up_state(Pair *pair); /* which is refused or does no harm; then the pair goes back */
 void be_hostile(Pair *pair);                   /* calls of FMI 3.0 that must be refused in every mode */
-extern long made_up[2], repeated, hostile;     /* how often */
+extern long made_up[2], repeated, hostile;     /* how often; states of made-up numbers, taken and refused */
 
 #endif

@@ -229,8 +229,6 @@ static void run(long sequences)
             repeat(pair);
         } else if (chance(10)) {
             be_hostile(pair);
-        } else if (chance(4)) {
-            live_through_a_made_up_state(pair);
         } else {
             try_any(pair, 0);
         }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KEPT = 5, BROKEN = 1, CRAFTED = 2 };
+enum { KEPT = 5 };
 
 typedef struct {
     fmi2FMUstate two;
@@ -30,9 +30,9 @@ static void put(unsigned char *at, uint64_t number, int size)
         at[i] = (unsigned char)(number >> 8 * i & 0xff);
 }
 
-/* Bytes changed, and mostly given the size and the checksum that they should have: made-up contents under the right
- * checksum (CRAFTED) only the fields can betray, others are BROKEN. */
-static int spoil(unsigned char *bytes, size_t size, const unsigned char *other, int crafted)
+/* Bytes changed, and mostly given the size and the checksum that they should have: crafted contents under the right
+ * checksum only the fields can betray. */
+static void spoil(unsigned char *bytes, size_t size, const unsigned char *other, int crafted)
 {
     uint64_t sum = 0xcbf29ce484222325u;
     int sealed = crafted || chance(50);
@@ -54,25 +54,18 @@ static int spoil(unsigned char *bytes, size_t size, const unsigned char *other, 
         put(bytes + SIZE_AT, size, 8);
         put(bytes + CHECKSUM_AT, sum, 8);
     }
-    return crafted ? CRAFTED : BROKEN;
 }
 
 /* ---- calls ------------------------------------------------------------------------------------------------------- */
-
-static void forget(Kept *state)
-{
-    free(state->bytes);
-    *state = (Kept){.two = NULL};
-}
 
 void forget_states(Pair *pair)
 {
     listen(pair, pair->name);
     for (int i = 0; i < KEPT; i++) {
-        CHECK(fmi2FreeFMUstate(pair->two, &kept[i].two) == fmi2OK &&
-                  fmi3FreeFMUState(pair->three, &kept[i].three) == fmi3OK,
+        CHECK(fmi2FreeFMUstate(pair->two, &kept[i].two) == fmi2OK && fmi3FreeFMUState(pair->three, &kept[i].three) == fmi3OK,
               "a state is not freed");
-        forget(&kept[i]);
+        free(kept[i].bytes);
+        kept[i] = (Kept){.two = NULL};
     }
 }
 
@@ -93,7 +86,7 @@ static Kept some_state(Trial *trial, int or_none)
 }
 
 /* Takes the state of the pair, or that of the bytes if there are any, into new memory or over an old state. */
-static void take(Trial *trial, unsigned char *bytes, size_t size, const Twin *twin)
+static int take(Trial *trial, unsigned char *bytes, size_t size, const Twin *twin)
 {
     Pair *pair = trial->pair;
     Kept made = some_state(trial, 1), *to = NULL;
@@ -112,11 +105,12 @@ static void take(Trial *trial, unsigned char *bytes, size_t size, const Twin *tw
                           : made.two == before2 && made.three == before3,
           "a pointer to a state is not what it should be");
     if (!done)
-        return;
+        return 0;
     free(to->bytes);
     *to = made;
     to->bytes = exactly(bytes == NULL ? pair->bytes : bytes, state_size);
     to->twin = *twin;
+    return 1;
 }
 
 void get_state(Trial *trial)
@@ -128,17 +122,17 @@ void deserialize(Trial *trial)
 {
     const Kept *state = &kept[below(KEPT)], *part = &kept[below(KEPT)];
     Twin twin = state->two != NULL ? state->twin : trial->pair->twin;
-    unsigned char *bytes = exactly(state->two != NULL ? state->bytes : trial->pair->bytes, state_size);
-    size_t size = careless() && chance(30) ? (size_t)below((int)state_size) : state_size;
-    unsigned char *sound = exactly(bytes, state_size);
-    int quality = careless() ? spoil(bytes, state_size, part->two ? part->bytes : trial->pair->bytes, chance(30)) : 0;
+    const unsigned char *sound = state->two != NULL ? state->bytes : trial->pair->bytes;
+    size_t size = careless() && chance(30) ? 1 + (size_t)below((int)state_size - 1) : state_size;
+    unsigned char *bytes = exactly(sound, state_size);
+    int crafted = chance(20), broken = !crafted && careless();
+    if (crafted || broken)
+        spoil(bytes, state_size, part->two ? part->bytes : trial->pair->bytes, crafted);
+    broken = broken && memcmp(sound, bytes, state_size) != 0; /* not by bits that were flipped twice */
+    must(trial, broken || size < state_size ? NO : crafted ? UNSURE : YES);
+    twin.mode = crafted ? UNKNOWN : twin.mode;
     unsigned char *cut = exactly(bytes, size);
-    int same = memcmp(sound, bytes, state_size) == 0; /* bits that were flipped twice */
-    must(trial, size < state_size || (quality == BROKEN && !same) ? NO : quality == CRAFTED ? UNSURE : YES);
-    if (quality == CRAFTED)
-        twin.mode = UNKNOWN;
-    take(trial, cut == NULL ? bytes : cut, size, &twin);
-    free(sound);
+    made_up[!take(trial, cut, size, &twin)] += crafted;
     free(bytes);
     free(cut);
 }
@@ -170,30 +164,24 @@ void free_state(Trial *trial)
     CHECK(done && !nowhere ? state.two == NULL && state.three == NULL : state.two == two,
           "the pointer to a state is not what it should be");
     for (int i = 0; done && !nowhere && two != NULL && i < KEPT; i++)
-        if (kept[i].two == two)
-            forget(&kept[i]);
+        if (kept[i].two == two) {
+            free(kept[i].bytes);
+            kept[i] = (Kept){.two = NULL};
+        }
 }
 
-void size_of_state(Trial *trial)
-{
-    size_t two = 0, three = 0, *to = careless() ? NULL : &two;
-    Kept state = some_state(trial, 0);
-    must(trial, to == NULL ? NO : YES);
-    if (judged(trial, (int)fmi2SerializedFMUstateSize(trial->two, state.two, to),
-               (int)fmi3SerializedFMUStateSize(trial->three, state.three, to == NULL ? NULL : &three)))
-        CHECK(two == state_size && three == two, "a state has %zu bytes, another one %zu", two, state_size);
-}
-
+/* With its size, or another number of bytes. */
 void serialize(Trial *trial)
 {
     Kept state = some_state(trial, 0);
-    size_t size = !careless() ? state_size : chance(20) ? SIZE_MAX : (size_t)below(2 * (int)state_size);
-    size_t room = size == SIZE_MAX ? 1 : size;
-    void *two = elements(room, 1), *three = two == NULL ? NULL : allocated(room);
+    size_t size = !careless() ? state_size : (size_t)below(2 * (int)state_size), size2 = 0, size3 = 0;
+    void *two = elements(size, 1), *three = two == NULL ? NULL : allocated(size);
     must(trial, size == state_size && two != NULL ? YES : NO);
     if (judged(trial, (int)fmi2SerializeFMUstate(trial->two, state.two, two, size),
                (int)fmi3SerializeFMUState(trial->three, state.three, three, size)))
-        CHECK(memcmp(two, state.bytes, size) == 0 && memcmp(three, state.bytes, size) == 0,
+        CHECK(memcmp(two, state.bytes, size) == 0 && memcmp(three, state.bytes, size) == 0 &&
+                  fmi2SerializedFMUstateSize(trial->two, state.two, &size2) == fmi2OK && size2 == size &&
+                  fmi3SerializedFMUStateSize(trial->three, state.three, &size3) == fmi3OK && size3 == size,
               "a state has changed while it was kept");
     free(two);
     free(three);
@@ -201,83 +189,41 @@ void serialize(Trial *trial)
 
 /* ---- there and back ---------------------------------------------------------------------------------------------- */
 
-static Kept leave(Pair *pair)
-{
-    Kept home = {.twin = pair->twin, .bytes = exactly(pair->bytes, state_size)};
-    listen(pair, pair->name);
-    CHECK(fmi2GetFMUstate(pair->two, &home.two) == fmi2OK && fmi3GetFMUState(pair->three, &home.three) == fmi3OK,
-          "a state cannot be taken");
-    return home;
-}
-
-static void go_back(Pair *pair, const Kept *home)
+/* One version goes back by its state, the other one by the bytes; what they lack would else be there already. */
+static void go_back(Pair *pair, fmi2FMUstate two, unsigned char *bytes)
 {
     listen(pair, pair->name);
-    /* One by its state, the other one by the bytes; what they lack would else be there already. */
-    CHECK(fmi2SetFMUstate(pair->two, home->two) == fmi2OK && fmi3Reset(pair->three) == fmi3OK &&
-              fmi3DeserializeFMUState(pair->three, home->bytes, state_size, &pair->probe3) == fmi3OK &&
+    CHECK(fmi2SetFMUstate(pair->two, two) == fmi2OK && fmi3Reset(pair->three) == fmi3OK &&
+              fmi3DeserializeFMUState(pair->three, bytes, state_size, &pair->probe3) == fmi3OK &&
               fmi3SetFMUState(pair->three, pair->probe3) == fmi3OK,
           "a pair cannot go back");
     look(pair);
-    CHECK(memcmp(pair->bytes, home->bytes, state_size) == 0, "a pair has not gone back");
-    pair->twin = home->twin;
-}
-
-static void stay(Pair *pair, Kept *home)
-{
-    listen(pair, pair->name);
-    CHECK(fmi2FreeFMUstate(pair->two, &home->two) == fmi2OK && fmi3FreeFMUState(pair->three, &home->three) == fmi3OK,
-          "a state is not freed");
-    free(home->bytes);
+    CHECK(memcmp(pair->bytes, bytes, state_size) == 0, "a pair has not gone back");
 }
 
 void repeat(Pair *pair)
 {
-    Kept home = leave(pair);
+    const Twin twin = pair->twin;
+    fmi2FMUstate home = NULL;
+    unsigned char *before = exactly(pair->bytes, state_size), *end = NULL;
     uint64_t seed = random_bits(), first = 0;
-    unsigned char *end = NULL;
     trace("%ld: a stretch of calls, twice\n", (long)(pair - pairs));
+    CHECK(fmi2GetFMUstate(pair->two, &home) == fmi2OK, "a state cannot be taken");
     for (int time = 0; time < 2; time++) {
-        if (time == 1)
-            go_back(pair, &home);
         random_seed(seed);
         heard = 0;
         for (int k = 2 + below(10); k > 0; k--)
             try_any(pair, 1);
-        if (time == 0) {
-            first = heard;
-            end = exactly(pair->bytes, state_size);
-        }
+        if (time == 1)
+            break;
+        first = heard;
+        end = exactly(pair->bytes, state_size);
+        go_back(pair, home, before);
+        pair->twin = twin;
     }
     CHECK(first == heard && memcmp(end, pair->bytes, state_size) == 0, "the same calls give other answers");
+    CHECK(fmi2FreeFMUstate(pair->two, &home) == fmi2OK, "a state is not freed");
+    free(before);
     free(end);
-    stay(pair, &home);
     repeated++;
-}
-
-void live_through_a_made_up_state(Pair *pair)
-{
-    Kept home = leave(pair), strange = {.two = NULL};
-    const unsigned char *part = kept[below(KEPT)].bytes;
-    unsigned char *bytes = exactly(pair->bytes, state_size);
-    trace("%ld: a made-up state\n", (long)(pair - pairs));
-    spoil(bytes, state_size, part == NULL ? pair->bytes : part, 1);
-    int two = (int)fmi2DeSerializeFMUstate(pair->two, (fmi2Byte *)bytes, state_size, &strange.two);
-    int three = (int)fmi3DeserializeFMUState(pair->three, bytes, state_size, &strange.three);
-    CHECK(two == three && (two == fmi2OK || two == fmi2Error), "a state is read with the status %d and %d", two, three);
-    made_up[two != fmi2OK]++;
-    if (two == fmi2OK) {
-        two = (int)fmi2SetFMUstate(pair->two, strange.two);
-        CHECK(two == (int)fmi3SetFMUState(pair->three, strange.three), "a state is set by one version");
-        look(pair);
-        CHECK(two != fmi2OK || memcmp(pair->bytes, bytes, state_size) == 0, "a state is not that of its bytes");
-        pair->twin.mode = two == fmi2OK ? UNKNOWN : pair->twin.mode;
-        pair->twin.sound = UNSURE;
-        for (int k = two == fmi2OK ? 12 : 0; k > 0; k--)
-            try_any(pair, 1);
-        go_back(pair, &home);
-    }
-    stay(pair, &strange);
-    free(home.two == NULL ? NULL : bytes);
-    stay(pair, &home);
 }

@@ -17,36 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from strandspring import (
-    BuildError,
-    Record,
-    Spring,
-    StrandspringError,
-    build_fmu,
-    compare,
-    export,
-    info,
-    isolate,
-    predict,
-    study,
-    synthesize,
-    verify,
-)  # fmt: skip
+import strandspring
+from strandspring import Record, Spring, StrandspringError
+from strandspring.core import parameters as limits
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from strandspring.core.parameters import (
-    FORCE_RANGE,
-    KNOTS,
-    LARGEST_AMPLIFIER,
-    LARGEST_DISPLACEMENT,
-    LEAST_SPACING,
-    MAXIMUM_AMPLIFIER_DEGREE,
-    MAXIMUM_DEGREE,
-    N_RANGE,
-    SATURATION_RANGE,
-    SIGMA_RANGE,
-    WIDTH_RANGE,
-)  # fmt: skip
 from targets.mutator import FLOATS, finite, kind_of, mutated
 
 _CORPUS = Path(__file__).parents[1] / "corpus/models"
@@ -77,40 +52,37 @@ def corner(dice: random.Random) -> dict[str, Any]:
     """Parameters at the ends of what is allowed, or between them at any size."""
 
     def end(low: float, high: float) -> float:
-        return dice.choice((low, high, low, high, low * (high / low) ** dice.random()))
+        return min(max(dice.choice((low, high, low * (high / low) ** dice.random())), low / _INSIDE), high * _INSIDE)
 
     def size() -> float:
         return dice.choice((-1.0, 1.0)) * dice.choice((0.0, 1.0, 1.0, 10.0 ** dice.uniform(-30.0, 0.0), 5e-324))
 
-    width = end(*WIDTH_RANGE)
+    width = end(*limits.WIDTH_RANGE)
     low = dice.choice((0.0, -0.5 * width, -dice.random() * width))
     if width > 1e-4 and dice.random() < 0.4:  # else it is not resolved so far away
-        low = dice.choice((LARGEST_DISPLACEMENT - width, -LARGEST_DISPLACEMENT))
+        low = dice.choice((limits.LARGEST_DISPLACEMENT - width, -limits.LARGEST_DISPLACEMENT))
     high = low + width
     offset = dice.choice((low, high, 0.5 * (low + high)))
-    width, reach = high - low, max(high - offset, offset - low)
-    saturation = min(max(end(*SATURATION_RANGE), SATURATION_RANGE[0] / _INSIDE), SATURATION_RANGE[1] * _INSIDE)
-    degree = dice.choice((0, 1, 2, MAXIMUM_AMPLIFIER_DEGREE))
-    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-11, 1.0 - 1e-6))
+    reach, degree = max(high - offset, offset - low), dice.choice((0, 1, 2, limits.MAXIMUM_AMPLIFIER_DEGREE))
+    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
     shares = dice.choice((
         [dice.uniform(-1.0, 1.0) / max(degree, 1) for _ in range(degree)],
-        [LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
+        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
         [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
     ))  # fmt: skip
     values = {
-        "kappa_omega": end(*FORCE_RANGE), "rho": saturation / width, "sigma": end(*SIGMA_RANGE), "n": end(*N_RANGE),
-        "displacement_offset": offset, "displacement_min": low, "displacement_max": high,
+        "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low), "sigma": end(*limits.SIGMA_RANGE),
+        "n": end(*limits.N_RANGE), "displacement_offset": offset, "displacement_min": low, "displacement_max": high,
         "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
     }  # fmt: skip
     if dice.random() < 0.7:
-        count = dice.choice((1, 2, 3, MAXIMUM_DEGREE + 1, dice.randint(1, MAXIMUM_DEGREE + 1)))
-        return values | {"kE": [size() * FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
-    count = dice.choice((*KNOTS, dice.randint(*KNOTS)))
-    even = [k / (count - 1) for k in range(count)]
-    close = [k * LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
-    places = dice.choice((even, close, sorted(dice.random() for _ in even)))
+        count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))
+        return values | {"kE": [size() * limits.FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
+    count = dice.choice((*limits.KNOTS, dice.randint(*limits.KNOTS)))
+    close = [k * limits.LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
+    places = dice.choice(([k / (count - 1) for k in range(count)], close, sorted(dice.random() for _ in close)))
     knots = [low, *(low + place * (high - low) for place in places[1:-1]), high]
-    return values | {"FE_knots": knots, "FE_forces": [size() * FORCE_RANGE[1] for _ in knots]}
+    return values | {"FE_knots": knots, "FE_forces": [size() * limits.FORCE_RANGE[1] for _ in knots]}
 
 
 def _stated(dice: random.Random, content: Any) -> Any:
@@ -179,7 +151,7 @@ def _path(spring: Spring, *shares: float) -> np.ndarray:
     half = 0.5 * (p.displacement_max - p.displacement_min)
     wave = np.sin(np.linspace(0.0, 4.0 * np.pi, 41))
     path = np.concatenate([p.displacement_min + half + share * half * wave for share in shares])
-    return np.clip(path, -LARGEST_DISPLACEMENT, LARGEST_DISPLACEMENT)
+    return np.clip(path, -limits.LARGEST_DISPLACEMENT, limits.LARGEST_DISPLACEMENT)
 
 
 def _record(dice: random.Random, spring: Spring) -> Record:
@@ -196,7 +168,7 @@ def _mass(dice: random.Random, spring: Spring) -> float:
 
 
 def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
-    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * LARGEST_DISPLACEMENT])
+    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT])
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
     law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
@@ -213,38 +185,42 @@ def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
 
 def _info(dice: random.Random, path: Path, spring: Spring) -> None:
     p = spring.parameters
-    largest = LARGEST_DISPLACEMENT - max(abs(p.displacement_min), abs(p.displacement_max))
+    largest = limits.LARGEST_DISPLACEMENT - max(abs(p.displacement_min), abs(p.displacement_max))
     amplitude = max(largest, 0.1 * (p.displacement_max - p.displacement_min))
-    for given in (info(path), info(spring, amplitudes=[amplitude]), info(path, _record(dice, spring))):
+    for given in (
+        strandspring.info(path),
+        strandspring.info(spring, amplitudes=[amplitude]),
+        strandspring.info(path, _record(dice, spring)),
+    ):
         _words(given.summary())
         _numbers("info", given.as_json())
         given.to_frame()
 
 
 def _predict(dice: random.Random, path: Path, spring: Spring) -> None:
-    prediction = predict(path, _record(dice, spring))
+    prediction = strandspring.predict(path, _record(dice, spring))
     _words(prediction.summary())
     finite("predict", [prediction.rmse, prediction.rnl])
     names = ["displacement", "force", "predicted", *(["lower", "upper"] if prediction.half_widths is not None else [])]
     finite("predict", prediction.to_frame()[names])
-    record = synthesize(path, samples=32, noise=dice.choice((0.0, 0.01)))
+    record = strandspring.synthesize(path, samples=32, noise=dice.choice((0.0, 0.01)))
     finite("synthesize", [record.displacement, record.force])
 
 
 def _export(_dice: random.Random, path: Path, _spring: Spring) -> None:
-    for file in export(path, path.parent / "exported", ssv=True, modelica=True):
+    for file in strandspring.export(path, path.parent / "exported", ssv=True, modelica=True):
         text = file.read_text(encoding="utf-8")
         assert not re.search(r"(?i)[=(,{\"]\s*-?(?:nan|inf)\b", text), text
 
 
 def _isolate(dice: random.Random, path: Path, spring: Spring) -> None:
-    isolation = isolate(path, _mass(dice, spring), points=6, extrapolate=dice.random() < 0.5)
+    isolation = strandspring.isolate(path, _mass(dice, spring), points=6, extrapolate=dice.random() < 0.5)
     _words(isolation.summary())
     finite("isolate", isolation.to_frame().select_dtypes(float).drop(columns="phase", errors="ignore"))
 
 
 def _study(dice: random.Random, path: Path, spring: Spring) -> None:
-    result = study(path, _mass(dice, spring), points=4, draws=dice.choice((0, 2, 2)))
+    result = strandspring.study(path, _mass(dice, spring), points=4, draws=dice.choice((0, 2, 2)))
     result.summary()
     frame = result.to_frame()
     for column in ("frequency", "transmissibility"):
@@ -254,17 +230,19 @@ def _study(dice: random.Random, path: Path, spring: Spring) -> None:
 def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
     other = path.with_name("other.json")
     other.write_bytes(dice.choice(seeds()))
-    comparison = compare(path, other, align="middle", draws=dice.choice((0, 20)))
+    comparison = strandspring.compare(path, other, align="middle", draws=dice.choice((0, 20)))
     comparison.summary()
     comparison.as_json()
 
 
 def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
     try:
-        fmu = build_fmu(path, path.parent / "built", **dice.choice(({"platforms": "host"}, {"backend": "python"})))
-    except BuildError as problem:
+        fmu = strandspring.build_fmu(
+            path, path.parent / "built", **dice.choice(({"platforms": "host"}, {"backend": "python"}))
+        )
+    except strandspring.BuildError as problem:
         raise AssertionError("The model is accepted, but its FMU fails.") from problem
-    assert verify(fmu).ok, verify(fmu).summary()
+    assert strandspring.verify(fmu).ok, strandspring.verify(fmu).summary()
 
 
 # With the share of the accepted models that are given to them.

@@ -1,7 +1,7 @@
 """Random command lines: every command with any of its options, with sensible and with absurd values.
 
-What is accepted is finite, what is refused a sentence, and nothing is left half done. Options are read from the commands
-themselves, so that a new one is tried, too; without those of a cluster.
+What is accepted is finite, what is refused a sentence, and nothing is left half done. Options are read from the
+commands themselves, so that a new one is tried, too; without those of a cluster.
 """
 
 from __future__ import annotations
@@ -28,8 +28,9 @@ from targets.mutator import TOKENS, refuse_constant
 _MODEL = Path(__file__).resolve().parents[3] / "models/rubber_hinge.json"
 _FILES = ("record.csv", "model.json", "spring.fmu", "cut.csv", "empty.csv", "folder", "none.csv")
 _ABSURD = (
-    *TOKENS, *_FILES, "-", "--", "0", "1e-308", "5e-324", "1:2:3", "1:1:1", "0:1:1e9", "1:2:99999999", "a=b", "=", "../..",
-    "a\nb", "\x1b[2J", "\udcff", "x" * 5000, "$x$_{^", "*", "C:\\x",
+    *TOKENS, *_FILES, "-", "--", "0", "1e-308", "5e-324", "1:2:3", "0:1:1e9", "1:2:99999999", "a=b", "=", "../..",
+    "a\nb",
+    "\x1b[2J", "\udcff", "x" * 5000, "$x$_{^", "*", "C:\\x",
 )  # fmt: skip
 _NUMBERS = ("0.03", "0.5", "1", "2", "3", "0.001", "20", "1e-6", "1e6", "1e9")
 # Options that may take long with what they allow, with values for which they do not.

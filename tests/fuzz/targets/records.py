@@ -168,7 +168,8 @@ def binary(dice: random.Random, folder: Path) -> str:
 _VALUES: tuple[Any, ...] = (
     *OTHERS, "2", "0", "-1", "999999999", "٣", "0x2", "1:3", ":5", "3:", "0.5:2.5", "-1e308:1e308", "1e999:", ":", "::",
     " 1 : 2 ", "1:2:3", "[1,2]", "nan:inf", "1,5:2", "5 mm:", "displacement", "force", "time", "mm", "kN", "a.csv",
-    "b.csv", "*.csv", "[ab].csv", "none.csv", "**/*", "../x/a.csv", "/etc/*", "/dev/null", "/dev/zero", "~", "~nobody/a",
+    "b.csv", "*.csv", "[ab].csv", "none.csv", "**/*", "../x/a.csv", "/etc/*", "/dev/null", "/dev/zero", "~",
+    "~nobody/a",
     "a\0b", "a" * 300, "folder", "d.toml", "[", "***", ".", "a.csv ", "//", *_COLUMNS,
 )  # fmt: skip
 _TIME = np.linspace(0.0, 10.0, 2001)
@@ -219,7 +220,8 @@ def arrays(dice: random.Random, _folder: Path) -> str:
     try:
         return _sound(given_records(*made, units=units)[0])
     except TypeError as problem:  # what is neither an array nor a record
-        assert any(words in str(problem) for words in ("Arrays are given as", "must be a path")), problem
+        if not re.search("Arrays are given as|must be a path", str(problem)):
+            raise
         return "accepted, no record"
 
 
