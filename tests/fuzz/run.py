@@ -39,8 +39,8 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 
-# Of each target in Python its module in targets/, whose `trial` (or a function of the name given) takes dice and an
-# empty folder, and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
+# Of each target its module in targets/, whose `trial` (or a function of the name given) takes dice and an empty folder,
+# and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
 TARGETS = {
     "models": "models", "fmus": "fmus", "systems": "systems", "options": "options", "journals": "journals",
     "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
@@ -146,11 +146,10 @@ def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
         from targets.mutator import kind_of
     try:
         if file is None:
-            return getattr(module, function or "trial")(random.Random(seed), work)
-        content = gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes()
+            return str(getattr(module, function or "trial")(random.Random(seed), work))
         place = work / file.name.removesuffix(".gz")
-        place.write_bytes(content)
-        return module.judge(place)
+        place.write_bytes(gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes())
+        return str(module.judge(place))
     except StrandspringError as refusal:
         return f"refused: {kind_of(refusal, work)}"
 
@@ -159,50 +158,43 @@ def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int)
     """The outcome of a trial, and what was wrong with it."""
     os.ftruncate(printed, 0)
     os.lseek(printed, 0, os.SEEK_SET)
-    files, begin, memory = _open_files(), time.process_time(), _memory("VmRSS")
-    Path("/proc/self/clear_refs").write_text("5")  # the peak of memory begins anew
-    resource.setrlimit(resource.RLIMIT_AS, (_memory("VmSize") + 2 * MAX_BYTES, resource.RLIM_INFINITY))
+    (files, _), begin = _left(), time.process_time()
+    resource.setrlimit(resource.RLIMIT_AS, (_used_memory() + MAX_BYTES, resource.RLIM_INFINITY))
     failures, outcome = [], "FAILED"
     try:
         outcome = _outcome(target, seed, file, work)
     except BaseException:
         failures.append(traceback.format_exc())
-    seconds, peak = time.process_time() - begin, _memory("VmHWM") - memory
     resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    if (seconds := time.process_time() - begin) > MAX_SECONDS:
+        failures.append(f"took {seconds:.1f} s")
     gc.collect()
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     if text := os.pread(printed, 4000, 0):
         failures.append(f"printed: {text.decode(errors='replace')}")
-    if seconds > MAX_SECONDS or peak > MAX_BYTES:
-        failures.append(f"took {seconds:.1f} s and {peak / 1e6:.0f} MB")
-    failures += [f"left {path}" for path in work.rglob(".*")]
-    for path in set(Path(tempfile.gettempdir()).iterdir()) - _folders_of_readers():
-        failures.append(f"left {path.name}")
+    opened, temporary = _left()
+    failures += [f"left {path}" for path in (*work.rglob(".*"), *temporary, *(opened - files))]
+    for path in temporary:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
-    if left_open := _open_files() - files:
-        failures.append(f"left open {sorted(left_open)}")
     return {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
 
 
-def _memory(name: str) -> int:
-    """A figure of /proc/self/status [B]."""
-    lines = Path("/proc/self/status").read_text().splitlines()
-    return next(1024 * int(line.split()[1]) for line in lines if line.startswith(f"{name}:"))
+def _used_memory() -> int:
+    """Of the address space [B]."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
-def _open_files() -> set[str]:
-    """What is open besides pipes, fonts, which Matplotlib keeps, and folders of processes kept for the next trial."""
-    links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
-    kept = set(map(str, _folders_of_readers()))
-    return {link for link in links - kept if not (link.startswith("pipe:") or link.endswith((".ttf", ".so")))}
-
-
-def _folders_of_readers() -> set[Path]:
-    """Temporary folders of the processes that are kept for the next trial."""
+def _left() -> tuple[set[str], set[Path]]:
+    """What is open besides pipes, fonts and libraries, and temporary files; but for processes kept for the next trial."""
     from strandspring.records.formats import reader_process
 
-    return {folder.path for folder in reader_process._running.values()}
+    kept = {folder.path for folder in reader_process._running.values()}
+    links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
+    opened = {link for link in links - set(map(str, kept)) if not link.startswith("pipe:")}
+    return {link for link in opened if not link.endswith((".ttf", ".so"))}, {
+        *Path(tempfile.gettempdir()).iterdir()
+    } - kept
 
 
 # ---- runs of all targets ---------------------------------------------------------------------------------------------
