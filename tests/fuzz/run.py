@@ -186,7 +186,7 @@ def _used_memory() -> int:
 
 
 def _left() -> tuple[set[str], set[Path]]:
-    """What is open besides pipes, fonts and libraries, and temporary files; but for processes kept for the next trial."""
+    """What is open besides pipes, fonts and libraries, and temporary files; but for processes that are kept."""
     from strandspring.records.formats import reader_process
 
     kept = {folder.path for folder in reader_process._running.values()}

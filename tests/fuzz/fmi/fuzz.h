@@ -49,18 +49,22 @@ fmi2CallbackFunctions callbacks_of(void *environment, int logging, int counting)
 void log_three(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String text);
 void *allocated(size_t size);
 void *exactly(const void *content, size_t size);    /* a copy on the heap; NULL for 0 bytes */
-void *elements(size_t count, size_t size);          /* NULL for none, and at times if the host is careless */
+/* Until the end of a call: so many bytes; so many elements, or NULL for none, and at times if the host is careless. */
+void *lent(size_t size);
+void *elements(size_t count, size_t size);
+extern int loans;
+void take_back(int before);
 
 /* ---- pair.c: what is known of an instance, a call of both, and its judgement ------------------------------------- */
 
 typedef enum { INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS_TIME, STEP, TERMINATED, UNKNOWN } Mode;
 typedef enum { NO, UNSURE, YES } Answer;
 
+/* Causalities: i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate), absorbed_energy one
+ * that is an O(utput), too, and their derivatives are r(ates). */
 typedef struct {
     const char *name;
-    char type;      /* R, I, B or S */
-    char causality; /* i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate),
-                     * absorbed_energy one that is an O(utput), too, and their derivatives are r(ates) */
+    char type, causality;
     int tunable;
     double start;
 } Described;
@@ -95,7 +99,7 @@ typedef struct {
     fmi3Instance three;
     char *name;
     Twin twin;
-    int logger, errors2; /* what is logged */
+    int logger;          /* whether it hears messages */
     fmi2FMUstate probe2; /* memory for looking at their states */
     fmi3FMUState probe3;
     unsigned char *bytes; /* their state after the last call */
@@ -108,13 +112,10 @@ extern uint64_t heard; /* a hash of all that came back */
 
 typedef struct {
     Pair *pair;
-    int call;
     fmi2Component two; /* at times NULL */
     fmi3Instance three;
-    Answer may2, may3; /* whether it is no error */
-    Answer kept;       /* whether it is not discarded */
-    int states;        /* that both allocate if it is done */
-    int looks;         /* and changes nothing */
+    Answer may2, may3, kept;  /* whether it is no error, and not discarded */
+    int call, states, looks;  /* states that both allocate if it is done; whether it changes nothing */
 } Trial;
 enum { NOT_CALLED = -1, DONE2 = 1, DONE3 = 2 };
 
@@ -138,7 +139,6 @@ typedef struct {
 } List;
 /* Variables of a type and of some causalities, or others if the host is careless, with values to set. */
 List drawn(char type, const char *causalities);
-void free_list(List *list);
 int all_have(const List *list, const char *causalities);
 int holds(const List *list, const char *name);
 double usual_value(unsigned element);
@@ -159,11 +159,8 @@ void try_any(Pair *pair, int only_values); /* one that leads on, most often */
 
 /* ---- states.c, hostile.c ----------------------------------------------------------------------------------------- */
 
-void get_state(Trial *trial);
-void set_state(Trial *trial);
-void free_state(Trial *trial);
-void serialize(Trial *trial);
-void deserialize(Trial *trial);
+void get_state(Trial *trial), set_state(Trial *trial), free_state(Trial *trial);
+void serialize(Trial *trial), deserialize(Trial *trial);
 void forget_states(Pair *pair);
 void repeat(Pair *pair);                       /* a stretch of calls, twice from one state */
 void be_hostile(Pair *pair);                   /* calls of FMI 3.0 that must be refused in every mode */

@@ -74,6 +74,7 @@ void be_hostile(Pair *pair)
     fmi3ValueReference one = chance(80) ? 1 + (fmi3ValueReference)below(PLACES) : (fmi3ValueReference)random_bits();
     unsigned char *before = exactly(pair->bytes, state_size);
     long blocks_before = blocks;
+    int loans_before = loans;
     List list = drawn('R', "ip");
     listen(pair, pair->name);
     fmi3Status status = list.sound && list.count > 0 && chance(50) ? of_sizes(c, &list) : of_others(c, one);
@@ -83,6 +84,6 @@ void be_hostile(Pair *pair)
     look(pair);
     CHECK(memcmp(before, pair->bytes, state_size) == 0, "the state has changed though a call is refused");
     free(before);
-    free_list(&list);
+    take_back(loans_before);
     hostile++;
 }

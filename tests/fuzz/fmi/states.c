@@ -124,17 +124,15 @@ void deserialize(Trial *trial)
     Twin twin = state->two != NULL ? state->twin : trial->pair->twin;
     const unsigned char *sound = state->two != NULL ? state->bytes : trial->pair->bytes;
     size_t size = careless() && chance(30) ? 1 + (size_t)below((int)state_size - 1) : state_size;
-    unsigned char *bytes = exactly(sound, state_size);
+    unsigned char *bytes = memcpy(lent(state_size), sound, state_size);
     int crafted = chance(20), broken = !crafted && careless();
     if (crafted || broken)
         spoil(bytes, state_size, part->two ? part->bytes : trial->pair->bytes, crafted);
     broken = broken && memcmp(sound, bytes, state_size) != 0; /* not by bits that were flipped twice */
     must(trial, broken || size < state_size ? NO : crafted ? UNSURE : YES);
     twin.mode = crafted ? UNKNOWN : twin.mode;
-    unsigned char *cut = exactly(bytes, size);
+    unsigned char *cut = memcpy(lent(size), bytes, size);
     made_up[!take(trial, cut, size, &twin)] += crafted;
-    free(bytes);
-    free(cut);
 }
 
 void set_state(Trial *trial)
@@ -175,7 +173,7 @@ void serialize(Trial *trial)
 {
     Kept state = some_state(trial, 0);
     size_t size = !careless() ? state_size : (size_t)below(2 * (int)state_size), size2 = 0, size3 = 0;
-    void *two = elements(size, 1), *three = two == NULL ? NULL : allocated(size);
+    void *two = elements(size, 1), *three = two == NULL ? NULL : lent(size);
     must(trial, size == state_size && two != NULL ? YES : NO);
     if (judged(trial, (int)fmi2SerializeFMUstate(trial->two, state.two, two, size),
                (int)fmi3SerializeFMUState(trial->three, state.three, three, size)))
@@ -183,8 +181,6 @@ void serialize(Trial *trial)
                   fmi2SerializedFMUstateSize(trial->two, state.two, &size2) == fmi2OK && size2 == size &&
                   fmi3SerializedFMUStateSize(trial->three, state.three, &size3) == fmi3OK && size3 == size,
               "a state has changed while it was kept");
-    free(two);
-    free(three);
 }
 
 /* ---- there and back ---------------------------------------------------------------------------------------------- */

@@ -73,7 +73,7 @@ def _method(dice: Dice) -> Any:
 
 
 def _records(dice: Dice, count: int, is_mild: bool) -> list[Record]:
-    """Records of one spring on a rig, each with its amplitude and with what rigs and acquisition add; or of anything."""
+    """Records of one spring on a rig, each with its amplitude and what rigs and acquisition add; or of anything."""
     kE = (0.0, float(_one(dice, (0.0, 0.3, 1.0, 5.0))), float(dice.uniform(-0.3, 0.3)), float(dice.uniform(0, 0.5)))
     kappa, sigma = float(_one(dice, (0.02, 0.1, 0.5, 2.0))), float(_one(dice, (0.5, 0.8, 1.5, 5.0)))
     rho, n = 10.0 ** dice.uniform(0.0, 2.0), 10.0 ** dice.uniform(-1.0, 1.0)

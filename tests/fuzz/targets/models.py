@@ -8,7 +8,6 @@ from __future__ import annotations
 import json
 import math
 import random
-import re
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -69,9 +68,9 @@ def corner(dice: random.Random) -> dict[str, Any]:
         [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
     ))  # fmt: skip
     values = {
-        "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low), "sigma": end(*limits.SIGMA_RANGE),
-        "n": end(*limits.N_RANGE), "displacement_offset": offset, "displacement_min": low, "displacement_max": high,
-        "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
+        "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low),
+        "sigma": end(*limits.SIGMA_RANGE), "n": end(*limits.N_RANGE), "displacement_offset": offset,
+        "displacement_min": low, "displacement_max": high, "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
     }  # fmt: skip
     if dice.random() < 0.7:
         count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))
@@ -119,8 +118,8 @@ def judge(path: Path, dice: random.Random | None = None) -> str:
     refused = []
     for use, share in _USES.items():
         if share > least and dice.random() < share:
-            names = {"FOLDER": str(folder), "MODEL": str(path), "MASS": str(mass if mass > 0.0 else 1e3)}
-            words = re.sub("FOLDER|MODEL|MASS", lambda name: names[name[0]], use).split()
+            words = use.replace("FOLDER", str(folder)).replace("MODEL", str(path)).split()
+            words = [str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words]
             if judged(words, folder):
                 refused.append(words[0])
     return f"accepted, refused by {', '.join(refused) or 'none'}"
@@ -157,7 +156,7 @@ _USES = {
     "predict MODEL FOLDER/record.csv --json -o FOLDER/out.csv": 0.5, "export MODEL --ssv -o FOLDER/out.ssv": 0.3,
     "export MODEL --modelica -o FOLDER": 0.3, "compare MODEL FOLDER/other.json --align middle --draws 20 --json": 0.2,
     "isolate MODEL --mass MASS --zero rig --points 6 --base-displacement 0.1 --json -o FOLDER/out.csv": 0.2,
-    "isolate MODEL --mass MASS --zero rig --points 6 --extrapolate": 0.1, "build MODEL --zero rig -o FOLDER/built": 0.02,
+    "isolate MODEL --mass MASS --zero rig --points 6 --extrapolate": 0.1, "build MODEL --zero rig -o FOLDER": 0.02,
     "study MODEL --mass MASS --zero rig --base-displacement 0.1 --points 4 --draws 2 -o FOLDER/out.csv --json": 0.2,
     "build MODEL --zero rig --backend python -o FOLDER/built": 0.02,
 }  # fmt: skip
