@@ -44,7 +44,7 @@ sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 TARGETS = {
     "models": "models", "fmus": "fmus", "systems": "systems", "options": "options", "journals": "journals",
     "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
-    "descriptions": "records:descriptions", "arrays": "records:arrays",
+    "descriptions": "records:descriptions",
 }  # fmt: skip
 FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
 NEXT = HERE / ".next.json"

@@ -17,9 +17,8 @@ pytestmark = [
 SEED = fuzz.seed_of_commit()
 # Random trials of each target, and for how many kinds of refusal at least.
 SHARES = {
-    "models": (4, 0), "fmus": (4, 0), "identify": (3, 0), "systems": (15, 4), "records_text": (25, 4), "arrays": (15,
-    3),
-    "records_binary": (15, 3), "descriptions": (15, 3), "journals": (6, 0), "options": (3, 0),
+    "models": (4, 0), "fmus": (4, 0), "identify": (3, 0), "systems": (12, 3), "records_text": (20, 4),
+    "records_binary": (12, 3), "descriptions": (10, 3), "journals": (5, 0), "options": (2, 0),
 }  # fmt: skip
 
 

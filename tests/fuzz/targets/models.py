@@ -70,7 +70,8 @@ def corner(dice: random.Random) -> dict[str, Any]:
     values = {
         "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low),
         "sigma": end(*limits.SIGMA_RANGE), "n": end(*limits.N_RANGE), "displacement_offset": offset,
-        "displacement_min": low, "displacement_max": high, "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
+        "displacement_min": low, "displacement_max": high,
+        "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
     }  # fmt: skip
     if dice.random() < 0.7:
         count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))

@@ -1,4 +1,4 @@
-"""Records, texts and files of all formats, read; arrays given in Python; and descriptions of campaigns.
+"""Records, texts and files of all formats, read; and descriptions of campaigns.
 
 Texts are tables in the forms that programs write, and files those of the corpus, a sound one of each format at least;
 most are then changed. A table that was not changed must give the numbers that it was made of, or be refused.
@@ -7,7 +7,6 @@ most are then changed. A table that was not changed must give the numbers that i
 from __future__ import annotations
 
 import bz2
-import decimal
 import gzip
 import io
 import lzma
@@ -19,10 +18,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from strandspring.loops.selection import Wanted, entries, read_campaign
-from strandspring.records.given import given_records
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
 from targets.mutator import FLOATS, OTHERS, TOKENS, changed, mutated, numpy_of, toml_file
@@ -163,7 +160,7 @@ def binary(dice: random.Random, folder: Path) -> str:
     return _sound(read_record(path, **_options(dice)))
 
 
-# ---- descriptions and arrays -----------------------------------------------------------------------------------------
+# ---- descriptions of campaigns ---------------------------------------------------------------------------------------
 
 _VALUES: tuple[Any, ...] = (
     *OTHERS, "2", "0", "-1", "999999999", "٣", "0x2", "1:3", ":5", "3:", "0.5:2.5", "-1e308:1e308", "1e999:", ":", "::",
@@ -203,48 +200,3 @@ def descriptions(dice: random.Random, folder: Path) -> str:
     record, *_ = read_campaign(folder / "d.toml")
     assert len(entries([folder / "d.toml"])) >= 1
     return _sound(record)
-
-
-def arrays(dice: random.Random, _folder: Path) -> str:
-    """Arrays, lists, series and tables of any type."""
-    size = dice.choice((1, 2, 3, 200))
-    made = [_array(dice, values) for values in (1e-3 * _X[:size], _F[:size], _TIME[:size])][: dice.choice((2, 2, 3))]
-    units = dice.choice((None, {"force": dice.choice(("kN", "mm", None, 3, *TOKENS))}))
-    if dice.random() < 0.3:
-        try:
-            frame = pd.DataFrame(dict(enumerate(made)))
-        except (ValueError, TypeError):
-            return "accepted, no table"  # refused by pandas
-        frame.columns = dice.choice((["x", "F", "t"], ["x", "x", "x"], [1, 2, 3], [*TOKENS[1:4]]))[: len(made)]
-        made = [frame]
-    try:
-        return _sound(given_records(*made, units=units)[0])
-    except TypeError as problem:  # what is neither an array nor a record
-        if not re.search("Arrays are given as|must be a path", str(problem)):
-            raise
-        return "accepted, no record"
-
-
-def _array(dice: random.Random, values: np.ndarray) -> Any:
-    types = ("f2", "f4", ">f8", "i2", "u1", "?", "g", "U", "S9", "O", "M8[s]", "m8[ns]")
-    kinds = ("Float64", "float64[pyarrow]", "category", "string", "object")
-    strange = (None, 3.0, "x", b"x", {}, {1.0, 2.0}, iter(values), np.array(1.0), [None], [""], [[1.0], [1.0, 2.0]])
-    makers = (
-        lambda: values + 1j,
-        lambda: np.ma.array(values, mask=numpy_of(dice).random(values.size) < 0.1),
-        lambda: [*values.tolist(), 10**400],
-        lambda: values.astype(dice.choice(types)),
-        lambda: values[:, None],
-        lambda: values * dice.choice(FLOATS),
-        lambda: values.astype("g") * np.longdouble("1e4000"),
-        lambda: pd.Series(values, index=range(100, 100 + values.size)),
-        lambda: pd.Series(values).astype(dice.choice(kinds)),
-        lambda: [decimal.Decimal(1), decimal.Decimal(2)],
-        lambda: np.full_like(values, dice.choice(FLOATS)),
-        lambda: dice.choice(strange),
-        lambda: pd.arrays.SparseArray(values),
-        lambda: memoryview(np.ascontiguousarray(values)),
-        lambda: pd.Series([1, 2, None], dtype="Int64"),
-    )
-    with np.errstate(all="ignore"):
-        return dice.choice(makers)() if dice.random() < 0.35 else values.tolist() if dice.random() < 0.3 else values
