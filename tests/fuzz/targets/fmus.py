@@ -20,15 +20,11 @@ from strandspring.fmu.python_backed import fmu_contents
 from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
 from targets.models import model_file
-from targets.mutator import mutated
+from targets.mutator import ABSURD, mutated
 
 _DESCRIPTION = "modelDescription.xml"
 _SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-_NAMES = (
-    "../escaped", "../../../../tmp/strandspring_escaped", "/tmp/strandspring_escaped", "a\\..\\b", "x" * 5000,
-    "C:\\escaped", "\x1b[31m", "ä", "resources/../../escaped", "con", "a/", "\u202e", "binaries/linux64/spring.so",
-    "modeldescription.XML", "resources",
-)  # fmt: skip
+_NAMES = (*ABSURD["names"], "x" * 5000)
 _ENTITIES = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10}">' for k in range(1, 12))
 _XML_HEADS = (
     '<!DOCTYPE a [<!ENTITY x "y">]>', f'<!DOCTYPE a [<!ENTITY l0 "lol">{_ENTITIES}]>',

@@ -18,38 +18,17 @@ from typing import Any
 import numpy as np
 
 RAW = "raw:"  # what follows stands as it is in the file, since libraries do not write it
-NUMBERS: tuple[Any, ...] = (
-    0, 1, -1, 3, 2**63, 10**17, 10**400, -(10**400), 0.0, -0.0, 0.5, 1e-9, -1e-9, 1e3, 1e9, -1e9, 1e15, 1e38, 1e77,
-    1e100, 1e153, -1e153, 1e155, 1e300, 1.7e308, -1.7e308, 1e-19, 1e-100, 1e-160, 1e-300, 1e-309, 5e-324, -5e-324,
-    2**1023, RAW + "1e400", RAW + "-1e999", RAW + "1e-400", RAW + "1" + "0" * 5000, RAW + "0." + "3" * 5000, RAW + "-0",
-)  # fmt: skip
-OTHERS: tuple[Any, ...] = (
-    True, False, "", " ", "1.0", "nan", "=1+1", "\x00", "\x1b[31m", "\u202e", "x" * 3000, "a\0b", "..", [], {}, [[]],
-    [0, 0, 1], [[1.0], [2.0, 3.0]], {"a": 1}, [0.0] * 30, [[0.0] * 40] * 40, {"": {}}, [{}] * 3,
-    RAW + "[" * 150 + "]" * 150, RAW + "[" + ",".join(["0"] * 100_000) + "]",
-)  # fmt: skip
-JSON_ONLY: tuple[Any, ...] = (
+# What is put in the place of numbers, other values, words of a text and lines, and of what one target has.
+ABSURD: dict[str, list[Any]] = json.loads((Path(__file__).parents[1] / "corpus/dictionary.json").read_text("utf-8"))
+NUMBERS = (*ABSURD["numbers"], RAW + "1" + "0" * 5000, RAW + "0." + "3" * 5000)
+OTHERS = (*ABSURD["others"], "x" * 3000, [[0.0] * 40] * 40, RAW + "[" * 150 + "]" * 150, RAW + f"[{'0,' * 100_000}0]")
+JSON_ONLY = (
     None, [None], "\ud800", RAW + "NaN", RAW + "Infinity", RAW + "[" * 100_000 + "]" * 100_000,
     RAW + '{"a":' * 5000 + "1" + "}" * 5000,
 )  # fmt: skip
 FLOATS = (0.0, -0.0, 1.0, -1.0, 5e-324, 1e-30, 1e-9, 1e9, 1e30, 1e154, 1e300, -1.7976931348623157e308, np.nan, np.inf)
-# What a text may hold in the place of a number or a name.
-TOKENS = (
-    "", " ", "nan", "inf", "-inf", "NA", "none", "1e400", "-1e400", "1e-400", "1e308", "0x10", "1_000", "٣", "+-1",
-    "1,5", "1.5", "1.234,5", "1,234.5", "1e", ".", ",", "-", "e5", "1.5.2", "1 000", "1\u00a0000", "1'000", '"', '""',
-    '"1"', "'1'", "\x00", "\x1a", "\x0b", "\x0c", "\x1c", "\x85", "\u2028", "true", "#DIV/0!", "12:30:05", "2024-01-01",
-    "1/2", "1%", "$5", "1d5", "9" * 400, "0." + "0" * 400 + "1", "1" * 5000, "-0", "½", "−5", "1\u2009000", "\ud800",
-    "=1+1", "NULL", "1;2", "1\t2", "[", "[]", "[[mm]]", "x" + "/m" * 400, "\u202eecrof", "<b>", "\x1b[31m", "🧲",
-    "ﬀorce", "İ", "%s%n", "{0}", "&x;", "\ufeffx", "-1", "65535", "65536", "2147483648", "18446744073709551615",
-    "99999999999999999999", "../x", "/dev/null", "1.e5", "a\\b", "mm", "kN",
-)  # fmt: skip
-LINES = (
-    "", " ", "x", "# comment", "---", "sep=;", "1;2", "3.5 4.5", "{", "'", '"', "1e5", "\x0c", "PK", "<html>",
-    "," * 1000,
-    "1," * 100_000, "\n" * 30_000, "[" * 3000, "[a]", "<a>" * 50_000, "]]>", "<![CDATA[", "<!--", "</row>",
-    "(" * 10_000,
-    "<!DOCTYPE a [<!ENTITY x 'y'>]>", "<row r='1048576'>", "<c r='XFD1048576'><v>1</v></c>", "<f>1/0</f>",
-)  # fmt: skip
+TOKENS = (*ABSURD["tokens"], "1" * 5000, "x" + "/m" * 400)
+LINES = (*ABSURD["lines"], "," * 1000, "1," * 100_000, "\n" * 30_000, "[" * 3000, "<a>" * 50_000, "(" * 10_000)
 _TOKEN = re.compile(r"[^\s,;<>\"=\[\]]+")
 
 
