@@ -83,8 +83,10 @@ class Trials:
     def __exit__(self, *_: object) -> None:
         if self._child:
             assert self._child.stdin is not None
+            assert self._child.stdout is not None
             self._child.stdin.close()
             self._child.wait()
+            self._child.stdout.close()
             if left := [path.name for path in (self._folder / "tmp").iterdir()]:
                 self._failed("the end of the process", f"left {left}")
         shutil.rmtree(self._folder)

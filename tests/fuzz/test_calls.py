@@ -64,7 +64,7 @@ def check_lives(form: str, folder: Path, flags: tuple[str, ...], count: int) -> 
     calls = {call: times for call, times in counts.items() if isinstance(times, list)}
     assert {call for call, (done, *_) in calls.items() if done == 0} == never
     assert sum(refused == 0 for _, _, refused in calls.values()) <= 3  # some only without an instance
-    assert min(times for call, times in counts.items() if call not in calls) > 10
+    assert min(times for call, times in counts.items() if call not in calls) > 0
 
 
 def test_some_random_lives(folders: Path) -> None:

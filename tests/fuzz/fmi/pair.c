@@ -51,7 +51,7 @@ Twin twin_of(int exchange)
 static Answer sound(const Twin *twin)
 {
     Answer answer = YES;
-    for (int i = 0; !OF_SYSTEM && i < MODEL_VARIABLES; i++) {
+    for (int i = 0; !OF_SYSTEM && twin->mode != UNKNOWN && i < MODEL_VARIABLES; i++) {
         const char *name = described[i].name;
         double value = twin->value[i], start = described[i].start;
         int free = begins(name, "kE_") || begins(name, "FE_forces") || strcmp(name, "kappa_omega") == 0;
