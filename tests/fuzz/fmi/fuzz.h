@@ -31,7 +31,7 @@ double uniform(double low, double high);
 double awkward(void); /* any double, with a taste for zeros, denormals, huge numbers, infinities and NaN */
 const char *awkward_text(void);
 
-/* Stops the program with the seed to repeat it by. */
+/* Stops the program; the seed to repeat it by was printed before. */
 #define CHECK(condition, ...) ((condition) ? (void)0 : fail(__FILE__, __LINE__, __VA_ARGS__))
 _Noreturn void fail(const char *file, int line, const char *format, ...);
 void trace(const char *format, ...);

@@ -131,6 +131,7 @@ void deserialize(Trial *trial)
     broken = broken && memcmp(sound, bytes, state_size) != 0; /* not by bits that were flipped twice */
     must(trial, broken || size < state_size ? NO : crafted ? UNSURE : YES);
     twin.mode = crafted ? UNKNOWN : twin.mode;
+    twin.sound = crafted ? UNSURE : twin.sound;
     unsigned char *cut = memcpy(lent(size), bytes, size);
     made_up[!take(trial, cut, size, &twin)] += crafted;
 }
