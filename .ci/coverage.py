@@ -22,13 +22,13 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "coverage"
 PACKAGE = ROOT / "fmu_src" / "strandspring"
-sys.path.insert(0, str(ROOT / "tests" / "helpers"))
+sys.path[:0] = [str(ROOT / "tests" / folder) for folder in ("helpers", "fuzz")]
 
-import fuzzing  # noqa: E402
 import instrumented  # noqa: E402
+import program  # noqa: E402
 
 COUNTING = ("-O0", "--coverage", "-fprofile-update=atomic")
-FORMS = ("native", "table", "states", "fmi3", "fmi3-branches", "fmi3-branches-states", "system", "system-fmi3")
+FORMS = ("spring", "table", "states", "branches", "branches-states", "system")
 SEQUENCES = 500
 SETTINGS = """\
 [run]
@@ -67,9 +67,8 @@ def fuzzed(folder: Path) -> None:
     """Run the fuzzers of FMI calls, compiled to count."""
     for form in FORMS:
         (folder / form).mkdir()
-        built = fuzzing.program_of(form, folder / form, (*COUNTING, "-g"))
-        run_one = fuzzing.run if form in fuzzing.FORMS else fuzzing.run_alone
-        print(f"{form}: {SEQUENCES} sequences {run_one(built, 1, SEQUENCES).found}", flush=True)
+        built = program.program_of(form, folder / form, (*COUNTING, "-g"))
+        print(f"{form}: {SEQUENCES} sequences {program.run(built, 1, SEQUENCES)[0]}", flush=True)
 
 
 def counts(folder: Path) -> dict[str, tuple[dict[int, int], dict[tuple[int, int], int]]]:

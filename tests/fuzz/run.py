@@ -1,86 +1,266 @@
-"""All fuzz targets for a time: python tests/fuzz/run.py [--hours H | --minutes M] [--only TARGET | --scripts]
+"""Random trials: python tests/fuzz/run.py [--hours H | --count N] [--only TARGET] [--seed S] [FILE...]
 
-Each target first judges its files of past findings (corpus/), and then random trials for its share of the time. The
-Python targets are the scripts in targets/; those that begin with "fmi" are sequences of FMI calls against the C sources
-under sanitizers (fmi/, built by tests/helpers/fuzzing.py). A failure is printed with the command that repeats it, and
-the exit status is 1; keep its file in the corpus.
+A target draws an input from a seed and gives it to the package; those that begin with "fmi" are random calls against
+the
+C sources of FMUs under sanitizers (fmi/fuzz.h). Each target first judges its files of past findings (corpus/) and then
+random trials. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. By default the first seed is from
+the commit's hash, and with --hours it is where the last such run ended, which is kept in tests/fuzz/.next.json. A
+failure
+is printed with the command that repeats it, and the exit status is 1; keep its file in the corpus.
+
+The law of all: an input is accepted, or refused by one sentence that says what is wrong and what to do. A trial also
+fails if it warns, prints, takes over 10 s of processor time or over 1 GB of memory, leaves temporary or open files
+behind, or ends the process; it is done in a child process with limits of memory and time.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
+import gzip
+import importlib
+import json
+import os
 import random
+import resource
+import select
+import shutil
+import subprocess
 import sys
 import tempfile
 import time
+import traceback
+import warnings
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
-sys.path[:0] = map(str, (HERE / "targets", HERE.parent / "helpers"))
+sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 
-import fuzzing  # noqa: E402
-import harness  # noqa: E402
-
-SCRIPTS = (
-    "corners", "identify", "journals", "models", "models_fmus", "options", "records_binary", "records_descriptions",
-    "records_text", "systems",
-)  # fmt: skip
-FORMS = {f"fmi-{form}": form for form in (*fuzzing.FORMS, *fuzzing.FORMS3, "system", "system-fmi3")}
-TARGETS = (*SCRIPTS, *FORMS)
-_ENDLESS = 10**9
+# Of each target its module in targets/, whose `trial` (or a function of the name given) takes dice and an empty folder,
+# and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
+TARGETS = {
+    "models": "models", "fmus": "fmus", "systems": "systems", "options": "options", "journals": "journals",
+    "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
+    "descriptions": "records:descriptions",
+}  # fmt: skip
+FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
+NEXT = HERE / ".next.json"
+MAX_SECONDS = 10.0  # of processor time
+PATIENCE = 30.0 * MAX_SECONDS  # by the clock, since other programs run too
+MAX_BYTES = 1024**3
 _SEQUENCES = 500  # of FMI calls between two looks at the clock: some seconds
+_ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
+
+
+def seed_of_commit() -> int:
+    """From the hash of the commit; without git, or with STRANDSPRING_FUZZ_SEED, that of the variable or 1."""
+    if given := os.environ.get("STRANDSPRING_FUZZ_SEED"):
+        return int(given)
+    done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False)
+    return int(done.stdout[:7], 16) if done.returncode == 0 else 1
 
 
 def corpus_of(target: str) -> list[Path]:
-    """The files of past findings of a target."""
+    """The files of past findings and the seeds of a target."""
     return sorted((HERE / "corpus" / target).glob("*"))
 
 
-def script_of(target: str) -> Path:
-    """The script of a target in Python."""
-    return HERE / "targets" / f"{target}.py"
+@dataclass
+class Trials:
+    """Trials in a child process, a new one after one that ended it; failures are printed."""
+
+    outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
+    failures: list[str] = field(default_factory=list)
+    _child: subprocess.Popen[bytes] | None = None
+
+    def __enter__(self) -> Trials:
+        self._folder = Path(tempfile.mkdtemp(prefix="strandspring-fuzz-"))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._child:
+            assert self._child.stdin is not None
+            assert self._child.stdout is not None
+            self._child.stdin.close()
+            self._child.wait()
+            self._child.stdout.close()
+            if left := [path.name for path in (self._folder / "tmp").iterdir()]:
+                self._failed("the end of the process", f"left {left}")
+        shutil.rmtree(self._folder)
+
+    def do(self, target: str, seed: int, file: Path | None = None) -> None:
+        """One trial, or a file of the corpus that is judged."""
+        if self._child is None or self._child.poll() is not None:
+            (self._folder / "tmp").mkdir(exist_ok=True)
+            environment = os.environ | _ENVIRONMENT | {"TMPDIR": str(self._folder / "tmp")}
+            command = [sys.executable, __file__, "--child", str(self._folder)]
+            self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
+        child = self._child
+        assert child.stdin is not None
+        assert child.stdout is not None
+        child.stdin.write(json.dumps([target, seed, file and str(file)]).encode() + b"\n")
+        child.stdin.flush()
+        if not select.select([child.stdout], [], [], PATIENCE)[0]:
+            child.kill()
+        answer = child.stdout.readline()
+        dead = {"outcome": "FAILED", "failure": f"the process ended with status {'' if answer else child.wait()}"}
+        result = json.loads(answer) if answer else dead
+        self.outcomes[target, result["outcome"]] += 1
+        if "failure" in result:
+            self._failed(f"--only {target} {file or f'--seed {seed} --count 1'}", result["failure"])
+
+    def _failed(self, where: str, failure: str) -> None:
+        self.failures.append(where)
+        print(f"FAILURE: python {__file__} {where}\n{failure}\n", flush=True)
 
 
-def run(target: str, seconds: float, seed: int) -> tuple[int, int]:
-    """Run a target for a time; returns the number of trials and of failures, which are printed."""
-    if target in FORMS:
-        return _run_calls(FORMS[target], seconds, seed)
-    reports = [harness.run(script_of(target), 1, 1, files=corpus_of(target))] if corpus_of(target) else []
-    reports.append(harness.run(script_of(target), seed, _ENDLESS, seconds=seconds))
-    return sum(sum(report.outcomes.values()) for report in reports), sum(len(report.failures) for report in reports)
+# ---- in the child ----------------------------------------------------------------------------------------------------
 
 
-def _run_calls(form: str, seconds: float, seed: int) -> tuple[int, int]:
+def _child(folder: Path) -> None:
+    """Do trials as they are asked for, a line of JSON each."""
+    warnings.simplefilter("error")
+    warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
+    warnings.filterwarnings("ignore", message="`displacement` must be within the identified range")  # paths are wide
+    results = os.fdopen(os.dup(1), "w")
+    with (folder / "printed").open("w+b") as printed:
+        for descriptor in (1, 2):
+            os.dup2(printed.fileno(), descriptor)
+        for number, line in enumerate(sys.stdin):
+            target, seed, file = json.loads(line)
+            work = folder / f"work{number}"
+            work.mkdir()
+            results.write(json.dumps(_judged(target, seed, file and Path(file), work, printed.fileno())) + "\n")
+            results.flush()
+            os.chdir(folder)
+            shutil.rmtree(work)
+
+
+def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
+    name, _, function = TARGETS.get(target, target).partition(":")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of other packages, when they are imported
+        module = importlib.import_module(f"targets.{name}")
+        from strandspring.errors import StrandspringError
+        from targets.mutator import kind_of
+    try:
+        if file is None:
+            return str(getattr(module, function or "trial")(random.Random(seed), work))
+        place = work / file.name.removesuffix(".gz")
+        place.write_bytes(gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes())
+        return str(module.judge(place))
+    except StrandspringError as refusal:
+        return f"refused: {kind_of(refusal, work)}"
+
+
+def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int) -> dict[str, str]:
+    """The outcome of a trial, and what was wrong with it."""
+    os.ftruncate(printed, 0)
+    os.lseek(printed, 0, os.SEEK_SET)
+    (files, _), begin = _left(), time.process_time()
+    resource.setrlimit(resource.RLIMIT_AS, (_used_memory() + MAX_BYTES, resource.RLIM_INFINITY))
+    failures, outcome = [], "FAILED"
+    try:
+        outcome = _outcome(target, seed, file, work)
+    except BaseException:
+        failures.append(traceback.format_exc())
+    resource.setrlimit(resource.RLIMIT_AS, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+    if (seconds := time.process_time() - begin) > MAX_SECONDS:
+        failures.append(f"took {seconds:.1f} s")
+    gc.collect()
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    if text := os.pread(printed, 4000, 0):
+        failures.append(f"printed: {text.decode(errors='replace')}")
+    opened, temporary = _left()
+    failures += [f"left {path}" for path in (*work.rglob(".*"), *temporary, *(opened - files))]
+    for path in temporary:
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    return {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
+
+
+def _used_memory() -> int:
+    """Of the address space [B]."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+
+
+def _left() -> tuple[set[str], set[Path]]:
+    """What is open besides pipes, fonts and libraries, and temporary files; but for processes that are kept."""
+    from strandspring.records.formats import reader_process
+
+    kept = {folder.path for folder in reader_process._running.values()}
+    links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
+    opened = {link for link in links - set(map(str, kept)) if not link.startswith("pipe:")}
+    return {link for link in opened if not link.endswith((".ttf", ".so"))}, {
+        *Path(tempfile.gettempdir()).iterdir()
+    } - kept
+
+
+# ---- runs of all targets ---------------------------------------------------------------------------------------------
+
+
+def run(target: str, seed: int, count: int, seconds: float) -> tuple[int, int]:
+    """Run a target; returns the number of trials and of failures, which are printed."""
+    deadline, done = time.monotonic() + seconds, 0
+    if target in TARGETS:
+        with Trials() as trials:
+            for file in corpus_of(target):
+                trials.do(target, 0, file)
+            while done < count and time.monotonic() < deadline:
+                trials.do(target, seed + done)
+                done += 1
+        return done, len(trials.failures)
+    import program
+
     with tempfile.TemporaryDirectory(prefix="strandspring-fuzz-") as folder:
-        program = fuzzing.program_of(form, Path(folder), fuzzing.SANITIZED)
-        run_one = fuzzing.run if form in fuzzing.FORMS else fuzzing.run_alone
-        deadline, done = time.monotonic() + seconds, 0
-        while True:
-            outcome = run_one(program, seed + done, _SEQUENCES)
-            done += _SEQUENCES
-            if outcome.found:
-                print(f"FAILURE in {form}, seeds from {seed + done - _SEQUENCES} on:\n{outcome.found}", flush=True)
+        built = program.program_of(target.removeprefix("fmi-"), Path(folder))
+        while done < count and time.monotonic() < deadline:
+            found, _ = program.run(built, seed + done // program.RUN, sequences := min(_SEQUENCES, count - done))
+            done += sequences
+            if found:
+                print(f"FAILURE in {target}:\n{found}", flush=True)
                 return done, 1
-            if time.monotonic() > deadline:
-                return done, 0
+    return done, 0
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    length = parser.add_mutually_exclusive_group()
-    length.add_argument("--hours", type=float, default=0.0)
-    length.add_argument("--minutes", type=float, default=2.0)
-    parser.add_argument("--only", choices=TARGETS, action="append")
-    parser.add_argument("--scripts", action="store_true", help="the targets in Python alone")
-    parser.add_argument("--seed", type=int, help="of the first trial; random by default")
+    names = [*TARGETS, *(f"fmi-{form}" for form in FORMS)]
+    parser.add_argument("--hours", type=float, default=0.0, help="of all targets; else it is a minute for each")
+    parser.add_argument("--count", type=int, default=10**9, help="trials of each target at most")
+    parser.add_argument("--only", action="append", metavar="TARGET", help=f"of {', '.join(names)}")
+    parser.add_argument("--seed", type=int, help="of the first trial")
+    parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of one target to judge instead")
     given = parser.parse_args()
-    targets = given.only or (SCRIPTS if given.scripts else TARGETS)
-    seed = random.randrange(10**8) if given.seed is None else given.seed
-    share = (3600.0 * given.hours or 60.0 * given.minutes) / len(targets)
-    results = {target: run(target, share, seed) for target in targets}
-    for target, (trials, failures) in results.items():
-        print(f"{target:22} {trials:9} trials {failures:5} failures")
-    return int(any(failures for _, failures in results.values()))
+    targets = given.only or names
+    if given.child:
+        _child(given.child)
+        return 0
+    if wrong := set(targets) - set(names):
+        parser.error(f"there is no target {', '.join(sorted(wrong))}")
+    if given.files:
+        with Trials() as trials:
+            for file in given.files:
+                trials.do(targets[0], 0, file.resolve())
+        print(*sorted(trials.outcomes.items()), sep="\n")
+        return bool(trials.failures)
+    first = seed_of_commit()
+    print(f"The seed of this commit is {first}.", flush=True)
+    going_on: dict[str, Any] = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
+    failed = 0
+    for target in targets:
+        seed = going_on.get(target, first) if given.seed is None else given.seed
+        done, failures = run(target, seed, given.count, 3600.0 * given.hours / len(targets) or 60.0)
+        failed += failures
+        print(f"{target:22} from seed {seed:10} {done:9} trials {failures:5} failures", flush=True)
+        going_on[target] = seed + done
+        if given.hours:
+            NEXT.write_text(json.dumps(going_on))
+    return int(failed > 0)
 
 
 if __name__ == "__main__":

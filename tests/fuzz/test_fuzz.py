@@ -1,82 +1,67 @@
-"""Fuzz targets: files of past findings, a share of the random trials, and a minute of all of them (run.py)."""
+"""Fuzz targets in Python: past findings, some random trials of each, and what the harness calls a failure (run.py)."""
 
 from __future__ import annotations
 
-import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-import harness
-
-HERE = Path(__file__).resolve().parent
-SCRIPTS = HERE / "targets"
+import run as fuzz
 
 pytestmark = [
     pytest.mark.long,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the harness measures with /proc"),
 ]
+SEED = fuzz.seed_of_commit()
+# Random trials of each target, and for how many kinds of refusal at least.
+SHARES = {
+    "models": (4, 0), "fmus": (4, 0), "identify": (3, 0), "systems": (12, 3), "records_text": (20, 4),
+    "records_binary": (12, 3), "descriptions": (10, 3), "journals": (5, 0), "options": (2, 0),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize("target", sorted(folder.name for folder in (HERE / "corpus").iterdir()))
-def test_past_findings(target: str) -> None:
-    files = sorted((HERE / "corpus" / target).iterdir())
-    report = harness.run(SCRIPTS / f"{target}.py", 1, 1, files=files)
-    assert not report.failures
-    assert sum(report.outcomes.values()) == len(files)
+@pytest.fixture(scope="module")
+def trials() -> Iterator[fuzz.Trials]:
+    with fuzz.Trials() as made:
+        yield made
 
 
-# The script, the number of trials, and the least share of them that is accepted, and refused.
-SHARES = [
-    ("corners", 3, 1.0, 0.0),
-    ("models", 10, 0.2, 0.1),
-    ("models_fmus", 8, 0.3, 0.1),
-    ("identify", 6, 0.02, 0.1),
-    ("systems", 40, 0.1, 0.1),
-    ("records_text", 20, 0.02, 0.1),
-    ("records_binary", 25, 0.02, 0.1),
-    ("records_descriptions", 20, 0.02, 0.1),
-    ("journals", 20, 0.02, 0.1),
-]
+def test_a_finding_fails_the_run(trials: fuzz.Trials, capsys: pytest.CaptureFixture[str]) -> None:
+    trials.do("no_such_module", 2)
+    assert trials.failures == ["--only no_such_module --seed 2 --count 1"]
+    assert "--only no_such_module --seed 2 --count 1" in capsys.readouterr().out
+    trials.failures.clear()
 
 
-@pytest.mark.parametrize(("script", "count", "accepted", "refused"), SHARES)
-def test_random_trials(script: str, count: int, accepted: float, refused: float) -> None:
-    report = harness.run(SCRIPTS / f"{script}.py", 1, count)
-    assert not report.failures
-    outcomes = report.outcomes.items()
-    assert sum(n for (_, outcome), n in outcomes if outcome.startswith("accepted")) >= accepted * count
-    assert sum(n for (_, outcome), n in outcomes if "refused" in outcome) >= refused * count
-    assert refused == 0.0 or len(report.outcomes) >= 5, "many kinds of refusal are reached"
-
-
-FAULTY = """
-import sys
-sys.path.insert(0, {folder!r})
-import harness
-
-def trial(generator, folder):
-    yield "target"
-    assert generator.random() < 0.5
-    yield "accepted"
-
-harness.main(__file__, trial, 10)
-"""
+@pytest.mark.parametrize("target", fuzz.TARGETS)
+def test_past_findings_and_random_trials(target: str, trials: fuzz.Trials) -> None:
+    count, kinds = SHARES[target]
+    for file in fuzz.corpus_of(target):
+        trials.do(target, 0, file)
+    if target == "records_binary":  # whose files are sound ones of each format, written by other libraries
+        assert trials.outcomes[target, "accepted"] == len(fuzz.corpus_of(target))
+    for k in range(count):
+        trials.do(target, SEED + k)
+    assert not trials.failures
+    assert sum(of == target and "refused" in outcome for of, outcome in trials.outcomes) >= kinds
 
 
 @pytest.mark.slow
-def test_a_minute_of_all_scripts() -> None:
-    """Sequences of FMI calls have tests of their own, test_native_fuzz.py and others."""
-    command = [sys.executable, HERE / "run.py", "--minutes", "1", "--scripts", "--seed", "1"]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=1200, check=False)
-    print(done.stdout)
-    assert done.returncode == 0, done.stdout + done.stderr
+def test_more_of_all_targets(trials: fuzz.Trials) -> None:
+    for target, (count, _) in SHARES.items():
+        for k in range(8 * count):
+            trials.do(target, SEED + k)
+    assert not trials.failures
 
 
-def test_a_finding_fails_the_run(tmp_path: Path) -> None:
-    script = tmp_path / "target.py"
-    script.write_text(FAULTY.format(folder=str(SCRIPTS)))
-    report = harness.run(script, 1, 40)
-    assert 5 < len(report.failures) < 35
-    assert report.outcomes["target", "accepted"] + len(report.failures) == 40
+def test_a_long_run_goes_on_where_the_last_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("STRANDSPRING_FUZZ_SEED", "5")
+    monkeypatch.setattr(fuzz, "NEXT", tmp_path / "next.json")
+    begun = []
+    monkeypatch.setattr(fuzz, "run", lambda _target, seed, *_: (begun.append(seed), (7, 0))[1])
+    monkeypatch.setattr(sys, "argv", ["run.py", "--hours", "1", "--only", "journals"])
+    assert fuzz.main() == 0
+    assert fuzz.main() == 0
+    assert begun == [5, 12]

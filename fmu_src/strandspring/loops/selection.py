@@ -292,7 +292,7 @@ def _described(path: Path) -> list[tuple[str, Wanted]]:
         where = f"{name}, record {number}"
         file = record.pop("file", None)
         if not isinstance(file, str) or not file:
-            raise RecordError(f"{where}: must have the key file with a path or pattern, got {file!r:.60}.")
+            raise RecordError(f"{where}: must have the key file with a path or pattern, got {file or 'none'!r:.60}.")
         wanted = _checked(record, where).over(for_all)
         listed += [(str(member), wanted) for member in _files(path, file, where)]
     if len(listed) > _MAX_FILES:

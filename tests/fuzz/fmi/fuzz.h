@@ -1,8 +1,13 @@
-/* Random sequences of FMI calls against the sources of an FMU, for the sanitizers to watch and an oracle to judge.
+/* Random calls of FMI 2.0 and FMI 3.0 against the sources of an FMU, for the sanitizers to watch.
  *
- * A sequence is the life of one instance, from fmi2Instantiate to fmi2FreeInstance; several instances of either type
- * live at once and share states. What a simulator can know of the FMU comes from fuzz_model.h, which fuzzing.py writes
- * from modelDescription.xml; what the standard demands is in oracle.c. Nothing is taken from the headers of the FMU.
+ * A sequence is the life of a pair: an instance of FMI 2.0 and one of FMI 3.0 of the same spring, or of the same system
+ * of bodies on mounts, which are asked for the same. What is judged: the status by the table of calls and modes (calls.c)
+ * and by what makes arguments wrong; that both answer alike, statuses, values and serialized states to the bit; that
+ * what is refused changes nothing; that a stretch of calls repeated from the same state gives the same bits (states.c);
+ * and that memory comes back. Where only one version has a call, the other one takes its state from the bytes.
+ *
+ * What a simulator can know of the FMU comes from fuzz_model.h, which program.py writes from modelDescription.xml;
+ * nothing is taken from the headers of the FMU.
  */
 #ifndef FUZZ_H
 #define FUZZ_H
@@ -11,242 +16,154 @@
 #include <stdint.h>
 
 #include "fmi2Functions.h"
+#include "fmi3Functions.h"
 #include "fuzz_model.h"
 
-/* ---- random.c: everything that is random comes from one seed ----------------------------------------------------- */
+/* ---- host.c: what is random, what a host gives to the FMU, and what is printed ----------------------------------- */
 
-void random_seed(uint64_t seed);
+void random_seed(uint64_t seed); /* everything that is random comes from it */
 uint64_t random_bits(void);
-int below(int count);     /* 0 .. count - 1 */
+int below(int count); /* 0 .. count - 1 */
 int chance(int percent);
-int careless(void);       /* whether an argument becomes wrong */
-extern int carelessness;  /* how often it does [percent] */
+extern int carelessness; /* how often an argument becomes wrong [percent] */
+int careless(void);
 double uniform(double low, double high);
-double awkward(void);     /* any double, with a taste for zeros, denormals, huge numbers, infinities and NaN */
-size_t count_of_elements(void);
+double awkward(void); /* any double, with a taste for zeros, denormals, huge numbers, infinities and NaN */
 const char *awkward_text(void);
 
-/* ---- host.c: what a host gives to the FMU ------------------------------------------------------------------------ */
-
-/* Stops the program with the seed to repeat it by. */
-#define FAIL(...) fail(__FILE__, __LINE__, __VA_ARGS__)
-#define CHECK(condition, ...) ((condition) ? (void)0 : FAIL(__VA_ARGS__))
+/* Stops the program; the seed to repeat it by was printed before. */
+#define CHECK(condition, ...) ((condition) ? (void)0 : fail(__FILE__, __LINE__, __VA_ARGS__))
 _Noreturn void fail(const char *file, int line, const char *format, ...);
+void trace(const char *format, ...);
 
+/* What a version has said since `listen`. */
 typedef struct {
-    int errors, discards, warnings;
-} Messages;
-
-/* Since the last call of host_listen. */
-extern Messages messages;
-/* Blocks given out by the counting allocator and not yet returned: for instances and states, and tables, which
- * instances share. */
-extern long blocks, tables;
-/* The allocator gives nothing while this is set. */
-extern int starving;
-
-/* Expect messages for this environment and instance name; NULL: any name. */
-void host_listen(const void *environment, const char *name);
-/* Callbacks with or without a logger, with counted memory or that of the C library. */
-fmi2CallbackFunctions host_callbacks(void *environment, int logging, int counting);
-/* A copy of exactly that size on the heap, so that reading beyond it is noticed; NULL for 0 bytes. */
-void *exactly(const void *content, size_t size);
+    int errors, warnings;
+} Said;
+extern Said said[2];                                    /* by FMI 2.0 and FMI 3.0 */
+void listen(const void *environment, const char *name); /* NULL: any name */
+extern long blocks;                                     /* given out and not yet returned, but for tables */
+extern long tables;                                     /* which instances share */
+extern int starving;                                    /* no memory is given while this is set */
+fmi2CallbackFunctions callbacks_of(void *environment, int logging, int counting);
+void log_three(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String text);
 void *allocated(size_t size);
+void *exactly(const void *content, size_t size);    /* a copy on the heap; NULL for 0 bytes */
+/* Until the end of a call: so many bytes; so many elements, or NULL for none, and at times if the host is careless. */
+void *lent(size_t size);
+void *elements(size_t count, size_t size);
+extern int loans;
+void take_back(int before);
 
-/* ---- oracle.c: what the standard and the documentation say ------------------------------------------------------- */
-
-#define CALLS(CALL) \
-    CALL(SetDebugLogging) CALL(SetupExperiment) CALL(EnterInitializationMode) CALL(ExitInitializationMode) \
-    CALL(Terminate) CALL(Reset) CALL(GetReal) CALL(GetInteger) CALL(GetBoolean) CALL(GetString) CALL(SetReal) \
-    CALL(SetInteger) CALL(SetBoolean) CALL(SetString) CALL(GetFMUstate) CALL(SetFMUstate) CALL(FreeFMUstate) \
-    CALL(SerializedFMUstateSize) CALL(SerializeFMUstate) CALL(DeSerializeFMUstate) CALL(GetDirectionalDerivative) \
-    CALL(EnterEventMode) CALL(NewDiscreteStates) CALL(EnterContinuousTimeMode) CALL(CompletedIntegratorStep) \
-    CALL(SetTime) CALL(SetContinuousStates) CALL(GetDerivatives) CALL(GetEventIndicators) CALL(GetContinuousStates) \
-    CALL(GetNominalsOfContinuousStates) CALL(SetRealInputDerivatives) CALL(GetRealOutputDerivatives) CALL(DoStep) \
-    CALL(CancelStep) CALL(GetStatus) CALL(GetRealStatus) CALL(GetIntegerStatus) CALL(GetBooleanStatus) \
-    CALL(GetStringStatus)
-#define NUMBERED(name) CALL_##name,
-typedef enum { CALLS(NUMBERED) CALL_COUNT } Call;
-#undef NUMBERED
+/* ---- pair.c: what is known of an instance, a call of both, and its judgement ------------------------------------- */
 
 typedef enum { INSTANTIATED, INITIALIZATION, EVENT, CONTINUOUS_TIME, STEP, TERMINATED, UNKNOWN } Mode;
-typedef enum { NO, YES, UNSURE } Answer;
+typedef enum { NO, UNSURE, YES } Answer;
 
+/* Causalities: i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate), absorbed_energy one
+ * that is an O(utput), too, and their derivatives are r(ates). */
 typedef struct {
     const char *name;
-    char type;      /* R, I, B or S */
-    char causality; /* i(nput), o(utput), l(ocal) or p(arameter); of the form with states omega is a s(tate),
-                     * absorbed_energy one that is an O(utput), too, and their derivatives are r(ates) */
+    char type, causality;
     int tunable;
     double start;
 } Described;
 extern const Described described[MODEL_VARIABLES];
-#define READABLE "iolpsOr"
 #define SETTABLE "ipsO"
-#define OUTPUTS "oO"
-#define UNKNOWNS "oOr"
+#define READABLE SETTABLE "olr"
 
-/* What is known of an instance; UNKNOWN after it took a state whose numbers were made up. */
+enum {
+    OF_SYSTEM = MODEL_AMPLIFIER == 0, /* for co-simulation alone, as is the usual form with branches */
+    HAS_EXCHANGE = !OF_SYSTEM && (MODEL_STATES || MODEL_BRANCHES == 0),
+    INDICATORS = !MODEL_STATES && !OF_SYSTEM,
+    /* References of FMI 3.0: arrays are one each; the time and the event indicator come last. */
+    ARRAYS = (MODEL_ELASTIC > 0) + 2 * (MODEL_KNOTS > 0) + (MODEL_AMPLIFIER > 0),
+    PLACES = MODEL_VARIABLES - MODEL_ELASTIC - 2 * MODEL_KNOTS - MODEL_AMPLIFIER + ARRAYS,
+    TIME3 = PLACES + 1,
+    INDICATOR3 = TIME3 + INDICATORS,
+    FIRST_ARRAY3 = 14 /* after parameters that are no coefficients */
+};
+
 typedef struct {
-    fmi2Type type;
-    Mode mode;
-    double time, stop_time, velocity, acceleration;
-    double value[MODEL_VARIABLES]; /* set last: the displacement and the parameters */
-    int interpolated;
-    int side;        /* of the identified range, where the path ended: -1, 0 or +1 */
-    int held;        /* `extrapolating` of continuous-time mode */
-    Answer possible; /* whether the parameters are a possible spring, once asked */
-    int asked;
-    int moved;       /* the displacement follows from input derivatives: known but for rounding */
-    double doubt;    /* by how much */
-    double committed, committed_doubt; /* where the path ends */
-    double rate, rate_doubt;           /* of the displacement at the end of the last step */
+    int exchange;
+    Mode mode; /* UNKNOWN after a state whose numbers were made up */
+    double time, stop_time;
+    double value[MODEL_VARIABLES]; /* set last */
+    int moved;                     /* inputs follow from their derivatives, so that their values are not known */
+    int interpolated;              /* or will, in the next step */
+    Answer sound;                  /* whether the parameters are a spring */
 } Twin;
 
-int variable(const char *name); /* its value reference */
-Twin twin_of(fmi2Type type);
-Answer may_call(const Twin *twin, Call call); /* by the state machine */
-Answer possible(Twin *twin);
-
-/* Whether the spring has derivatives: not where friction follows no small reversals. */
-Answer is_smooth(const Twin *twin);
-int side_of(const Twin *twin);
-void twin_set(Twin *twin, fmi2ValueReference reference, double value);
-/* Whether a step may be done; and what a step that was done changes. */
-Answer step_possible(const Twin *twin, double time, double size);
-/* Whether outputs have derivatives after the last step, in which the displacement may have jumped. */
-Answer rate_possible(const Twin *twin);
-void twin_step(Twin *twin, double time, double size);
-/* What committing the path to the displacement that holds changes: 1 if it must give a warning. */
-int twin_commit(Twin *twin);
-
-/* ---- trial.c: a call, what is predicted, what comes -------------------------------------------------------------- */
-
 typedef struct {
-    fmi2Component component; /* NULL while there is no instance */
+    fmi2Component two; /* NULL while there is no pair */
+    fmi3Instance three;
     char *name;
     Twin twin;
-    int logger, errors_logged, warnings_logged;
-    long blocks;             /* of memory, held by the instance and its probe */
-    long blocks_per_state;   /* that a state of this instance takes; 0 if its memory is not counted */
-    fmi2FMUstate probe;      /* memory for looking at its state */
-    unsigned char *bytes;    /* its serialized state after the last call */
-} Slot;
+    int logger;          /* whether it hears messages */
+    fmi2FMUstate probe2; /* memory for looking at their states */
+    fmi3FMUState probe3;
+    unsigned char *bytes; /* their state after the last call */
+} Pair;
 
-enum { SLOTS = 4 };
-extern Slot slots[SLOTS];
-
-/* A prediction is a set of these; several where it cannot be known. */
-enum { MAY_OK = 1 << fmi2OK, MAY_DISCARD = 1 << fmi2Discard, MAY_ERROR = 1 << fmi2Error };
+enum { PAIRS = 3 };
+extern Pair pairs[PAIRS];
+extern size_t state_size;
+extern uint64_t heard; /* a hash of all that came back */
 
 typedef struct {
-    Slot *slot;
-    Call call;
-    fmi2Component component; /* of the slot; at times NULL */
-    int may;
-    int warnings;            /* that fmi2OK must come with; -1: any number */
-    long blocks;             /* of memory that fmi2OK takes */
+    Pair *pair;
+    fmi2Component two; /* at times NULL */
+    fmi3Instance three;
+    Answer may2, may3, kept;  /* whether it is no error, and not discarded */
+    int call, states, looks;  /* states that both allocate if it is done; whether it changes nothing */
 } Trial;
+enum { NOT_CALLED = -1, DONE2 = 1, DONE3 = 2 };
 
-Trial trial_of(Slot *slot, Call call);
-/* Without the condition the call is an error. */
+int begin(Pair *pair); /* whether there is a pair now */
+void end(Pair *pair);
+Twin twin_of(int exchange);
+Trial trial_of(Pair *pair, int call);
 void must(Trial *trial, Answer condition);
-/* Without the condition the call is discarded, if nothing else is wrong. */
-void or_discard(Trial *trial, Answer condition);
-enum { LOOKS, CHANGES }; /* what a call does to the state, at most */
-/* Compares what was predicted with what came; whether the call was done. */
-int judged(Trial *trial, fmi2Status status, int effect);
-/* Serializes the state of an instance. */
-void look(Slot *slot);
-size_t state_size(void);
-/* Memory given out must be that of instances and states, and so much more; and one table for each instance at most. */
-void check_blocks(long more);
+/* Compares the statuses with what the table says and the versions with each other; which of both was done. */
+int judged(Trial *trial, int two, int three);
+void look(Pair *pair);
+void check_equal(const double *three, const double *two, size_t count, const char *of);
 
-/* ---- arguments.c ------------------------------------------------------------------------------------------------- */
+/* Some variables, at times the same one twice, with arrays among scalars; all on the heap and of exactly this size. */
+typedef struct {
+    size_t count, size;        /* of variables of FMI 3.0, and of their elements, which are those of FMI 2.0 */
+    fmi3ValueReference *three; /* NULL at times */
+    unsigned *two;
+    double *values2, *values3; /* NULL at times */
+    int sound;                 /* nothing is NULL, and all are of the type asked for */
+} List;
+/* Variables of a type and of some causalities, or others if the host is careless, with values to set. */
+List drawn(char type, const char *causalities);
+int all_have(const List *list, const char *causalities);
+int holds(const List *list, const char *name);
+double usual_value(unsigned element);
+Answer may_set(Twin *twin, const List *list); /* and sets it in the twin */
+
+/* ---- calls.c ----------------------------------------------------------------------------------------------------- */
 
 typedef struct {
-    size_t count;
-    fmi2ValueReference *at; /* on the heap; NULL at times */
-    int sound;              /* all are of the type asked for */
-} References;
+    const char *two, *three; /* names of the call; NULL where a version has none */
+    const char *modes2, *modes3;
+    void (*try)(Trial *trial);
+} Row;
+extern const Row rows[];
+extern const int call_count;
+extern long counts[][3]; /* of each call: done, discarded, refused */
+void try_call(Pair *pair, int call);
+void try_any(Pair *pair, int only_values); /* one that leads on, most often */
 
-/* References to variables of a type and of some causalities, or to others if the host is careless. */
-References references(char type, const char *causalities);
-int all_have(const References *of, const char *causalities);
-int any_is(const References *of, const char *name);
-/* An array of that size; at times NULL, and always for no elements. */
-void *elements(size_t count, size_t size);
-double *usual_values(const References *of);
-double usual_displacement(void);
-/* The largest size of an input or a state that an instance takes. */
-double largest_given(fmi2ValueReference reference);
-void must_be_given(Trial *trial, const void *array, size_t count);
-void must_be_references(Trial *trial, const References *of);
+/* ---- states.c, hostile.c ----------------------------------------------------------------------------------------- */
 
-/* ---- bytes.c: serialized states ---------------------------------------------------------------------------------- */
-
-typedef enum { SOUND, BROKEN, CRAFTED } Quality;
-
-typedef struct {
-    unsigned char *bytes; /* exactly `size` on the heap */
-    size_t size;
-    Quality quality;      /* CRAFTED: made-up contents under the right checksum, which only the fields can betray */
-} Serialized;
-
-/* From the bytes of a state, and of another one, which may be of another FMU. */
-Serialized serialized_from(const unsigned char *bytes, const unsigned char *other, size_t other_size);
-/* Crafted from the bytes of a state, with parts of another one of this FMU unless it is NULL. */
-Serialized made_up(const unsigned char *bytes, const unsigned char *part);
-
-/* ---- values.c, modes.c, states.c: each call makes arguments, predicts, calls and compares ------------------------ */
-
-void get_real(Trial *trial);
-void set_real(Trial *trial);
-void get_others(Trial *trial, char type);
-void set_others(Trial *trial, char type);
-void directional_derivative(Trial *trial);
-void input_derivatives(Trial *trial);
-void output_derivatives(Trial *trial);
-
-void try_call(Slot *slot, Call call);
-void try_states(Trial *trial);
-/* The serialized form of a state that the host holds, or NULL. */
-const unsigned char *kept_bytes(void);
-long blocks_of_states(void);
-void release_states(Slot *slot);
-void open_other(const char *library, const char *guid);
-void close_other(void);
-
-/* ---- detours.c: after which the instance is where it was --------------------------------------------------------- */
-
-/* A copy of the instance made by its serialized state must go on like it, bit for bit. */
-void compare_with_a_copy(Slot *slot);
-/* Whatever numbers a state holds whose checksum is right, it is refused or does no harm. */
-void live_through_a_made_up_state(Slot *slot);
-
-/* ---- life.c ------------------------------------------------------------------------------------------------------ */
-
-int instantiate(Slot *slot); /* whether there is an instance now */
-void free_instance(Slot *slot);
-Call next_call(const Slot *slot); /* one that leads on, most often */
-void move_on(Slot *slot);         /* some steps of the path */
-
-/* ---- watch.c, main.c --------------------------------------------------------------------------------------------- */
-
-typedef struct {
-    long done[CALL_COUNT], discarded[CALL_COUNT], refused[CALL_COUNT];
-    long sequences, calls, starved, copies;
-    long crafted_taken, crafted_refused; /* serialized states with made-up contents and their right checksum */
-} Statistics;
-extern Statistics statistics;
-extern const char *const call_names[CALL_COUNT];
-/* In JSON: how often each call was made, and all of the statistics. */
-void print_counts(const char *name, int count, const char *const calls[], const long counts[]);
-void print_statistics(void);
-/* What is being done, printed if it fails; every call if `tracing`. */
-extern int tracing;
-void trace(const char *format, ...);
-/* Runs until there are so many sequences: the first has the seed, the next one the seed after it. */
-void do_runs(const char *first_seed, long sequences, void (*run)(long sequences));
+void get_state(Trial *trial), set_state(Trial *trial), free_state(Trial *trial);
+void serialize(Trial *trial), deserialize(Trial *trial);
+void forget_states(Pair *pair);
+void repeat(Pair *pair);                       /* a stretch of calls, twice from one state */
+void be_hostile(Pair *pair);                   /* calls of FMI 3.0 that must be refused in every mode */
+extern long made_up[2], repeated, hostile;     /* how often; states of made-up numbers, taken and refused */
 
 #endif

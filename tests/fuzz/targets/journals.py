@@ -1,52 +1,47 @@
-"""Journals of interrupted studies and batches, damaged at random: python tests/fuzz/targets/journals.py
+"""Journals of interrupted studies, damaged at random; those of batches are kept by the same code.
 
-Rows and manifest of a journal are changed, repeated, moved, mixed with those of another job, or replaced, with their
-checksums or without; tables are added; bytes of the file are flipped, cut off and added. The job is then continued. It
-must end with the bytes of the undisturbed one, or be refused in words; following the advice (the same command again, or
-removing the file) must lead to these bytes. What is refused must not be changed.
+Rows of a journal are changed, moved, mixed with those of another study or replaced, with their checksums or without;
+tables are added; bytes of the file are changed. The study is then continued. It must end with the bytes of the
+undisturbed one, or be refused; following the advice (the same command again, or removing the file) must lead to these
+bytes. What is refused must not be changed.
 """
 
 from __future__ import annotations
 
 import json
+import random
 import re
-import shutil
 import sqlite3
-import sys
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Iterable
+from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "helpers"))
-
-import harness
-from journal_content import execute
-from many_springs import one_of
-from strandspring import TwoStageOptions
-from strandspring.campaigns.batches.batch import identify_batch
-from strandspring.campaigns.batches.sources import JOURNAL, SpringFile, find_springs
-from strandspring.campaigns.batches.spring_row import IDENTIFIED, REFUSED, BatchWork, Finished, SpringRow, digest
+from strandspring import SpringParameters
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.errors import StrandspringError
-from strandspring.loops.selection import Wanted
-from strandspring.model.modelfile import ModelFile
-from studies import CHEAP
+from strandspring.vibration.one_mass.system import Excitation
+from targets.mutator import damaged, kind_of
 
-Job = Callable[[Path, Callable[[int], None]], dict[str, bytes]]
-_ABSURD = (
-    b"1e400", b"-0", b"1e-400", b"9223372036854775808", b"99999999999999999999999999", b"NaN", b"null", b"true",
-    b'"=1+1"',     b"[]", b"{}", b"0x10", b"1_0", b"", b"-1", b"0.1",
+_ABSURD = (b"1e400", b"-0", b"9" * 26, b"NaN", b"null", b"true", b'"=1+1"', b"[]", b"{}", b"0x10", b"", b"-1", b"0.1")
+_JUNK = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000, "text", 1.5, None)
+_STATEMENTS = (
+    "CREATE TABLE more (x)", "CREATE VIEW more AS SELECT randomblob(1000000000)", "DROP TABLE row",
+    "CREATE TRIGGER more BEFORE INSERT ON row BEGIN DELETE FROM row; END", "PRAGMA user_version = 9",
+    "CREATE INDEX more ON row (checksum)", "PRAGMA application_id = 9", "PRAGMA journal_mode = DELETE",
+    "DELETE FROM row WHERE key % 2 = 0", "UPDATE row SET key = key + 1000", "UPDATE row SET key = -1 WHERE key = 1",
+    "UPDATE job SET manifest = '[' || manifest", "UPDATE job SET manifest = NULL", "UPDATE job SET manifest = x'00'",
+    "UPDATE job SET manifest = zeroblob(70000000)",
 )  # fmt: skip
-_NUMBER = re.compile(rb"-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
 class QuickStudy(Study):
@@ -58,233 +53,111 @@ class QuickStudy(Study):
     def _quick(self, run: int) -> RunRow:
         number, index = divmod(run, self.grid_size)
         point = self.grid_point(index)
-        values = np.random.default_rng((self.seed, run)).standard_normal(12).tolist()
+        values = np.random.default_rng((self.seed, run)).standard_normal(7).tolist()
         row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
         if run % 7 == 3:
             return replace(row, outcome=f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.')
-        return replace(
-            row, static_equilibrium=values[4], frequency=values[5], transmissibility=values[6], inside=run % 2 == 0
-        )
+        more = {"static_equilibrium": values[4], "frequency": values[5], "transmissibility": values[6]}
+        return replace(row, **more, inside=run % 2 == 0)
 
 
-class QuickWork(BatchWork):
-    """Springs that are known before."""
+def _results(folder: Path, seed: int = 7, after: int = 10**9) -> dict[str, bytes]:
+    """Run or continue a study, which may be interrupted after some runs; its results."""
 
-    def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
-        return [self._quick(spring, int(re.sub(r"\D", "", spring.name))) for spring in tasks]
-
-    def _quick(self, spring: SpringFile, seed: int) -> Finished:
-        row = SpringRow(spring.file, *digest(spring.path), self.settings, spring.name, REFUSED, '=It is ["{no}.')
-        if seed % 3 == 2:
-            return Finished(row, None)
-        text = ModelFile(spring.name, one_of(seed)).to_json()
-        known = {"rho": (0.1, None, 0.2)}
-        row = replace(row, status=IDENTIFIED, reason="", model_sha256=sha256(text.encode()).hexdigest())
-        parameters = one_of(seed).as_dict()
-        return Finished(
-            replace(row, parameters=parameters, uncertainty=known, rmse=0.1 * seed, notes=("=a", "µ")), text
-        )
-
-
-def _study(seed: int, draws: int) -> Job:
-    named = {name: getattr(CHEAP, name) for name in CHEAP.__dataclass_fields__}
-    study = QuickStudy(**{**named, "seed": seed, "draws": draws})
-
-    def job(folder: Path, progress: Callable[[int], None]) -> dict[str, bytes]:
-        run_study(study, folder / "results.csv", Local(1), progress)
-        return {path.name: path.read_bytes() for path in folder.iterdir()}
-
-    return job
-
-
-def _batch(seed: int) -> Job:
-    def job(folder: Path, progress: Callable[[int], None]) -> dict[str, bytes]:
-        source = folder.parent / "records"
-        source.mkdir(exist_ok=True)
-        for number in range(seed, seed + 9):
-            (source / f"s{number}.csv").write_text(f"{number}")
-        given, _ = find_springs([source / f"s{number}.csv" for number in range(seed, seed + 9)], folder)
-        springs = [spring._replace(file=Path(spring.file).name) for spring in given]
-        identify_batch(springs, folder, QuickWork(TwoStageOptions(), Wanted()), Local(1), progress=progress)
-        return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != JOURNAL}
-
-    return job
-
-
-# Of each group the job, another one of the same kind, and where the journal is.
-_JOBS: dict[str, tuple[Job, Job, Callable[[Path], Path]]] = {
-    "study": (_study(7, 14), _study(8, 14), lambda folder: journal_path(folder / "results.csv")),
-    "batch": (_batch(0), _batch(20), lambda folder: folder / JOURNAL),
-}
-
-
-def _unseen(finished: int) -> None:
-    """Progress that nobody looks at."""
-
-
-class _EnoughError(StrandspringError):
-    pass
-
-
-def _interrupted(job: Job, after: int, folder: Path, journal: Callable[[Path], Path]) -> bytes:
-    """The journal of a job that was interrupted."""
-
-    def stop(finished: int) -> None:
+    def progress(finished: int) -> None:
         if finished >= after:
-            raise _EnoughError("Enough.")
+            raise StrandspringError("Enough.")
 
+    spring = SpringParameters((0.0, 4e3), (1.0,), 15.0, 300.0, 1.0, 0.7, 0.0, -0.02, 0.02)
+    masses = tuple(4.0 + 0.1 * k for k in range(42))
+    study = QuickStudy(spring, Excitation.BASE_DISPLACEMENT, masses, levels=(1e-4,), seed=seed)
+    run_study(study, folder / "results.csv", Local(1), progress)
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def _interrupted(folder: Path, seed: int, after: int) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     with suppress(StrandspringError):
-        job(folder, stop)
-    return journal(folder).read_bytes()
+        _results(folder, seed, after)
+    return journal_path(folder / "results.csv")
 
 
 @cache
-def _undisturbed(group: str, place: str) -> tuple[dict[str, bytes], bytes]:
-    """The results of a job, and the whole journal of the other one."""
-    job, other, journal = _JOBS[group]
-    folder = Path(place) / "undisturbed"
-    shutil.rmtree(folder, ignore_errors=True)
-    (folder / "results").mkdir(parents=True)
-    results = job(folder / "results", _unseen)
-    return results, _interrupted(other, 8, folder / "other", journal)
+def _undisturbed() -> tuple[dict[str, bytes], bytes]:
+    """The results of the study, and the journal of another one."""
+    with TemporaryDirectory() as place:
+        other = _interrupted(Path(place) / "other", 8, 8).read_bytes()
+        (Path(place) / "results").mkdir()
+        return _results(Path(place) / "results"), other
 
 
-def _with_absurd_number(line: object, generator: np.random.Generator) -> object:
-    """A row with another number; what is no row, since it was damaged before, stays as it is."""
-    numbers = list(_NUMBER.finditer(line)) if isinstance(line, bytes) else []
-    if not numbers:
-        return line
-    one = numbers[generator.integers(len(numbers))]
-    return line[: one.start()] + _ABSURD[generator.integers(len(_ABSURD))] + line[one.end() :]
+def _execute(journal: Path, statement: str, *values: Any) -> list[tuple[Any, ...]]:
+    with closing(sqlite3.connect(journal)) as database, database:
+        return database.execute(statement, values).fetchall()
 
 
-def _forged(content: bytes, generator: np.random.Generator) -> bytes:
-    """A row with another content; raises ValueError for what is none."""
-    values = json.loads(content)
-    wrong = (["x"], {"a": 1}, float("inf"), float("nan"), [[]])
-    if generator.random() < 0.3:
-        values.append(1)
-    else:
-        values[generator.integers(len(values))] = wrong[generator.integers(len(wrong))]
-    return json.dumps(values).encode()
-
-
-def _rows_changed(journal: Path, other: Path, generator: np.random.Generator) -> None:
+def _rows_changed(dice: random.Random, journal: Path, other: Path) -> None:
     """Change one thing in the rows or tables of a journal; raises sqlite3.Error if it was damaged before."""
-
-    def replace_row(key: object, checksum: object, content: object) -> None:
-        execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", key, checksum, content)
-
-    rows = execute(journal, "SELECT key, checksum, content FROM row") or [(0, 0, b"[]")]
-    others = execute(other, "SELECT key, checksum, content FROM row")
-    (key, checksum, content), (to, *_) = (rows[k] for k in generator.integers(len(rows), size=2))
-    match generator.integers(10):
+    rows = _execute(journal, "SELECT key, checksum, content FROM row") or [(0, 0, b"[]")]
+    (key, checksum, content), (to, *_) = dice.choice(rows), dice.choice(rows)
+    ((manifest,),) = _execute(journal, "SELECT manifest FROM job LIMIT 1")
+    match dice.randrange(6):
         case 0:
-            execute(journal, "DELETE FROM row WHERE key = ?", key)
+            row = (dice.choice((to, 60, -1, 2**62, None)), checksum, content)
         case 1:
-            replace_row(to, checksum, content)
+            row = dice.choice(_execute(other, "SELECT key, checksum, content FROM row"))
         case 2:
-            replace_row([60, -1, 2**62, None][generator.integers(4)], checksum, content)
-        case 3:
-            replace_row(*others[generator.integers(len(others))])
-        case 4:
-            replace_row(key, checksum, _with_absurd_number(content, generator))
-        case 5:
-            (manifest,) = execute(journal, "SELECT manifest FROM job LIMIT 1")[0]
-            with suppress(ValueError, TypeError, RecursionError):  # damaged before
-                forged = _forged(content, generator)
-                replace_row(key, zlib.crc32(forged, zlib.crc32(manifest)), forged)
-        case 6:
-            junk = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000, "text", 1.5, None)
-            replace_row(key, checksum, junk[generator.integers(len(junk))])
-        case 7:
-            execute(journal, "DELETE FROM row WHERE key > ?", key)
-        case 8:
-            name = ["manifest", "'[' || manifest", "NULL", "1", "x'00'", "zeroblob(70000000)"][generator.integers(6)]
-            execute(journal, f"UPDATE job SET manifest = {name}")  # noqa: S608 (of the list above)
-        case 9:
-            statements = (
-                "CREATE TABLE more (x)", "CREATE VIEW more AS SELECT randomblob(1000000000)", "DROP TABLE row",
-                "CREATE TRIGGER more BEFORE INSERT ON row BEGIN DELETE FROM row; END", "PRAGMA user_version = 9",
-                "CREATE INDEX more ON row (checksum)", "PRAGMA application_id = 9", "PRAGMA journal_mode = DELETE",
-            )  # fmt: skip
-            execute(journal, statements[generator.integers(len(statements))])
-
-
-def _bytes_changed(content: bytes, generator: np.random.Generator) -> bytes:
-    """A journal with one thing changed, whatever its rows."""
-    at = int(generator.integers(1 + len(content)))
-    match generator.integers(8):
-        case 0 | 1:
-            flipped = bytearray(content)
-            for k in generator.integers(max(1, len(content)), size=generator.integers(1, 4)) if content else ():
-                flipped[k] ^= 1 << int(generator.integers(8))
-            return bytes(flipped)
-        case 2:
-            return content[:at]
-        case 3:
-            return content + generator.bytes(int(generator.integers(2000)))
-        case 4:
-            return content[:at] + b"\0" * int(generator.integers(5000)) + content[at:]
-        case 5:
-            return content[:at] + generator.bytes(20) + content[at + 20 :]
-        case 6:
-            end = at + int(generator.integers(500))
-            return content[:at] + content[end:]
+            row = (key, checksum, dice.choice(_JUNK))
+        case 3 if isinstance(content, bytes) and (numbers := [*re.finditer(rb"-?\d+(\.\d+)?(e[+-]?\d+)?", content)]):
+            one = dice.choice(numbers)
+            row = (key, checksum, content[: one.start()] + dice.choice(_ABSURD) + content[one.end() :])
+        case 4 if isinstance(content, bytes) and isinstance(manifest, bytes):
+            with suppress(ValueError, RecursionError):  # damaged before
+                values = json.loads(content)
+                if isinstance(values, list):
+                    values[dice.randrange(len(values)) :] = dice.choice(([["x"]], [np.inf], [{"a": 1}, 1], values))
+                content = json.dumps(values).encode()
+            row = (key, zlib.crc32(content, zlib.crc32(manifest)), content)
         case _:
-            encoding = ["utf-16", "utf-8-sig", "utf-32"][generator.integers(3)]
-            return content.decode("latin-1").encode(encoding) if generator.random() < 0.2 else content + content[:at]
+            _execute(journal, dice.choice(_STATEMENTS))
+            return
+    _execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", *row)
 
 
-def _continued(job: Job, folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:
-    """Results of a job that is continued, None if it is refused, with the sentence."""
-    before = journal.read_bytes() if journal.is_file() else None
+def _continued(folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:
+    """Results of the study that is continued, None if it is refused, with the sentence."""
+    before = journal.read_bytes() if journal.is_file() else b""
     try:
-        return job(folder, _unseen), "accepted"
+        return _results(folder), "accepted"
     except StrandspringError as refusal:
-        after = journal.read_bytes() if journal.is_file() else None
-        if before is not None and not (after or b"").startswith(before.rstrip(b"\0")[:1]):
-            raise AssertionError("the refused journal was changed") from refusal
-        sentence = str(refusal)
-        if re.search("is not the journal|of another study|is damaged", sentence):
-            assert after == before, "the refused journal was changed"
-        assert "; " in sentence, f"no advice: {sentence}"
-        assert len(sentence) < 1500, f"long: {sentence}"
-        return None, sentence
+        after = journal.read_bytes() if journal.is_file() else b""
+        damage = re.search("is not the journal|of another study|is damaged", str(refusal))
+        assert not damage or after == before, "the refused journal was changed"
+        kind_of(refusal, folder)
+        return None, str(refusal)
 
 
-def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
-    """Damage a journal and continue the job."""
-    group = str(generator.choice(list(_JOBS)))
-    job, _, journal_of = _JOBS[group]
-    expected, other = _undisturbed(group, str(folder.parent))
-    (folder / "results").mkdir()
-    journal = journal_of(folder / "results")
-    _interrupted(job, int(generator.integers(1, 40 if group == "study" else 9)), folder / "results", journal_of)
-    yield group
+def trial(dice: random.Random, folder: Path) -> str:
+    """Damage a journal and continue the study."""
+    expected, other = _undisturbed()
     (folder / "other").write_bytes(other)
-    for _ in range(generator.integers(1, 4)):
-        if generator.random() < 0.6:
+    journal = _interrupted(folder / "results", 7, dice.randrange(1, 40))
+    for _ in range(dice.randrange(1, 4)):
+        data = journal.read_bytes()
+        at = dice.randrange(len(data) + 1)
+        if dice.random() < 0.6:
             with suppress(sqlite3.Error):
-                _rows_changed(journal, folder / "other", generator)
+                _rows_changed(dice, journal, folder / "other")
         else:
-            journal.write_bytes(_bytes_changed(journal.read_bytes(), generator))
-    results, sentence = _continued(job, folder / "results", journal)
-    outcome = "accepted"
-    if results is None:
-        kind = re.sub(r"\(.*?\)|\d+", "#", sentence.replace(str(folder), ""))
-        outcome = f"refused: {kind[:150]}"
-    # The advice is followed.
-    for _ in range(100):
+            made = (damaged(dice, data), data[:at] + dice.randbytes(2000) + data[at:], data + data[:at])
+            journal.write_bytes(dice.choice(made))
+    results, sentence = _continued(folder / "results", journal)
+    outcome = re.sub("[0-9]+", "0", sentence.replace(str(folder), ""))[:80]
+    for _ in range(100):  # the advice is followed
         if results is not None:
             break
         if "start the same command again" not in sentence:
             journal.unlink()
-        results, sentence = _continued(job, folder / "results", journal)
+        results, sentence = _continued(folder / "results", journal)
     assert results == expected, f"other results, or never an end: {sentence}"
-    yield outcome
-
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 1000)
+    return outcome if outcome == "accepted" else f"refused: {outcome}"

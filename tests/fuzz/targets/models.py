@@ -1,10 +1,6 @@
-"""Random model files, sound and damaged, given to everything that takes a model.
+"""Model files, sound, at the ends of their limits and damaged, given to everything that takes a model.
 
-    python tests/fuzz/targets/models.py [--seed SEED] [--count COUNT] [FILE...]
-
-A model that is accepted has to have a finite response and to be the same again after it was saved; then every function
-takes it. See `harness` for what counts as a failure; here so do answers that are not finite and refusals that do not
-say what to do.
+A model that is accepted is the same again after it was saved, and finite in every output of every use.
 """
 
 from __future__ import annotations
@@ -12,82 +8,141 @@ from __future__ import annotations
 import json
 import math
 import random
-from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-import harness
-from judged import finite, kind_of
-from pieces.models_made import model_file, sound, written
-from strandspring import (
-    BuildError,
-    Spring,
-    StrandspringError,
-    build_fmu,
-    compare,
-    export,
-    info,
-    isolate,
-    predict,
-    study,
-    synthesize,
-    verify,
-)
-from strandspring.cli.main import main as command_line
+from strandspring import Record, Spring
+from strandspring.core import parameters as limits
+from strandspring.core import stepper
+from strandspring.core.law import SpringLaw
+from targets.mutator import FLOATS, finite, mutated
+from targets.options import judged
 
-# Shares of the accepted models that are given to what takes long.
-_SHARES = {"build": 0.02, "isolate": 0.3, "study": 0.3, "compare": 0.4, "commands": 0.4}
-_SAMPLES = 41
+_CORPUS = Path(__file__).parents[1] / "corpus/models"
+_INSIDE = 1.0 - 1e-12  # what is rounded stays within
 
 
-def trial(generator: np.random.Generator, folder: Path) -> Iterator[str]:
+@cache
+def seeds() -> list[bytes]:
+    """Sound model files, of coefficients and tables, with uncertainty and without."""
+    return [path.read_bytes() for path in sorted(_CORPUS.glob("sound_*"))]
+
+
+def model_file(dice: random.Random) -> bytes:
+    """A model file, sound or not."""
+    data = dice.choice(seeds())
+    if dice.random() < 0.4:
+        content = json.loads(data)
+        for name in ("kE", "FE_knots", "FE_forces"):
+            content["parameters"].pop(name, None)
+        content["parameters"] |= corner(dice)
+        if dice.random() < 0.8:
+            content |= {"uncertainty": {}, "fit": {}, "provenance": {}}
+        data = json.dumps(content).encode()
+    return mutated(dice, data) if dice.random() < 0.5 else data
+
+
+def corner(dice: random.Random) -> dict[str, Any]:
+    """Parameters at the ends of what is allowed, or between them at any size."""
+
+    def end(low: float, high: float) -> float:
+        return min(max(dice.choice((low, high, low * (high / low) ** dice.random())), low / _INSIDE), high * _INSIDE)
+
+    def size() -> float:
+        return dice.choice((-1.0, 1.0)) * dice.choice((0.0, 1.0, 1.0, 10.0 ** dice.uniform(-30.0, 0.0), 5e-324))
+
+    width = end(*limits.WIDTH_RANGE)
+    low = dice.choice((0.0, -0.5 * width, -dice.random() * width))
+    if width > 1e-4 and dice.random() < 0.4:  # else it is not resolved so far away
+        low = dice.choice((limits.LARGEST_DISPLACEMENT - width, -limits.LARGEST_DISPLACEMENT))
+    high = low + width
+    offset = dice.choice((low, high, 0.5 * (low + high)))
+    reach, degree = max(high - offset, offset - low), dice.choice((0, 1, 2, limits.MAXIMUM_AMPLIFIER_DEGREE))
+    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
+    shares = dice.choice((
+        [dice.uniform(-1.0, 1.0) / max(degree, 1) for _ in range(degree)],
+        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
+        [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
+    ))  # fmt: skip
+    values = {
+        "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low),
+        "sigma": end(*limits.SIGMA_RANGE), "n": end(*limits.N_RANGE), "displacement_offset": offset,
+        "displacement_min": low, "displacement_max": high,
+        "kA": [1.0, *(share / reach**k for k, share in enumerate(shares, start=1))],
+    }  # fmt: skip
+    if dice.random() < 0.7:
+        count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))
+        return values | {"kE": [size() * limits.FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
+    count = dice.choice((*limits.KNOTS, dice.randint(*limits.KNOTS)))
+    close = [k * limits.LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
+    places = dice.choice(([k / (count - 1) for k in range(count)], close, sorted(dice.random() for _ in close)))
+    knots = [low, *(low + place * (high - low) for place in places[1:-1]), high]
+    return values | {"FE_knots": knots, "FE_forces": [size() * limits.FORCE_RANGE[1] for _ in knots]}
+
+
+def _stated(dice: random.Random, content: Any) -> Any:
+    """The same uncertainty or figures of a fit with a few numbers of absurd size, which are no parameters."""
+    if isinstance(content, dict):
+        return {key: _stated(dice, value) for key, value in content.items()}
+    if isinstance(content, list):
+        return [_stated(dice, value) for value in content]
+    return abs(dice.choice(FLOATS[:-2])) if isinstance(content, float) and dice.random() < 0.06 else content
+
+
+def trial(dice: random.Random, folder: Path) -> str:
     """One model file given to all of its uses."""
-    yield "models"
-    seed = int(generator.integers(2**62))
     path = folder / "model.json"
-    path.write_bytes(model_file(seed))
-    yield _outcome(path, random.Random(seed), _SHARES)
+    data = model_file(dice)
+    if dice.random() < 0.15:
+        content = json.loads(dice.choice(seeds()))
+        data = json.dumps(
+            {key: value if key == "parameters" else _stated(dice, value) for key, value in content.items()}
+        ).encode()
+    path.write_bytes(data)
+    return judge(path, dice)
 
 
-def judge(path: Path) -> Iterator[str]:
-    """A file of the corpus given to all uses but the dearest."""
-    yield _outcome(path, random.Random(1), {"build": 0.0})
-
-
-def _outcome(path: Path, dice: random.Random, shares: Mapping[str, float]) -> str:
-    """What becomes of a model file in those of its uses that come up by their shares."""
-    try:
-        spring = Spring.load(path)
-    except StrandspringError as refusal:
-        return f"refused: {kind_of(refusal, path)}"
+def judge(path: Path, dice: random.Random | None = None) -> str:
+    """A model file given to its uses: the dearest at times, or never for a file of the corpus."""
+    least, dice = (0.1, random.Random(1)) if dice is None else (0.0, dice)
+    spring = Spring.load(path)
+    _response(path, spring)
+    folder, p = path.parent, spring.parameters
+    (folder / "other.json").write_bytes(dice.choice(seeds()))
+    motion = _path(spring, *dice.choice(((1.1, 1.1), (1.0,), (0.5, 1.0))))
+    Record(motion, spring.response(motion), np.arange(motion.size) * 1e-3, path="record").save(folder / "record.csv")
+    force = np.sort(spring.response([p.displacement_min, p.displacement_max]))
+    mass = (force[0] + dice.uniform(0.2, 0.8) * (force[1] - force[0])) / 9.81  # that the spring holds, or any
     refused = []
-    uses = [use for use in _USES if dice.random() < shares.get(use.__name__[1:], 1.0)]
-    for use in uses:
-        try:
-            use(dice, path, spring)
-        except StrandspringError as refusal:
-            kind_of(refusal, path)
-            refused.append(use.__name__[1:])
-        except BaseException as fault:
-            fault.add_note(f"in {use.__name__[1:]}")
-            raise
+    for use, share in _USES.items():
+        if share > least and dice.random() < share:
+            words = use.replace("FOLDER", str(folder)).replace("MODEL", str(path)).split()
+            words = [str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words]
+            if judged(words, folder):
+                refused.append(words[0])
     return f"accepted, refused by {', '.join(refused) or 'none'}"
 
 
-def _middle_path(spring: Spring) -> np.ndarray:
-    """Two cycles over the identified range and somewhat beyond it."""
+def _path(spring: Spring, *shares: float) -> np.ndarray:
+    """Two cycles of each share of the range about its middle."""
     p = spring.parameters
     half = 0.5 * (p.displacement_max - p.displacement_min)
-    path: np.ndarray = p.displacement_min + half + 1.1 * half * np.sin(np.linspace(0.0, 12.0, _SAMPLES))
-    return path
+    wave = np.sin(np.linspace(0.0, 4.0 * np.pi, 41))
+    path = np.concatenate([p.displacement_min + half + share * half * wave for share in shares])
+    return np.clip(path, -limits.LARGEST_DISPLACEMENT, limits.LARGEST_DISPLACEMENT)
 
 
-def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
-    motion = _middle_path(spring)
+def _response(path: Path, spring: Spring) -> None:
+    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT])
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
+    law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
+    for x in motion[1:-3].tolist():  # as the Python-backed FMU does
+        memory = stepper.integrate(law, stepper.trial(law, memory, x))
+        finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
     again = path.with_name("again.json")
     spring.save(again)
     assert Spring.load(again) == spring
@@ -96,123 +151,13 @@ def _response(_dice: random.Random, path: Path, spring: Spring) -> None:
     assert again.read_bytes() == content
 
 
-def _info(dice: random.Random, path: Path, spring: Spring) -> None:
-    given = info(path) if dice.random() < 0.5 else info(path, _record(spring))
-    given.summary()
-    frame = given.to_frame()
-    if len(frame):
-        # A loss factor is not a number where the stiffness is not positive, and so is the frequency of a model's loop.
-        finite("info", frame[["amplitude", "low", "high", "secant_stiffness", "energy_per_cycle", "max_force"]])
-        finite("info", frame["loss_factor"].dropna())
-
-
-def _record(spring: Spring) -> Any:
-    from strandspring import Record
-
-    motion = np.tile(_middle_path(spring), 2)
-    return Record(motion, spring.response(motion), np.arange(motion.size, dtype=np.float64))
-
-
-def _predict(_dice: random.Random, path: Path, spring: Spring) -> None:
-    prediction = predict(path, _record(spring))
-    finite("predict", [prediction.rmse, prediction.rnl])
-    frame = prediction.to_frame()
-    finite("predict", frame[["displacement", "force", "predicted"]])
-    if prediction.half_widths is not None:
-        finite("interval", frame[["lower", "upper"]])
-    prediction.summary()
-
-
-def _synthesize(dice: random.Random, path: Path, _spring: Spring) -> None:
-    record = synthesize(path, samples=32, noise=dice.choice((0.0, 0.01)))
-    finite("synthesize", [record.displacement, record.force])
-
-
-def _export(_dice: random.Random, path: Path, _spring: Spring) -> None:
-    for written_file in export(path, path.parent / "exported", ssv=True, modelica=True):
-        text = written_file.read_text(encoding="utf-8").lower()
-        assert not any(word in text for word in ('"nan"', '"inf"', "= nan", "= inf", ", inf", ", nan")), text
-
-
-def _mass(dice: random.Random, spring: Spring) -> float:
-    """A mass that the spring holds within its range, or anything else."""
-    p = spring.parameters
-    least, most = np.sort(spring.response([p.displacement_min, p.displacement_max])).tolist()
-    mass = float(least + dice.uniform(0.2, 0.8) * (most - least)) / 9.81
-    return mass if math.isfinite(mass) and mass > 0.0 and dice.random() < 0.9 else 10.0 ** dice.uniform(-9, 9)
-
-
-def _isolate(dice: random.Random, path: Path, spring: Spring) -> None:
-    isolation = isolate(path, _mass(dice, spring), points=6, extrapolate=dice.random() < 0.5)
-    isolation.summary()
-    finite("isolate", isolation.to_frame().select_dtypes(float).drop(columns="phase", errors="ignore"))
-
-
-def _study(dice: random.Random, path: Path, spring: Spring) -> None:
-    result = study(path, _mass(dice, spring), points=4, draws=dice.choice((0, 2, 2)))
-    result.summary()
-    frame = result.to_frame()
-    for column in ("frequency", "transmissibility"):
-        assert not np.isinf(frame[column].to_numpy(dtype=float)).any(), frame
-
-
-def _compare(dice: random.Random, path: Path, _spring: Spring) -> None:
-    other = path.with_name("other.json")
-    own = json.loads(path.read_text(encoding="utf-8-sig"))
-    if dice.random() < 0.7 and own["uncertainty"] if "uncertainty" in own else False:
-        own["parameters"]["kappa_omega"] *= 1.1
-    else:
-        own = sound(dice)
-    other.write_text(written(own), encoding="utf-8")
-    Spring.load(other)
-    comparison = compare(path, other, align="middle", draws=dice.choice((0, 20)))
-    comparison.summary()
-    comparison.as_json()
-
-
-def _commands(dice: random.Random, path: Path, _spring: Spring) -> None:
-    """A command under --json: its output is JSON without NaN, whatever it refuses."""
-    import contextlib
-    import io
-
-    command = dice.choice((["info"], ["isolate", "--mass", "5", "--points", "4"], ["compare", str(path)], ["export"]))
-    printed, said = io.StringIO(), io.StringIO()
-    extra = ["--ssv", "-o", str(path.parent)] if command == ["export"] else ["--json"]
-    with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(said):
-        try:
-            command_line([*command, str(path), *extra])
-            status: Any = 0
-        except SystemExit as leaving:
-            status = leaving.code
-    assert status in (0, None, 1), (command, status, said.getvalue())
-    if extra == ["--json"]:
-        json.loads(printed.getvalue(), parse_constant=_refuse)
-
-
-def _refuse(text: str) -> float:
-    raise AssertionError(f"{text} in JSON")
-
-
-def _build(dice: random.Random, path: Path, _spring: Spring) -> None:
-    try:
-        fmu = build_fmu(path, path.parent / "built", **dice.choice(({"platforms": "host"}, {"backend": "python"})))
-    except BuildError as problem:
-        raise AssertionError("The model is accepted, but its FMU fails.") from problem
-    assert verify(fmu).ok, verify(fmu).summary()
-
-
-_USES: tuple[Callable[[random.Random, Path, Spring], None], ...] = (
-    _response,
-    _info,
-    _predict,
-    _synthesize,
-    _export,
-    _isolate,
-    _study,
-    _compare,
-    _commands,
-    _build,
-)
-
-if __name__ == "__main__":
-    harness.main(__file__, trial, 10_000, judge)
+# With the share of the accepted models that are given to them.
+_USES = {
+    "info MODEL --json": 0.5, "info MODEL --verbose": 0.3, "info MODEL FOLDER/record.csv --zero rig --json": 0.3,
+    "predict MODEL FOLDER/record.csv --json -o FOLDER/out.csv": 0.5, "export MODEL --ssv -o FOLDER/out.ssv": 0.3,
+    "export MODEL --modelica -o FOLDER": 0.3, "compare MODEL FOLDER/other.json --align middle --draws 20 --json": 0.2,
+    "isolate MODEL --mass MASS --zero rig --points 6 --base-displacement 0.1 --json -o FOLDER/out.csv": 0.2,
+    "isolate MODEL --mass MASS --zero rig --points 6 --extrapolate": 0.1, "build MODEL --zero rig -o FOLDER": 0.02,
+    "study MODEL --mass MASS --zero rig --base-displacement 0.1 --points 4 --draws 2 -o FOLDER/out.csv --json": 0.2,
+    "build MODEL --zero rig --backend python -o FOLDER/built": 0.02,
+}  # fmt: skip

@@ -1,0 +1,131 @@
+"""FMU archives, sound and damaged, given to `verify` and to what reads the model inside.
+
+An FMU is built once without its binaries, so that it is not run; each trial changes its files, its list of hashes, its
+directory or its bytes. Nothing may be written outside of temporary folders.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import random
+import struct
+import zipfile
+from functools import cache
+from pathlib import Path
+
+from strandspring import SpringParameters, info, verify
+from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
+from targets.models import model_file
+from targets.mutator import ABSURD, mutated
+
+_DESCRIPTION = "modelDescription.xml"
+_SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
+_NAMES = (*ABSURD["names"], "x" * 5000)
+_ENTITIES = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10}">' for k in range(1, 12))
+_XML_HEADS = (
+    '<!DOCTYPE a [<!ENTITY x "y">]>', f'<!DOCTYPE a [<!ENTITY l0 "lol">{_ENTITIES}]>',
+    '<!DOCTYPE a SYSTEM "file:///etc/passwd">', '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/hostname">]>',
+    '<!DOCTYPE a [<!ENTITY % x SYSTEM "http://localhost:9/x.dtd"> %x;]>', "<?xml-stylesheet href='x'?>",
+)  # fmt: skip
+_STRANGE = {
+    BUILD: (
+        b"[]", b"null", b"1e999", b"[" * 100_000, b'{"zero": 1e400}', b"\xff", b'{"a": NaN}',
+        b'{"backend": "native", "zero": 1e300, "author": "", "needs_execution_tool": false}',
+        b'{"backend": "\\ud800", "zero": 0.0, "author": "\\u001b", "needs_execution_tool": true}',
+    ),
+    HASHES: (b"[]", b"null", b'{"a": [1]}', b"[" * 100_000, b'{"modelDescription.xml": 7}'),
+    STIMULI: (b"time,displacement\n0,nan\n", b"\xff\n", b"time,displacement\n0\n"),
+    REFERENCE: (b"time,displacement,force,absorbed_energy\n0,nan,inf,1e999\n", b'"', b"a,b,c,d\n"),
+    "resources/big": (b"\0" * 20_000_000, b"\0" * 230_000_000),
+}  # fmt: skip
+
+
+@cache
+def _sound() -> dict[str, bytes]:
+    return fmu_contents(ModelFile("spring", _SPRING))
+
+
+def trial(dice: random.Random, folder: Path) -> str:
+    """One archive."""
+    files = dict(_sound())
+    for _ in range(dice.choice((0, 1, 1, 2))):
+        _change(dice, files)
+    if dice.random() < 0.01:
+        files |= {f"extra/{k}": b"" for k in range(11_000)}
+    if dice.random() < 0.6:
+        hashes = {name: hashlib.sha256(content).hexdigest() for name, content in files.items() if name != HASHES}
+        files[HASHES] = json.dumps(hashes).encode()
+    place = folder / "inner" / "spring.fmu"
+    place.parent.mkdir()
+    data = _packed(dice, files)
+    place.write_bytes(_damaged(dice, data) if dice.random() < 0.4 else data)
+    try:
+        verification = verify(place)
+        assert verification.summary().isascii(), verification.summary()
+        info(place).summary()
+        return "accepted" if verification.ok else f"accepted with findings on {verification.problems[0].about}"
+    finally:
+        assert sorted(path.name for path in folder.rglob("*")) == ["inner", "spring.fmu"]
+        assert not Path("/tmp/strandspring_escaped").exists()
+
+
+def _change(dice: random.Random, files: dict[str, bytes]) -> None:
+    """Change one of the files, or add one."""
+    name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, BUILD, HASHES, STIMULI, REFERENCE, *sorted(_sound())])
+    match dice.randrange(7):
+        case 0:
+            files.pop(name, None)
+        case 1:
+            files[MODEL_IN_FMU] = model_file(dice)
+        case 2:
+            name = dice.choice(sorted(_STRANGE) if dice.random() < 0.2 else sorted(_STRANGE)[:-1])
+            files[name] = dice.choice(_STRANGE[name])
+        case 3:
+            files[dice.choice(_NAMES)] = b"content"
+        case 4:
+            text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace")
+            entity = dice.choice(("&x;", "&l11;", "&l3;", "&#0;", "&#x10FFFF;", "&undefined;", "]]>", "\x00"))
+            text = text.replace("?>", "?>" + dice.choice(_XML_HEADS), 1)
+            files[_DESCRIPTION] = text.replace('description="', f'description="{entity}', 1).encode("utf-8")
+        case _:
+            files[name] = mutated(dice, files.get(name) or b"x")
+
+
+def _packed(dice: random.Random, files: dict[str, bytes]) -> bytes:
+    packed = io.BytesIO()
+    method = dice.choice((0, *[8] * 9, 12, 14)) if len(files) < 1000 else 8  # LZMA takes 2 ms a file
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name[:60_000])
+            entry.compress_type = method
+            # A file, a symbolic link, a folder, a device, or nothing in particular.
+            entry.external_attr = dice.choice((0o100644,) * 9 + (0o120777, 0o040755, 0o020666, 0)) << 16
+            archive.writestr(entry, content)
+        archive.comment = b"x" * (60_000 if dice.random() < 0.1 else 0)
+    return packed.getvalue()
+
+
+def _damaged(dice: random.Random, data: bytes) -> bytes:
+    """An archive with other bytes, sizes, flags, methods or places in its directory, a second end, or a name twice."""
+    end = data[data.rfind(b"PK\x05\x06") :]
+    match dice.randrange(5):
+        case 0:
+            others = (b"MZ" * 100 + data, data + b"\0" * 1000, data + end, data + data, b"", b"PK\x03\x04", end)
+            return dice.choice(others)
+        case 1:
+            return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
+        case 2:
+            return data[: dice.randrange(len(data))]
+        case 3:
+            return mutated(dice, b"\0" + data)[1:]
+    content = bytearray(data)
+    entries = [place for place in range(len(data) - 4) if data[place : place + 4] == b"PK\x01\x02"]
+    for place in dice.sample(entries, min(len(entries), 2)):
+        offset, form = dice.choice(((8, "<H"), (10, "<H"), (16, "<L"), (20, "<L"), (24, "<L"), (28, "<H"), (42, "<L")))
+        most = 2 ** (8 * struct.calcsize(form))
+        struct.pack_into(form, content, place + offset, dice.choice((0, 1, most - 1, dice.randrange(most))))
+    return bytes(content)
