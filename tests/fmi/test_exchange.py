@@ -2,36 +2,27 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from ctypes import byref, c_double, c_size_t
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import fmpy
 import numpy as np
 import pytest
-from fmpy.sundials import CVodeSolver
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
 
 from fmu_tools import OTHER, SPRING, wandering_path
-from forms import FORMS, Form, Instance, rows
-from native_tools import ERROR, OK, WARNING, close, doubles
+from forms import FORMS, STATES, Form
+from native_tools import ERROR, OK, WARNING, Native, close, doubles
 from oracles import monolithic, rate_of_omega
-from springs import MOUNT, force_by_definition
-from strandspring import Spring, SpringParameters
-from strandspring.core.variables import start_values
+from springs import force_by_definition
 from strandspring.cosimulation import Attachment, Plant
 from strandspring.kernel.path import PathSolver
-from tools import slow_but, tool
+from tools import tool
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min
 SLACK = 1e-9  # of the range, by which a displacement comes back before an event
 EXCHANGE = ["model exchange", "fmi3 exchange"]
-STATES = rows(lambda form: form.has_states)
 
 
 @pytest.mark.parametrize("name", EXCHANGE)
@@ -81,7 +72,7 @@ def test_extrapolating_is_discrete(name: str) -> None:
 # The event indicator
 
 
-def turn_found(one: Instance, path: Callable[[float], float], times: list[float]) -> float:
+def turn_found(one: Native, path: Callable[[float], float], times: list[float]) -> float:
     """The time at which the indicator falls through zero after steps at all but the last of `times`."""
     start, *accepted, last = times
     one.Reset()
@@ -91,6 +82,8 @@ def turn_found(one: Instance, path: Callable[[float], float], times: list[float]
     one.EnterContinuousTimeMode()
     for time in accepted:
         one.accept(time, path(time))
+    from scipy.optimize import brentq
+
     return float(brentq(lambda t: one.at(t, path(t)).indicator, accepted[-1], last, xtol=1e-15, rtol=1e-14))
 
 
@@ -167,82 +160,6 @@ def test_trembling_causes_few_events_and_motion_after_it_is_watched_as_before() 
         assert one.indicator == SLACK
 
 
-# A mass on the spring under CVODE
-
-MASS, LOAD, AMPLITUDE, CIRCULAR, STOP, INTERVAL = 5.0, 50.0, 0.004, 2.0 * np.pi * 7.0, 0.4, 1e-3
-
-
-class MassOnSpring:
-    """The mass as FMPy's solver takes it, on an instance whose base moves; `sees` says if it watches the indicator."""
-
-    def __init__(self, spring: Instance, sees: bool) -> None:
-        self.spring, self.sees = spring, sees
-        self.time, self.state, self.events = 0.0, [0.0, 0.0], 0
-
-    def displacement(self) -> float:
-        return 0.05 + self.state[0] - AMPLITUDE * math.sin(CIRCULAR * self.time)
-
-    def get_state(self, x: Any, _: int) -> None:
-        x[0], x[1] = self.state
-
-    def get_nominals(self, x: Any, _: int) -> None:
-        x[0], x[1] = 0.02, 1.0
-
-    def apply(self, time: float) -> None:
-        """The solver's input; the base moves with the state."""
-
-    def set_state(self, x: Any, _: int) -> None:
-        self.state = [x[0], x[1]]
-
-    def get_rate(self, rate: Any, _: int) -> None:
-        (pull,) = self.spring.at(self.time, self.displacement()).get("force")
-        rate[0], rate[1] = self.state[1], (LOAD - pull) / MASS
-
-    def get_indicator(self, z: Any, _: int) -> None:
-        z[0] = self.spring.at(self.time, self.displacement()).indicator if self.sees else 1.0
-
-    def run(self, tolerance: float) -> np.ndarray:
-        """Positions at every interval, by the loop of FMPy's simulation."""
-
-        solver = CVodeSolver(
-            nx=2, nz=1, get_x=self.get_state, set_x=self.set_state, get_dx=self.get_rate, get_z=self.get_indicator,
-            get_nominals=self.get_nominals, set_time=lambda t: setattr(self, "time", t), input=self, startTime=0.0,
-            maxStep=STOP / 50.0, relativeTolerance=tolerance,
-        )  # fmt: skip
-        positions = [0.0]
-        while len(positions) <= round(STOP / INTERVAL):
-            goal = len(positions) * INTERVAL
-            event, _, self.time = solver.step(self.time, goal)
-            if self.spring.accept(self.time, self.displacement()) or event:
-                self.events += 1
-                self.spring.event()
-                solver.reset(self.time)
-            if self.time >= goal - 1e-12:
-                positions.append(self.state[0])
-        return np.array(positions)
-
-
-@pytest.mark.parametrize("tolerance", slow_but([1e-5, 1e-7, 1e-9], (1e-7,)))
-def test_a_mass_under_cvode_moves_as_the_ode_says(tolerance: float) -> None:
-    plant = Plant(
-        [[MASS]], [Attachment([1.0], 0.05, lambda t: AMPLITUDE * math.sin(CIRCULAR * t))], lambda _: [LOAD]
-    )  # fmt: skip
-    times = np.linspace(0.0, STOP, round(STOP / INTERVAL) + 1)
-    expected = monolithic(
-        plant, [MOUNT], times, base_velocities=[lambda t: AMPLITUDE * CIRCULAR * math.cos(CIRCULAR * t)], rtol=1e-10
-    )  # fmt: skip
-    errors = {}
-    for sees in (True, False):
-        with FORMS["model exchange"].instance(MOUNT) as spring:
-            mass = MassOnSpring(spring.begin_continuous_time(displacement=0.05), sees)  # type: ignore[arg-type]
-            errors[sees] = np.max(np.abs(mass.run(tolerance) - expected.q[:, 0])) / np.ptp(expected.q)
-            assert not sees or mass.events == expected.reversals == 9
-    print(tolerance, errors)
-    assert errors[True] < 200.0 * tolerance  # error per step against error of the run; measured 52, 68, 140 times
-    # Accepted points alone lose the tips between them.
-    assert tolerance > 1e-7 or errors[False] > 10.0 * errors[True]
-
-
 # The form with states
 
 
@@ -314,35 +231,6 @@ def test_states_are_all_that_is_remembered_and_may_leave_saturation() -> None:
         assert (list(found), list(nominal)) == ([7.0, -0.5], [SPRING.kappa_omega * RANGE, 1.0])
 
 
-@pytest.mark.parametrize("spring", [SPRING, replace(SPRING, n=1.0), replace(SPRING, n=20.0), FORMS["branches"].spring])
-def test_a_solver_follows_the_closed_form(spring: SpringParameters) -> None:
-    """States of scipy's solver along a sine, between its turns; with branches along straight strokes."""
-    p = replace(spring, branches=tuple(replace(b, time_constant=max(b.time_constant, 2e-3)) for b in spring.branches))
-    middle, swing = 0.5 * (p.displacement_min + p.displacement_max), 0.4 * (p.displacement_max - p.displacement_min)
-    ends = np.array([0.0, 0.5, 1.5, 2.5, 3.5]) * np.pi
-    with Form(p, {"with_states": True}).begun(middle) as one:
-        state, force = np.zeros(sum(v.name.startswith("der(") for v in one.library.variables)), []
-        for begin, end in itertools.pairwise(ends):
-            a, b = (middle + swing * math.sin(t) for t in (begin, end))
-
-            def rate(t: float, z: np.ndarray, at: tuple[float, ...] = (begin, end, a, b)) -> list[float]:
-                begin, end, a, b = at
-                if p.branches:
-                    v = (b - a) / (end - begin)
-                    one.set(displacement=a + v * (t - begin), velocity=v)
-                else:
-                    one.set(displacement=middle + swing * math.sin(t), velocity=swing * math.cos(t))
-                one.set_states(*z.tolist())
-                return one.rates(z.size)
-
-            state = solve_ivp(rate, (begin, end), state, method="LSODA", rtol=1e-10, atol=1e-12).y[:, -1]
-            rate(end, state)
-            force += one.get("force")
-    path = middle + swing * np.sin(ends)
-    np.testing.assert_allclose(force, Spring(p).response(path, time=ends)[1:], rtol=1e-6)  # of the solver
-    np.testing.assert_allclose(state[0], Spring(p).absorbed_energy(path, time=ends)[-1], rtol=1e-6)
-
-
 @pytest.mark.parametrize(("share", "warned"), [(0.0, True), (-1.0, True), (1e3, True), (0.5, True), (1.0, False)])
 def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warned: bool) -> None:
     """One warning, once the spring has travelled a twentieth of its range; jumps and restored states are no travel."""
@@ -364,55 +252,8 @@ def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warne
 
 
 @pytest.mark.long
-def test_fmpy_simulates_both_forms(tmp_path: Path) -> None:
-    """With CVode; FMPy holds inputs over each step of its solver, so that a state lags behind by half an interval."""
-    time = np.linspace(0.0, 1.0, 4001)
-    given = np.zeros(time.size, dtype=[("time", float), ("displacement", float), ("velocity", float)])
-    given["time"], given["displacement"] = time, 0.025 + 0.02 * np.sin(4.0 * np.pi * time)
-    given["velocity"] = 0.02 * 4.0 * np.pi * np.cos(4.0 * np.pi * time)
-    for name, bound in (("states", 0.1), ("model exchange", 1e-12)):
-        fmu, errors = FORMS[name].build(tmp_path), []
-        signal = given if name == "states" else given[["time", "displacement"]]
-        for interval in (0.002, 0.001)[name != "states" :]:
-            found = fmpy.simulate_fmu(
-                str(fmu), fmi_type="ModelExchange", stop_time=1.0, output_interval=interval, input=signal,
-                relative_tolerance=1e-7, output=["omega", "displacement"], start_values={"displacement": 0.025},
-                record_events=False, logger=lambda *arguments: pytest.fail(str(arguments)),
-            )  # fmt: skip
-            places = np.rint(found["time"] * 4000).astype(int)
-            path = given["displacement"] if name == "states" else found["displacement"]
-            expected = PathSolver(SPRING).omega(path)
-            errors.append(float(np.max(np.abs(found["omega"] - (expected[places] if name == "states" else expected)))))
-        assert max(errors) < bound
-        assert name != "states" or errors[1] < 0.6 * errors[0]  # half, but for the places of the solver's steps
-
-
-# CasADi
-
-
-@pytest.mark.long
-def test_casadi_differentiates_by_states_inputs_and_parameters() -> None:
-    builder = tool("casadi").DaeBuilder("spring", str(FORMS["states"].library().folder))
-    names = builder.p()
-    assert (builder.x(), builder.u()) == (["absorbed_energy", "omega"], ["displacement", "velocity"])
-    assert set(names) == {*(f"kE_{i}" for i in range(4)), "kA_1", "kA_2", "kappa_omega", "rho", "sigma", "n"}
-    function = builder.create("f", ["x", "u", "p"], ["ode", "y"])
-    jacobian = function.factory("j", ["x", "u", "p"], ["jac:ode:x", "jac:ode:u", "jac:ode:p", "jac:y:p"])
-    start = start_values(SPRING, with_states=True)
-    matrices = map(np.array, jacobian([0.0, 0.4], [0.03, 0.1], [start[name] for name in names]))
-    rates, outputs = ["der(absorbed_energy)", "der(omega)"], ["force", "stiffness", "absorbed_energy"]
-    wanted = ((rates, builder.x()), (rates, builder.u()), (rates, names), (outputs, names))
-    with FORMS["states"].begun(0.03, velocity=0.1, omega=0.4) as one:
-        for matrix, (unknowns, knowns) in zip(matrices, wanted, strict=True):
-            expected = np.transpose([one.derivatives(unknowns, **{known: 1.0}) for known in knowns])
-            # CasADi multiplies and divides by the nominal values, which rounds.
-            np.testing.assert_allclose(matrix, expected, rtol=1e-15)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("solver", ["cvodes", "idas"])
-@pytest.mark.parametrize("n", slow_but([0.05, 0.22, 1.0, 100.0], (0.22,)))
-def test_a_mass_decays_in_casadi_as_the_ode_says(solver: str, n: float) -> None:
+@pytest.mark.parametrize("n", [0.22, pytest.param(100.0, marks=pytest.mark.slow)])
+def test_a_mass_decays_in_casadi_as_the_ode_says(n: float) -> None:
     casadi, p, mass, load = tool("casadi"), replace(SPRING, n=n), 5.0, 120.0
     times = np.linspace(0.0, 1.0, 201)
     plant = Plant([[mass]], [Attachment([1.0], offset=p.displacement_offset)], lambda _: [load])
@@ -421,7 +262,7 @@ def test_a_mass_decays_in_casadi_as_the_ode_says(solver: str, n: float) -> None:
     z = casadi.MX.sym("z", 4)  # position, velocity, absorbed_energy, omega
     derivatives, outputs = builder.create("f", ["x", "u"], ["ode", "y"])(z[2:], z[:2])
     system = {"x": z, "ode": casadi.vertcat(z[1], (load - outputs[0]) / mass, derivatives)}
-    integrator = casadi.integrator("decay", solver, system, 0.0, times.tolist(), {"max_num_steps": 100_000})
+    integrator = casadi.integrator("decay", "cvodes", system, 0.0, times.tolist(), {"max_num_steps": 100_000})
     found = np.array(integrator(x0=[p.displacement_offset, 0.0, 0.0, 0.0])["xf"])
     error = np.max(np.abs(found[0] - expected.displacement[:, 0])) / np.ptp(expected.displacement)
     assert expected.reversals > 5

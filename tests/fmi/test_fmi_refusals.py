@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from ctypes import byref, c_char_p, c_double, c_int, c_size_t, c_uint, c_void_p, create_string_buffer
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from fmpy.fmi2 import fmi2EventInfo
 
 from fmu_tools import SPRING
-from forms import BRANCHES, FORMS, STEPPED, Instance, Instance3, moved, rows
-from native_tools import DISCARD, ERROR, OK, WARNING, doubles
+from forms import BRANCHES, FORMS, NATIVE_PATHS, STEPPED, SYSTEMS, rows
+from native_tools import DISCARD, ERROR, OK, WARNING, Native, Native3, doubles
 from springs import TABLE
 from strandspring import SpringParameters
+from system_fmu_tools import BOX, NativeSystem, system_library
 
 pytestmark = pytest.mark.long
 
@@ -77,7 +79,7 @@ MODES: dict[str, Any] = {
     "me instantiated": lambda one: one,
     "me initialization": lambda one: one.enter_initialization(),
     "me event": lambda one: one.initialize(),
-    "me continuous": lambda one: one.begin_continuous_time(),
+    "me continuous": lambda one: one.begin(),
     "me terminated": lambda one: one.initialize().Terminate(),
     "cs instantiated": lambda one: one,
     "cs initialization": lambda one: one.enter_initialization(),
@@ -87,7 +89,7 @@ MODES: dict[str, Any] = {
 NOTHING = (None, c_size_t(0), None)
 
 
-def arguments(one: Instance, call: str) -> tuple[Any, ...]:
+def arguments(one: Native, call: str) -> tuple[Any, ...]:
     """Arguments with which a call works wherever it is legal."""
     displacement, force, value = one.references("displacement"), one.references("force"), doubles([0.03])
     state = one.snapshot() if "FMUstate" in call else c_void_p()
@@ -119,7 +121,6 @@ def arguments(one: Instance, call: str) -> tuple[Any, ...]:
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_calls_are_legal_where_the_standard_says(fmi: int, mode: str) -> None:
     column, table = list(MODES).index(mode), {2: ROWS, 3: ROWS3}[fmi]
-    assert len(ROWS) == 40  # of the 44 functions of FMI 2.0, all that take an instance that is alive
     form = FORMS[
         {"me2": "model exchange", "cs2": "co-simulation", "me3": "fmi3 exchange", "cs3": "fmi3"}[mode[:2] + str(fmi)]
     ]
@@ -143,36 +144,40 @@ def test_calls_are_legal_where_the_standard_says(fmi: int, mode: str) -> None:
 
 
 def test_what_is_expected_is_said_and_no_instance_is_an_error() -> None:
+    assert len(ROWS) == 40  # of the 44 functions of FMI 2.0, all that take an instance that is alive
     with FORMS["co-simulation"].instance() as one:
         one.enter_initialization()
-        one.DoStep(c_double(0.0), c_double(1.0), 1)
-        assert one.said == (
-            "fmi2DoStep must be called while the instance is in step mode, but it is in initialization mode."
-        )
-        one.SetTime(c_double(1.0))
-        assert one.said == "fmi2SetTime must be called in model exchange, but the instance is for co-simulation."
-        one.CancelStep()
-        assert one.said == "fmi2CancelStep must be called while a step is pending, and steps of this FMU never are."
+        for call, sentence in (
+            (lambda: one.go(0.0, 1.0),
+             "fmi2DoStep must be called while the instance is in step mode, but it is in initialization mode."),
+            (lambda: one.SetTime(c_double(1.0)),
+             "fmi2SetTime must be called in model exchange, but the instance is for co-simulation."),
+            (one.CancelStep, "fmi2CancelStep must be called while a step is pending, and steps of this FMU never are."),
+        ):  # fmt: skip
+            assert call() == ERROR
+            assert one.said == sentence
         functions = one.library.functions
-        for call in ROWS:
-            assert getattr(functions, f"fmi2{call}")(None, *arguments(one, call)) == ERROR, call
+        for name in ROWS:
+            assert getattr(functions, f"fmi2{name}")(None, *arguments(one, name)) == ERROR, name
         functions.fmi2FreeInstance(None)
         for name, expected in (("TypesPlatform", b"default"), ("Version", b"2.0")):
             function = getattr(functions, f"fmi2Get{name}")
             function.restype = c_char_p
             assert function() == expected
-
-
-def test_the_status_of_steps() -> None:
-    with FORMS["co-simulation"].begun(0.02) as one:
-        one.step(0.03, time=0.25, size=0.5)
+        assert one.ExitInitializationMode() == OK
+        one.time = 0.25
+        one.advance(0.03, 0.5)
         time, terminated = c_double(), c_int(-1)
-        assert one.GetRealStatus(2, byref(time)) == OK
-        assert one.GetBooleanStatus(3, byref(terminated)) == OK
+        assert one.GetRealStatus(2, byref(time)) == one.GetBooleanStatus(3, byref(terminated)) == OK
         assert (time.value, terminated.value) == (0.75, 0)
-        for call, kind in (("GetStatus", 0), ("GetStringStatus", 1), ("GetIntegerStatus", 0), ("GetRealStatus", 3)):
-            assert getattr(one, call)(kind, byref(c_double())) == DISCARD
+        for name, kind in (("GetStatus", 0), ("GetStringStatus", 1), ("GetIntegerStatus", 0), ("GetRealStatus", 3)):
+            assert getattr(one, name)(kind, byref(c_double())) == DISCARD
             assert "steps of this FMU are never pending" in one.said
+        state, size = one.snapshot(), len(one.serialized())
+        content = create_string_buffer(b"." * (size - 1))
+        assert one.SerializeFMUstate(state, content, c_size_t(size - 1)) == ERROR
+        assert one.said == f"A serialized state must have {size} bytes, got {size - 1}."
+        assert content.value == b"." * (size - 1)
 
 
 @pytest.mark.parametrize("name", ["co-simulation", "model exchange"])
@@ -201,7 +206,7 @@ def test_no_pointer_may_be_null(name: str) -> None:
 def test_counts_must_be_those_of_the_description(name: str) -> None:
     form = FORMS[name]
     states, indicators = (2, 0) if form.has_states else (0, 1)
-    with form.begun(0.02) as one:
+    with form.begun() as one:
         for call, right in (
             ("GetEventIndicators", indicators), ("GetDerivatives", states), ("GetContinuousStates", states),
             ("SetContinuousStates", states), ("GetNominalsOfContinuousStates", states),
@@ -210,30 +215,13 @@ def test_counts_must_be_those_of_the_description(name: str) -> None:
             for count in {right - 1, right + 1} - {-1}:
                 assert getattr(one, call)(doubles([0.0] * 3), c_size_t(count)) == ERROR, call
                 assert one.said.endswith(f"must have {right} elements, got {count}.")
-
-
-def test_arrays_of_another_length_are_refused() -> None:
     with FORMS["fmi3 arrays"].instance() as one:
         one.enter_initialization()
-        reference = one.references("kE")
         for length in (0, 1, 3, 5):
-            for call in ("SetFloat64", "GetFloat64"):
-                given = (reference, c_size_t(1), doubles([1.0] * 5), c_size_t(length))
-                assert one.__getattr__(call)(*given) == ERROR
-        both = one.references("kE", "rho")
-        found = doubles([0.0] * 5)
-        assert one.__getattr__("GetFloat64")(both, c_size_t(2), found, c_size_t(5)) == OK
-        assert list(found) == [*SPRING.kE, SPRING.rho]
-
-
-def test_a_buffer_of_the_wrong_size() -> None:
-    with FORMS["co-simulation"].instance() as one:
-        state, size = one.snapshot(), len(one.serialized())
-        content = create_string_buffer(b"." * (size - 1))
-        assert one.SerializeFMUstate(state, content, c_size_t(size - 1)) == ERROR
-        assert one.said == f"A serialized state must have {size} bytes, got {size - 1}."
-        assert content.value == b"." * (size - 1)
-        assert one.FreeFMUstate(byref(state)) == OK
+            for setting in ("SetFloat64", "GetFloat64"):
+                given = (one.references("kE"), c_size_t(1), doubles([1.0] * 5), c_size_t(length))
+                assert Native3.__getattr__(one, setting)(*given) == ERROR  # type: ignore[arg-type]
+        assert one.library.references.keys() >= {"kE", "kA", "rho"}
 
 
 def sealed(content: bytearray) -> bytes:
@@ -247,7 +235,7 @@ def sealed(content: bytearray) -> bytes:
 
 def test_a_crafted_state_is_refused_or_does_no_harm() -> None:
     """Among them one without the direction that a spring has that has moved, without which energy is no number."""
-    with FORMS["co-simulation"].begun(0.02) as one:
+    with FORMS["co-simulation"].begun() as one:
         one.advance(0.03)
         before, refused = one.serialized(), set()
         assert sealed(bytearray(before)) == before
@@ -257,7 +245,7 @@ def test_a_crafted_state_is_refused_or_does_no_harm() -> None:
             for bad in (b"\xff" * 8, b"\0" * 6 + b"\xf0\x7f", b"\7" * 8, b"\0" * 6 + b"\xf8\x3f")
         ]
         crafts += [(place, b"\0") for place in range(66, len(before) - 3) if before[place : place + 4] == b"\1\0\0\0"]
-        for place, bad in crafts:  # fmt: skip
+        for place, bad in crafts:
             content = bytearray(before)
             content[place : place + len(bad)] = bad
             if one.restore(sealed(content)) == ERROR:
@@ -265,23 +253,23 @@ def test_a_crafted_state_is_refused_or_does_no_harm() -> None:
             elif len(bad) == 1:
                 assert math.isfinite(one.get("absorbed_energy")[0])
             else:
-                one.DoStep(c_double(0.0), c_double(1.0), 1)
+                one.go(0.0, 1.0)
                 one.GetReal(one.references("force"), c_size_t(1), doubles([0.0]))
             assert one.restore(before) == OK
-    fields = [
-        "mode",
-        "time",
-        "displacement",
-        "input derivatives",
-        "memory",
-        "flags",
-        "watch",
-        "settings",
-        "omega_start",
-    ]
+    fields = ["mode", "time", "displacement", "input derivatives", "memory", "flags", "watch", "settings"]
     assert {(f"The serialized state is damaged in its field `{field}`.", 8) for field in fields} <= refused
     assert ("The serialized state is damaged in its field `memory`.", 1) in refused
     assert any("`rho` must be within" in text for text, _ in refused)
+    for name in SYSTEMS:
+        with FORMS[name].begun() as one:
+            one.advance(1.0)
+            before = one.serialized()
+            for place, bad, field in ((66, b"\3\0\0\0", "mode"), (70, b"\xff" * 8, "time"), (190, b"\2", "flags")):
+                content = bytearray(before)
+                content[place : place + len(bad)] = bad
+                assert one.restore(sealed(content)) == ERROR
+                assert one.said == f"The serialized state is damaged in its field `{field}`."
+            assert one.serialized() == before
 
 
 @pytest.mark.parametrize("name", ["co-simulation", "python"])
@@ -294,7 +282,7 @@ def test_no_such_variable_or_another_type(name: str) -> None:
         ("SetReal", 999, "value reference 999"), ("SetInteger", 0, "is Real, not Integer"),
         ("SetBoolean", 4, "is calculated"), ("SetString", 0, "is Real, not String"),
     ]  # fmt: skip
-    with form.begun(0.02) as one:
+    with form.begun() as one:
         before = one.serialized()
         for call, reference, text in cases:
             value = (c_char_p * 1)(b"1") if "String" in call else create_string_buffer(8)
@@ -310,22 +298,26 @@ def test_instances_that_are_refused() -> None:
         ({"name": ""}, "The name of an instance must not be empty."), ({"kind": 2}, "got 2."),
         ({"kind": -1}, "got -1."),
     ):  # fmt: skip
-        one = Instance(form.library(), **given)  # type: ignore[arg-type]
+        one = Native(form.library(), **given)  # type: ignore[arg-type]
         assert one.component is None
         assert one.messages[-1][:2] == (ERROR, "logStatusError")
         assert text in one.said
-    formats = Instance(form.library(), guid="{%s%n}", as_formats=True)
-    assert formats.said == Instance(form.library(), guid="{%s%n}").said.replace("%", "%%")
+    formats = Native(form.library(), guid="{%s%n}", as_formats=True)
+    assert formats.said == Native(form.library(), guid="{%s%n}").said.replace("%", "%%")
     of = form.library()
     assert of.functions.fmi2Instantiate(b"one", 1, of.guid.encode(), of.resources, None, 0, 0) is None
-    states = Instance(FORMS["states"].library())
+    states = Native(FORMS["states"].library())
     assert states.component is None
     assert states.said == "This form of the FMU has continuous states and no solver; instantiate it for model exchange."
     for given in ({"guid": "{x}"}, {"name": ""}, {"events": True}):
-        assert Instance3(FORMS["fmi3"].library(), **given).component is None  # type: ignore[arg-type]
+        for name in ("fmi3", "system, fmi3"):
+            assert Native3(FORMS[name].library(), **given).component is None  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["co-simulation", "fmi3"])
+# Steps
+
+
+@pytest.mark.parametrize("name", ["co-simulation", "fmi3", "system", "system, fmi3"])
 def test_start_and_stop_times(name: str) -> None:
     with FORMS[name].instance() as one:
         for start, stop, text in (
@@ -338,16 +330,118 @@ def test_start_and_stop_times(name: str) -> None:
             assert one.serialized() == before
 
 
-# What is refused, and how it says so
+@pytest.mark.parametrize("name", [*STEPPED, *SYSTEMS])
+def test_steps_that_are_refused_change_nothing(name: str) -> None:
+    form = FORMS[name]
+    with form.instance() as one:
+        one.enter_initialization(0.0, None if form.python else 0.3)
+        assert name in SYSTEMS or one.set(displacement=form.spring.displacement_offset) == OK
+        assert form.python or one.go(0.0, 1e-3) == ERROR
+        assert one.ExitInitializationMode() == OK
+        one.time = 0.2
+        one.advance(form.spring.displacement_max, 0.1)  # 0.30000000000000004 s is the stop time rounded
+        content = one.serialized()
+        refused = [(0.1, -1e-3, "-0.001"), (0.1, math.nan, "nan"), (0.1, math.inf, "inf"), (0.1, -math.inf, "-inf")]
+        if not form.python:
+            refused += [
+                (math.nan, 0.1, "The time of a step must be finite [s], got nan"), (-math.inf, 1.0, "got -inf"),
+                (1.7e308, 1.7e308, "1.7e+308"),
+                (0.3, 1e-3, "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."),
+            ]  # fmt: skip
+        for time, size, text in refused:
+            assert one.go(time, size) == form.refusal
+            assert text in one.said
+            assert one.serialized() == content
 
 
-@pytest.mark.parametrize("name", rows())
+def test_motion_of_a_system_that_diverges_is_refused() -> None:
+    for name in SYSTEMS:
+        with FORMS[name].begun() as one:
+            # Also where a velocity or an energy is beyond all bounds before a displacement is.
+            for load, size in ((1e18, 0.1), (1e308, 0.1), (1e308, 1e-200)):
+                assert one.set(load_recoil=load) == OK
+                before = one.serialized()
+                assert one.go(0.0, size) == ERROR
+                assert one.said.startswith(f"The motion diverges in the step of {size} s at time 0.0 s: a displacement")
+                assert one.serialized() == before
+            assert one.go(0.0, 1e300) == ERROR
+            assert "The step of 1e+300 s at time 0.0 s would take more than 100000000 steps of `step`" in one.said
+            assert one.set(load_recoil=0.0) == one.go(0.0, 0.1) == OK
+
+
+# Of the input, beyond any displacement, also where half of the acceleration is 0; a rate that none can have. Where the
+# size of a step is given, the step refuses.
+DERIVATIVES: list[tuple[tuple[float, ...], tuple[int, ...], str, float, str]] = [
+    ((math.nan,), (1,), "displacement", 0.0, "derivative of order 1 of `displacement` must be finite, got nan"),
+    ((math.inf,), (2,), "displacement", 0.0, "derivative of order 2 of `displacement` must be finite, got inf"),
+    ((1.0,), (3,), "displacement", 0.0, "must be 1 or 2, got 3"),
+    ((1.0,), (0,), "displacement", 0.0, "must be 1 or 2, got 0"), ((1.0,), (1,), "force", 0.0, "`force` is not an in"),
+    ((1.0,), (1,), "rho", 0.0, "`rho` is not an input"),
+    ((1e200, 1e308), (1, 2), "displacement", 1e10, "1e+200 m/s and 1e+308 m/s^2 of `displacement` must keep it within"),
+    ((-1e8,), (1,), "displacement", 100.0, "must keep it within +-1e+09 m"),
+    ((1e8, -2e6), (1, 2), "displacement", 100.0, "must keep it within +-1e+09 m"),  # on the way only
+    ((-1e8, 2e6), (1, 2), "displacement", 100.0, "must keep it within +-1e+09 m"),
+    ((0.0, -1e300), (1, 2), "displacement", 1e-150, "and its rate within +-1e+09 m/s, in the step at time 0.0 s."),
+    ((0.0, 5e-324), (1, 2), "displacement", 1e171, "of `displacement` must keep it within +-1e+09 m"),
+    ((0.0, 1e300), (1, 2), "displacement", 1e-150, "and its rate within +-1e+09 m/s, in the step at time 0.0 s."),
+]  # fmt: skip
+
+
+def test_derivatives_of_inputs_that_are_refused() -> None:
+    for values, orders, variable, size, text in DERIVATIVES:
+        with FORMS["co-simulation"].begun() as one:
+            names = [variable] * len(values)
+            assert not size or one.set_derivatives(*values, orders=orders, names=names) == OK
+            before = one.serialized()
+            assert (one.go(0.0, size) if size else one.set_derivatives(*values, orders=orders, names=names)) == ERROR
+            assert text in one.said
+            assert one.serialized() == before
+    with FORMS["branches"].begun() as one:
+        assert one.set_derivatives(0.1, orders=(1,)) == ERROR
+        assert "moves straight through a step" in one.said
+
+
+@pytest.mark.parametrize("name", NATIVE_PATHS)
+def test_refused_derivatives_of_outputs_write_nothing(name: str) -> None:
+    form = FORMS[name]
+    refused: list[tuple[str, str, float, int, str]] = [
+        ("displacement", "displacement", 1.0, ERROR, "`displacement` is not an output"),
+        ("omega", "displacement", 1.0, ERROR, "`omega` is not an output"),
+        ("rho", "displacement", 1.0, ERROR, "`rho` is not an output"),
+        ("force", "stiffness", 1.0, ERROR, "`stiffness` is calculated"),
+        ("force", "input_resolution", 1.0, ERROR, "respect to `input_resolution`"),
+        ("extrapolating", "displacement", 1.0, ERROR, "`extrapolating`"),
+        ("force", "extrapolating", 1.0, ERROR, "`extrapolating`"),
+        ("force", "kappa_omega", math.nan, ERROR, "The seed of `kappa_omega` must be finite, got nan."),
+        ("force", "displacement", 1e308, DISCARD, "overflows; use smaller seeds."),
+        ("force", "n", 1.0, ERROR, "An FMU for real time gives no derivatives with respect to `n`")
+        if form.is_real_time
+        else ("absorbed_energy", "rho", 1.0, ERROR, "respect to `rho` is available in initialization mode"),
+    ]
+    with form.begun() as one:
+        for unknown, known, seed, status, text in refused:
+            assert one.directional(["stiffness", unknown], {known: seed}) == status, (unknown, known)
+            assert text in one.said
+            assert list(one.found) == [7.0, 7.0]
+        for output, order, text in (
+            ("force", 0, "order of the derivative of `force` must be 1, got 0"), ("force", 2, "must be 1, got 2"),
+            ("displacement", 1, "`displacement` is not an output"), ("omega", 1, "`omega` is not an output"),
+        ):  # fmt: skip
+            if not form.exchange:
+                assert one.output_derivatives("force", output, order=order) == ERROR
+                assert text in one.said
+
+
+# Values
+
+
+@pytest.mark.parametrize("name", [*rows(), *SYSTEMS])
 def test_values_that_are_refused_change_nothing(name: str) -> None:
     form = FORMS[name]
-    kept = "; the previous value is kept."
+    kept, calculated = "; the previous value is kept.", "is calculated and cannot be set."
     fixed = "is fixed after initialization; reset the instance to change it."
-    with form.begun(form.spring.displacement_offset, **({} if form.has_states else form.starts)) as one:
-        content = moved(form, one)
+    with form.begun(**({} if form.has_states or name in SYSTEMS else form.starts)) as one:
+        content = form.moved(one)
         if form.exchange:  # where parameters may be set
             assert one.EnterEventMode() == OK
             content = one.serialized()
@@ -365,19 +459,20 @@ def test_values_that_are_refused_change_nothing(name: str) -> None:
             ("FE_forces_2", 1e154): "`FE_forces_2` must be within +-1e+15 N, got 1e+154.",
             **{("input_resolution", bad): "`input_resolution`" for bad in (-1e-9, 2e9, math.nan)},
             ("velocity", math.inf): f"`velocity` must be within +-1e+09 m/s, got inf{kept}",
-            ("der(omega)", 1.0): "`der(omega)` is calculated and cannot be set.",
-            **{(output, 1.0): f"`{output}` is calculated and cannot be set." for output in ("force", "stiffness")},
+            **{(output, 1.0): f"`{output}` {calculated}" for output in ("force", "stiffness", "der(omega)")},
+            ("omega", 1.0): f"`omega` {calculated}",
+            ("base_acceleration_x", math.nan): f"`base_acceleration_x` must be finite, got nan{kept}",
+            ("load_recoil", math.inf): f"`load_recoil` must be finite, got inf{kept}",
+            ("step", 1e-5): f"`step` {fixed}", ("sway_c_g_x", 0.0): f"`sway_c_g_x` {calculated}",
         }  # fmt: skip
         if form.has_states:
+            del refused["omega", 1.0]
             refused["omega", math.nan] = f"`omega` must be within +-1e+100, got nan{kept}"
-            if form.spring.second is None:
-                assert one.set_states(0.0, math.nan) == ERROR
-        else:
-            refused["omega", 1.0] = "`omega` is calculated and cannot be set."
+            assert form.spring.second or one.set_states(0.0, math.nan) == ERROR
         given = {pair: text for pair, text in refused.items() if pair[0] in one.library.references}
-        assert len(given) > 10
+        assert len(given) > (3 if name in SYSTEMS else 10)
         for (variable, bad), text in given.items():
-            good = {} if variable == "displacement" else {"displacement": form.spring.displacement_min}
+            good = {} if variable == one.input else {one.input: form.spring.displacement_min}
             assert one.set(**good, **{variable: bad}) == form.refusal, variable
             assert text in one.said
             assert one.serialized() == content  # all or none
@@ -429,6 +524,24 @@ def test_a_spring_that_cannot_be_does_not_leave_initialization(name: str) -> Non
             assert one.ExitInitializationMode() == OK
 
 
+def test_a_system_that_cannot_be_does_not_leave_initialization() -> None:
+    soft = replace(BOX, mounts=tuple(replace(mount, axes=mount.axes[:1]) for mount in BOX.mounts))
+    with NativeSystem(system_library(soft)) as one:
+        for variable, value, limits in (
+            ("step", 2e-3, "[1e-12, 0.001] s"), ("omega_start", 1.5, "[-1.0, 1.0]"),
+            ("gravity_y", -1e5, "[-10000.0, 10000.0] m/s^2"),
+        ):  # fmt: skip
+            assert one.set(**{variable: value}) == ERROR
+            assert one.said == f"`{variable}` must be within {limits}, got {value!r}; the previous value is kept."
+        one.enter_initialization()
+        one.set(gravity_x=3.0)
+        assert one.ExitInitializationMode() == ERROR
+        assert one.said.startswith("The bodies find no static equilibrium under gravity (3.0, 0.0, -9.80665) m/s^2: ")
+        assert one.GetReal(one.references("sway_c_g_x"), c_size_t(1), doubles([0.0])) == ERROR
+        one.set(gravity_x=0.0)
+        assert one.ExitInitializationMode() == OK
+
+
 # What is logged
 
 
@@ -444,24 +557,41 @@ def test_one_warning_for_each_excursion(name: str) -> None:
             (low, False), (high + span, True), (low - 0.5 * span, True),
         ]  # fmt: skip
         for x, outside in excursions:
-            if form.options.get("real_time") is None:
+            if not form.is_real_time:
                 assert one.set(displacement=high + 9.0 * span) == OK
                 assert one.extrapolating
             one.advance(x)
             assert one.extrapolating is outside
-        said = [(status, text) for status, _, text in one.messages]
-        expected = [high + 0.02 * span, low - span, high + span, low - 0.5 * span]
-        if form.options.get("real_time"):
-            assert said == []
-        else:
-            assert [status for status, _ in said] == [WARNING] * 4
-            assert [float(text.split()[1]) for _, text in said] == pytest.approx(expected, rel=1e-15)
-            assert all(f"[{low}, {high}] m" in text for _, text in said)
+        expected = [] if form.is_real_time else [high + 0.02 * span, low - span, high + span, low - 0.5 * span]
+        assert [status for status, _, _ in one.messages] == [WARNING] * len(expected)
+        assert [float(text.split()[1]) for _, _, text in one.messages] == pytest.approx(expected, rel=1e-15)
+        assert all(f"[{low}, {high}] m" in text for _, _, text in one.messages)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_each_excursion_of_a_system_out_of_a_range_is_warned_of_once(name: str) -> None:
+    names = [f"displacement_corner_{k}_{axis}" for k in (1, 2, 3, 4) for axis in "zxy"]
+    with FORMS[name].begun(load_recoil=3000.0) as one:
+        assert (one.extrapolating, one.messages) == (False, [])
+        states: list[list[bool]] = []
+        for k in range(3000):
+            assert k != 240 or one.set(load_recoil=0.0) == OK
+            assert one.go(k * 1e-4, 1e-4) == OK
+            states.append([abs(x) > 0.03 for x in one.get(*names)])
+            assert one.extrapolating == any(states[-1])
+        excursion = "lies outside the identified range [-0.03, 0.03] m: the force is extrapolated"
+        assert all(excursion in text for _, _, text in one.messages)
+        warned = [text.split("`")[1] for _, _, text in one.messages]
+        for variable, of_one in zip(names, zip(*states, strict=True), strict=True):
+            assert warned.count(variable) == sum(
+                now and not was for was, now in zip((False, *of_one[:-1]), of_one, strict=True)
+            )
+        assert len(set(warned)) < len(warned)
 
 
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3"])
 def test_categories(name: str) -> None:
-    with FORMS[name].begun(0.02) as one:
+    with FORMS[name].begun() as one:
         for on, categories, warned, refused in (
             (1, [b"logStatusError"], False, True), (1, [b"logStatusWarning"], True, False),
             (1, [b"logAll"], True, True), (0, [], False, False), (1, [], True, True), (0, [b"logAll"], False, False),
@@ -479,20 +609,15 @@ def test_categories(name: str) -> None:
 
 
 @pytest.mark.parametrize("bad", [b"logFatal", b"", b"%s%n#r0#\xc3\xbc", b"x" * 500, None])
-def test_unknown_categories_are_refused(bad: bytes | None) -> None:
+def test_unknown_categories_are_refused_and_what_had_been_chosen_holds_on(bad: bytes | None) -> None:
     with FORMS["co-simulation"].instance(logging=False) as one:
         one.SetDebugLogging(1, c_size_t(1), (c_char_p * 1)(b"logStatusError"))
         assert one.SetDebugLogging(1, c_size_t(2), (c_char_p * 2)(b"logAll", bad)) == ERROR
         shown = "NULL" if bad is None else bad[:63].decode("latin-1").translate({0xC3: "?", 0xBC: "?", ord("#"): "?"})
         assert one.said == f"A log category must be logAll, logStatusWarning or logStatusError, got {shown}."
-        one.initialize()
-        one.step(0.06)  # what had been chosen holds on
+        one.begin().advance(0.06)
         assert [status for status, _, _ in one.messages] == [ERROR]
-
-
-def test_warnings_and_errors_are_logged_without_debug_logging() -> None:
-    with FORMS["co-simulation"].instance(logging=False) as one:
-        one.initialize()
-        one.step(0.06)
+    with FORMS["co-simulation"].instance(logging=False) as one:  # without debug logging, errors and warnings are
+        one.begin().advance(0.06)
         one.set(displacement=math.nan)
         assert [status for status, _, _ in one.messages] == [WARNING, ERROR]
