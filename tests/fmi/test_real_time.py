@@ -1,119 +1,63 @@
-"""Springs where there is little: FMUs for real time, and exported C in programs and on targets without a system."""
+"""Springs where there is little: exported C in programs and on targets without an operating system.
+
+FMUs for real time are measured in test_hosts.py.
+"""
 
 from __future__ import annotations
 
 import re
 import subprocess
-from functools import reduce
-from operator import add
+from dataclasses import dataclass
 from pathlib import Path
 
-import fmpy
 import numpy as np
 import pytest
 
 from branched_springs import BRANCHED, uneven_motion
 from fmu_tools import SPRING
-from native_tools import write_file, write_native
 from oracles import OracleSpring, maxwell
 from pages import TEXTS, blocks
-from realtime_tools import (
-    FLAGS,
-    HERE,
-    MACHINES,
-    MEMORY,
-    MOST_STACK,
-    SPRINGS,
-    Machine,
-    bits,
-    cc,
-    exported,
-    figures,
-    on_host,
-    sizes,
-    steps,
-)
-from springs import TABLE
+from portable_host import run
+from springs import TABLE, spring
 from strandspring import Spring, SpringParameters, export
-from strandspring.compiled.sources import fmi_headers
 from strandspring.core.parameters import N_RANGE
-from strandspring.exchange.c_sources import write_c_sources
-from strandspring.fmu.native.native_fmu import native_contents
+from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sources
 from strandspring.model.modelfile import ModelFile
-from tools import slow_but, ziglang
-
-# FMUs: by version of FMI, the unit of the sources, and the file and function of a step.
+from tools import program, slow_but, ziglang
 
 pytestmark = pytest.mark.long
-UNITS = {2: "fmi2_all.c", 3: "fmi3_all.c"}
-STEPS = {2: ("fmi2/fmi2_life.c", "fmi2Status fmi2DoStep("), 3: ("fmi3/fmi3_life.c", "fmi3Status fmi3DoStep(")}
+HERE = Path(__file__).with_name("targets")
+# FA as wild as a polynomial of degree 8 can be: a Chebyshev polynomial.
+WILD = spring(
+    n=0.22, sigma=3.0, saturations=20.0,
+    amplifier=(0.0, -288.0 / 19.0, 0.0, 1440.0 / 19.0, 0.0, -2304.0 / 19.0, 0.0, 1152.0 / 19.0),
+)  # fmt: skip
+SPRINGS = {"usual": SPRING, "wild": WILD, "table": TABLE}
+MOST_STACK = 512  # of a step, as strandspring.h says [B]
+FLAGS = ("-std=c11", "-ffp-contract=off")
+# Compilers call these by themselves; those of Arm's ABI are the same.
+MEMORY = {"memcpy", "memmove", "memset"} | {
+    f"__aeabi_mem{what}{width}" for what in ("cpy", "set", "clr", "move") for width in ("", "4", "8")
+}
 
 
-def write_sources(folder: Path, parameters: SpringParameters, fmi: int, no_energy: bool) -> Path:
-    """The sources of an FMU for real time, with its model description and the headers of FMI."""
-    contents = native_contents(
-        ModelFile("spring", parameters), (), zero=0.0, fmi=fmi, real_time=True, no_energy=no_energy
-    )
-    write_native(folder, contents)
-    for path, content in fmi_headers(fmi).items():
-        write_file(folder / path.removeprefix("core/c/"), content)
-    return folder
+def cc(output: Path, *arguments: str | Path, compiler: tuple[str, ...] = ("cc",)) -> Path:
+    """Run a C compiler; a warning is an error."""
+    compiler = program(compiler[0], package="gcc libc6-dev"), *compiler[1:]
+    warnings = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
+    run([*compiler, *warnings, *arguments, "-o", output])
+    return output
 
 
-def measured(sources: Path, parameters: SpringParameters) -> tuple[int, dict[str, int]]:
-    """How often steps allocate or free, and the stack of each call [B]."""
-    description = fmpy.read_model_description(str(sources), validate=False)
-    fmi = int(description.fmiVersion[0])
-    references = {v.name: str(v.valueReference) for v in description.modelVariables}
-    # Functions of the C library are not looked for at their first call, which takes kilobytes.
-    flags = (*FLAGS, f"-DFMI_VERSION={fmi}", f"-I{sources}/fmi{fmi}", "-Wl,-z,now")
-    host = cc(sources / "fmu_steps", "-O2", *flags, HERE / "fmu_steps.c", sources / UNITS[fmi], "-lm")
-    limits = (repr(parameters.displacement_min), repr(parameters.displacement_max))
-    outputs = ("force", "stiffness", "absorbed_energy", "omega")
-    token = description.guid if fmi == 2 else description.instantiationToken
-    read = [references[name] for name in outputs if name in references]
-    done = subprocess.run(
-        [host, str(token), *limits, references["displacement"], *read], capture_output=True, text=True, check=True
-    )
-    allocations, *stack = map(int, done.stdout.split())
-    return allocations, dict(zip(("set", "step", "get"), stack, strict=True))
+def exported(folder: Path, parameters: SpringParameters, name: str = "mount") -> Path:
+    """The C file of a spring, with what it needs beside it."""
+    write_c_sources(folder, ModelFile(name, parameters), 0.0)
+    return law_path(folder, name)
 
 
-CASES = [*((s, 2, False) for s in ("usual", "table")), *(("wild", f, n) for f in UNITS for n in (False, True))]
-
-
-@pytest.mark.parametrize("case", slow_but(CASES, (("wild", 2, False), ("wild", 3, True))), ids=str)
-def test_steps_allocate_nothing_and_take_little_stack(case: tuple[str, int, bool], tmp_path: Path) -> None:
-    spring, *form = SPRINGS[case[0]], *case[1:]
-    allocations, stack = measured(write_sources(tmp_path / "sources", spring, *form), spring)
-    assert allocations == 0
-    assert 0 < max(stack.values()) < MOST_STACK, stack
-
-
-@pytest.mark.parametrize("fmi", UNITS)
-def test_planted_faults_are_found(fmi: int, tmp_path: Path) -> None:
-    """An allocation, and an array on the stack, at the beginning of the step."""
-    name, function = STEPS[fmi]
-    sources = write_sources(tmp_path / "sources", SPRING, fmi, no_energy=False)
-    text = (sources / name).read_text()
-    assert text.count(function) == 1, f"the fault cannot be planted: {name} has changed"
-    begin = text.index("{", text.index(function)) + 1
-    unit = sources / UNITS[fmi]
-    unit.write_text(f"#define _POSIX_C_SOURCE 200809L\n{unit.read_text()}")
-    memory = {2: "void *volatile memory = malloc(8); free(memory);", 3: 'char *volatile a = strdup("a"); free(a);'}[fmi]
-    room = "volatile char room[600]; memset((char *)room, 1, sizeof room);"
-    includes = "#include <stdlib.h>\n#include <string.h>\n"
-    (sources / name).write_text(f"{includes}{text[:begin]}\n    {memory} {room}\n{text[begin:]}")
-    allocations, stack = measured(sources, SPRING)
-    assert allocations == 2 * 6000
-    assert stack["step"] > MOST_STACK
-
-
-# Exported C
-
-
-def answers(program: Path) -> str:
-    return subprocess.run([program], capture_output=True, text=True, check=True).stdout
+def steps(sources: Path) -> list[Path]:
+    """What steps are compiled of."""
+    return [sources.parent / name for name in STEP_SOURCES]
 
 
 def test_the_example_in_the_header_runs_as_it_stands_there(tmp_path: Path) -> None:
@@ -126,12 +70,12 @@ def test_the_example_in_the_header_runs_as_it_stands_there(tmp_path: Path) -> No
     assert example.read_text() == text == blocks("real-time", "c")[0]
     assert len([line for line in text.splitlines() if line.startswith("    ")]) == 5
     for standard in ("-std=c11", "-std=gnu17", "-std=c2x"):
-        answers(cc(tmp_path / "example", standard, example, law, *steps(law)))
+        run([cc(tmp_path / "example", standard, example, law, *steps(law))])
     c, cpp = ziglang("cc"), ziglang("c++")
     objects = [cc(tmp_path / f"{p.stem}.o", "-O1", *FLAGS, "-c", p, compiler=c) for p in (law, *steps(law))]
     main = cc(tmp_path / "main.o", "-O1", "-std=c++17", "-x", "c++", "-c", example, compiler=cpp)
     # Linked as C: ziglang would compile the whole library of C++, of which the example uses nothing.
-    answers(cc(tmp_path / "cpp", "-O1", main, *objects, compiler=c))
+    run([cc(tmp_path / "cpp", "-O1", main, *objects, compiler=c)])
     before = {path.name: path.read_bytes() for path in law.parent.iterdir()}
     assert not any(b"planted" in content for content in before.values())
     exported(tmp_path, TABLE, "two")
@@ -140,11 +84,11 @@ def test_the_example_in_the_header_runs_as_it_stands_there(tmp_path: Path) -> No
     assert {name: content for name, content in after.items() if not name.startswith("two")} == before
     local = law.parent / "spring_local.h"
     local.write_text(re.sub(r"SPRING_KERNEL 0x\w{8}", "SPRING_KERNEL 0x0", local.read_text()))
-    with pytest.raises(RuntimeError, match="export the spring again"):
+    with pytest.raises(AssertionError, match="export the spring again"):
         cc(tmp_path / "law.o", *FLAGS, "-c", law)
 
 
-@pytest.mark.parametrize("name", ["int", "class", "SPRING", "strandspring", "memcpy", "linux", "main", "NULL", "a__b"])
+@pytest.mark.parametrize("name", ["int", "class", "SPRING", "memcpy", "main", "NULL"])
 def test_any_name_compiles_and_takes_the_place_of_no_other_file(name: str, tmp_path: Path) -> None:
     law = exported(tmp_path, SPRING, name)
     alone = {path.name.lower() for path in exported(tmp_path / "other", SPRING, "mount").parent.iterdir()}
@@ -214,7 +158,7 @@ def test_the_exported_spring_answers_as_the_ode_and_the_package(name: str, tmp_p
         assert N_RANGE == (0.01, 100.0)  # as the header says
     else:
         kernel += [law.with_name("branches.c"), plain]
-        answers(cc(tmp_path / "example", "-O2", *FLAGS, law.with_name("mount_example.c"), law, *kernel))
+        run([cc(tmp_path / "example", "-O2", *FLAGS, law.with_name("mount_example.c"), law, *kernel)])
         declared = re.findall(r"\bextern const \w+ (\w+);", law.with_suffix(".h").read_text())
         assert declared == ["mount_law_first", "mount_law_second", "mount_law_added"]  # none leaves a part out
     pairs = zip(np.diff(time, prepend=0.0).tolist(), path.tolist(), strict=True)
@@ -222,8 +166,8 @@ def test_the_exported_spring_answers_as_the_ode_and_the_package(name: str, tmp_p
     host = tmp_path / "host.c"
     source = (PLAIN_HOST if p.is_plain else ADDED_HOST).replace("ROWS", text).replace("COUNT", str(path.size))
     host.write_text(source)
-    program = cc(tmp_path / "host", "-O2", *FLAGS, f"-I{law.parent}", host, law, *kernel, "-lm")
-    rows = [[float.fromhex(word) for word in line.split()] for line in answers(program).splitlines()]
+    host_program = cc(tmp_path / "host", "-O2", *FLAGS, f"-I{law.parent}", host, law, *kernel, "-lm")
+    rows = [[float.fromhex(word) for word in line.split()] for line in run([host_program]).splitlines()]
     force, energy, third, made = np.array(rows).T
     spring, starts = Spring(p), (0.2, -0.4) if p.second else 0.2
     size = np.abs(force).max()
@@ -245,39 +189,82 @@ def branch_forces(p: SpringParameters, path: np.ndarray, time: np.ndarray) -> np
 
 # Targets without an operating system
 
-FAULTS = {
-    "a logarithm": ("double log(double);\n", "log(inside)"),
-    "errno": ("int *__errno_location(void);\n", "*__errno_location()"),
-    "an allocation": ("void *malloc(unsigned long);\n", "(malloc(8) != NULL)"),
-}
+
+@dataclass(frozen=True)
+class Machine:
+    """A target, its processor by the page's name, and the machine of QEMU that has it, without the image."""
+
+    flags: tuple[str, ...]
+    processor: str
+    emulator: tuple[str, ...]
+
+    def compiled(self, output: Path, *arguments: str | Path) -> Path:
+        """Compile without a C library and an operating system."""
+        freestanding = ("-ffreestanding", "-nostdlib", "-fno-unwind-tables")
+        return cc(output, *self.flags, *FLAGS, *freestanding, *arguments, compiler=ziglang("cc"))
 
 
-@pytest.mark.parametrize("machine", MACHINES.values(), ids=MACHINES)
+MACHINES = {
+    "cortex_m7": Machine(  # with the unit for double precision that this processor may have
+        ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16", "-Os"), "Cortex-M7",
+        ("qemu-system-arm", "-M", "mps2-an500"),
+    ),
+    "cortex_a53": Machine(
+        ("-target", "aarch64-freestanding-none", "-mcpu=cortex_a53", "-O2"), "Cortex-A53",
+        ("qemu-system-aarch64", "-M", "virt", "-cpu", "cortex-a53", "-net", "none"),
+    ),
+}  # fmt: skip
+
+
+def sizes(*paths: Path) -> tuple[set[str], dict[str, int]]:
+    """Names that object files in ELF lack, and bytes of code, constants and variables."""
+    import lief
+
+    lacks, sizes = set[str](), {".text": 0, ".rodata": 0, ".data": 0, ".bss": 0}
+    for path in paths:
+        parsed = lief.parse(path)
+        assert isinstance(parsed, lief.ELF.Binary)
+        for section, kind in ((one, kind) for one in parsed.sections for kind in sizes):
+            sizes[kind] += section.size if str(section.name).startswith(kind) else 0
+        local = lief.ELF.Symbol.BINDING.LOCAL
+        lacks |= {str(one.name) for one in parsed.symbols if one.name and one.shndx == 0 and one.binding != local}
+    return {name for name in lacks if not name.startswith("spring_")} - MEMORY, sizes
+
+
+@pytest.mark.parametrize("machine", slow_but(MACHINES, ("cortex_m7",)))
 @pytest.mark.parametrize("name", slow_but(SPRINGS, ("wild",)))
-def test_targets_need_no_library_and_give_the_bits_of_the_host(name: str, machine: Machine, tmp_path: Path) -> None:
-    law = exported(tmp_path, SPRINGS[name])
-    files = [*steps(law), law.parent / "saturation_table.c"]
-    objects = [machine.compiled(tmp_path / f"{path.stem}.o", f"-I{path.parent}", "-c", path) for path in files]
-    found, constant = reduce(add, map(sizes, objects)), sizes(machine.compiled(tmp_path / "law.o", "-c", law))
-    assert {one for one in found.lacks if not one.startswith("spring_")} <= MEMORY
+def test_targets_need_no_library_and_give_the_bits_of_the_host(name: str, machine: str, tmp_path: Path) -> None:
+    law, target = exported(tmp_path, SPRINGS[name]), MACHINES[machine]
+    files, include = [*steps(law), law.parent / "saturation_table.c"], f"-I{law.parent}"
+    objects = [target.compiled(tmp_path / f"{path.stem}.o", include, "-c", path) for path in files]
+    lacks, code = sizes(*objects)
+    constant = sizes(target.compiled(tmp_path / "law.o", "-c", law))[1]
     # The table is constant and needs no start code; a pointer to it is not relocated before main.
-    assert (found.variables, constant.lacks, constant.code, constant.variables) == (0, frozenset(), 0, 0)
-    processor = machine.name.replace("cortex_", "Cortex-").replace("-m", "-M").replace("-a", "-A")
-    ((code, constants),) = re.findall(rf"\| {processor}\b.*? \| (\d+) kB \| (\d+) kB \|", TEXTS["real-time"])
-    assert 0.8 < (found.code + found.constants) / (1000.0 * int(code)) <= 1.0  # as the documentation says
-    assert 0.8 < constant.constants / (1000.0 * int(constants)) <= 1.0
-    host, said = on_host(law, tmp_path), machine.run(law, tmp_path)
-    expected = bits(host)
-    assert (len(expected), len({word for line in expected for word in line})) == (12, 48)
-    assert bits(said) == expected, said[:2000]
-    assert all(0 < figures(text)[0] < MOST_STACK for text in (host, said))
+    assert (lacks, code[".data"] + code[".bss"]) == (set(), 0)
+    assert constant[".text"] == constant[".data"] == constant[".bss"] == 0
+    said = re.findall(rf"\| {target.processor}\b.*? \| (\d+) kB \| (\d+) kB \|", TEXTS["real-time"])
+    ((whole, constants),) = said  # as the documentation says
+    assert 0.8 < (code[".text"] + code[".rodata"]) / (1000.0 * int(whole)) <= 1.0
+    assert 0.8 < constant[".rodata"] / (1000.0 * int(constants)) <= 1.0
+    here = run([cc(tmp_path / "steps", "-O2", *FLAGS, include, HERE / "steps.c", law, *steps(law))])
+    image = target.compiled(
+        tmp_path / "image.elf", include, "-T", HERE / f"{machine}.ld", HERE / "semihosting.c", HERE / "steps.c", law,
+        *steps(law), "-lcompiler_rt",
+    )  # fmt: skip
+    command = [program(target.emulator[0], package="qemu-system-arm"), *target.emulator[1:], "-nographic"]
+    command += ["-semihosting-config", "enable=on,target=native", "-kernel", str(image)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, stdin=subprocess.DEVNULL)
+    there = done.stdout + done.stderr  # semihosting writes where errors go
+    *digests, _ = here.split()
+    assert (len(digests), len(set(digests))) == (48, 48)
+    assert there.split()[:-1] == digests, there[:2000]
+    assert all(0 < int(text.split()[-1], 16) < MOST_STACK for text in (here, there))
 
 
-def test_planted_libraries_are_found(tmp_path: Path) -> None:
+def test_a_planted_library_is_found(tmp_path: Path) -> None:
     source = exported(tmp_path, SPRING).parent / "spring.c"
     line, text, machine = "double force = elastic_inside(law, inside);", source.read_text(), MACHINES["cortex_m7"]
     assert line in text, "the fault cannot be planted: the source has changed"
-    for declaration, term in FAULTS.values():
-        source.write_text(declaration + text.replace(line, f"{line} force += {term};"))
-        found = sizes(machine.compiled(tmp_path / "o.o", "-Wno-incompatible-library-redeclaration", "-c", source))
-        assert not {name for name in found.lacks if not name.startswith("spring_")} <= MEMORY
+    source.write_text(f"double log(double);\n{text.replace(line, f'{line} force += log(inside);')}")
+    planted = machine.compiled(tmp_path / "o.o", "-Wno-incompatible-library-redeclaration", "-c", source)
+    assert sizes(planted)[0] == {"log"}
