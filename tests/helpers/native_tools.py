@@ -234,10 +234,11 @@ class Native:
         given = (c_int * count)(*orders[:count]), doubles(values)
         return int(self.SetRealInputDerivatives(references, c_size_t(count), *given))
 
-    def output_derivatives(self, *names: str, order: int = 1) -> list[float] | int:
-        """Of an order over time, or the status of what is refused, which writes nothing."""
+    def output_derivatives(self, *given: str | int) -> Any:
+        """Over time, or the status of what is refused, which writes nothing; the last may be followed by its order."""
+        names = [name for name in given if isinstance(name, str)]
+        orders = (c_int * len(names))(*[1] * (len(names) - 1), given[-1] if isinstance(given[-1], int) else 1)
         found = doubles([7.0] * len(names))
-        orders = (c_int * len(names))(*[1] * (len(names) - 1), order)
         status = int(self.GetRealOutputDerivatives(self.references(*names), c_size_t(len(names)), orders, found))
         assert status == OK or list(found) == [7.0] * len(names)
         return list(found) if status == OK else status
