@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -21,9 +20,7 @@ import pytest
 
 from fmu_tools import SPRING
 from strandspring import Spring
-from strandspring.compiled import images
-from strandspring.compiled.targets import FMU_TARGETS
-from strandspring.errors import BuildError, StrandspringError
+from strandspring.errors import StrandspringError
 from strandspring.ground import scratch
 from strandspring.ground.children import kill_all, run
 from strandspring.ground.endings import kept_endings
@@ -230,24 +227,6 @@ def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) ->
     assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
 
 
-def test_an_image_that_cannot_be_compiled_ends_the_other_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
-    begun, ended = threading.Event(), threading.Event()
-
-    def compiled(_: images.CompiledUnit, target: object) -> Path:
-        if target is FMU_TARGETS[0]:
-            begun.wait(PATIENCE)
-            raise BuildError("It cannot be compiled.")
-        begun.set()
-        assert run([sys.executable, "-c", SLEEPER], Path(), os.environ).returncode != 0
-        ended.set()
-        raise BuildError("It was ended.")
-
-    monkeypatch.setattr(images, "image", compiled)
-    with pytest.raises(BuildError, match="It cannot be compiled"):
-        images.contents(images.FMU, FMU_TARGETS[:2])
-    assert ended.is_set()
-
-
 # Signals
 
 BUSY = """
@@ -277,15 +256,6 @@ def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start:
         time.sleep(0.05)
     assert process.communicate(timeout=PATIENCE)[0] == "tidied up\n"
     assert process.returncode in (128 + signal.SIGTERM, 128 + signal.SIGHUP)
-
-
-def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
-    process = start(f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n{BUSY}")
-    process.send_signal(signal.SIGHUP)
-    time.sleep(0.3)
-    assert process.poll() is None
-    process.terminate()
-    assert process.wait(PATIENCE) == 128 + signal.SIGTERM
 
 
 LOADING = """

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
-import struct
 import time
 import zipfile
 from collections.abc import Iterator
@@ -16,7 +14,6 @@ from typing import Any
 
 import fmpy
 import lief
-import numpy as np
 import pytest
 
 from fmu_tools import SPRING
@@ -36,13 +33,11 @@ from strandspring.compiled.targets import (
 )
 from strandspring.errors import BuildError, ModelError
 from strandspring.fmu.native.block import filled
-from strandspring.fmu.native.macho import universal
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.fmu.related_files import BUILD, sealed
-from strandspring.model.modelfile import ModelFile, save_model
-from terminal import Terminal, unfolded
+from strandspring.model.modelfile import ModelFile
 from tools import tool
 
 pytestmark = pytest.mark.long
@@ -59,15 +54,6 @@ def everywhere(tmp_path_factory: pytest.TempPathFactory) -> dict[int, Path]:
     """The native FMU for all platforms by versions of FMI."""
     folder = tmp_path_factory.mktemp("all")
     return {fmi: build_native_fmu(MODEL, folder, chosen_platforms("all"), zero=0.0, fmi=fmi) for fmi in (2, 3)}
-
-
-@pytest.fixture
-def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
-    """In a folder with spring.json and box.toml."""
-    monkeypatch.chdir(tmp_path)
-    save_model(Path("spring.json"), MODEL)
-    Path("box.toml").write_text("[body]\n")
-    return Terminal(capsys)
 
 
 # Binaries
@@ -131,24 +117,6 @@ def test_binaries_of_every_platform(fmi: int, everywhere: dict[int, Path]) -> No
     sources = [name for name in contents if name.startswith("sources/")]
     assert not [name for name in sources if "system" in name or f"fmi{5 - fmi}" in name]
     assert "2-Clause BSD License" in contents["documentation/licenses/fmi-headers.txt"].decode()
-
-
-def test_the_arm64_image_keeps_its_code_signature(everywhere: dict[int, Path]) -> None:
-    """macOS runs no arm64 code without; an ad-hoc signature is a hash of each page."""
-    contents = contents_of(everywhere[2])
-    fat, thin = contents["binaries/darwin64/spring.dylib"], contents["binaries/aarch64-darwin/spring.dylib"]
-    assert fat.endswith(thin)
-    signature = lief.MachO.parse(thin).at(0).code_signature
-    blob = thin[signature.data_offset : signature.data_offset + signature.data_size]
-    magic, _, count = struct.unpack_from(">III", blob)
-    (start,) = (offset for kind, offset in struct.iter_unpack(">II", blob[12 : 12 + 8 * count]) if kind == 0)
-    inner, _, _, flags, hashes, _, _, slots, limit = struct.unpack_from(">IIIIIIIII", blob, start)
-    size, kind, _, page_power = struct.unpack_from(">BBBB", blob, start + 36)
-    assert (magic, inner, flags & 0x2, size, kind) == (0xFADE0CC0, 0xFADE0C02, 0x2, 32, 2)  # ad hoc, SHA-256
-    pages = [thin[at : min(at + (1 << page_power), limit)] for at in range(0, limit, 1 << page_power)]
-    assert len(pages) == slots
-    for k, content in enumerate(pages):
-        assert blob[start + hashes + k * size :][:size] == hashlib.sha256(content).digest(), k
 
 
 def test_the_archive_has_the_same_bytes_again_without_a_compiler(
@@ -269,15 +237,12 @@ def test_a_changed_source_flag_or_target_asks_for_another_image(monkeypatch: pyt
     assert len(names | {KERNEL.file_name(LINUX_X86)}) == 18
 
 
-def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, terminal: Terminal, monkeypatch: Any) -> None:
+def test_without_a_compiler_one_sentence_says_what_to_do(cache: Path, monkeypatch: Any) -> None:
     monkeypatch.setattr(zig, "is_installed", lambda: False)
     hint = r'^The compiled kernel for .* is missing, .*pip install "strandspring\[native\]".*\.$'
     with pytest.raises(BuildError, match=hint):
         image(KERNEL, LINUX_X86)
-    terminal("build", "spring.json", status=1)
-    assert 'pip install "strandspring[native]"' in terminal.err
     assert not cache.exists()
-    assert not Path("dist").exists()
     monkeypatch.setattr(sources, "find_spec", lambda _: None)
     with pytest.raises(BuildError, match="install fmpy"):
         sources.fmi_header("fmi2Functions.h")
@@ -297,87 +262,25 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
         zig.shared_library(LINUX_X86, {"a.c": b"int f(void);\nint f(void) { int u; return 1; }\n"}, ("a.c",), "a", ())
 
 
-def test_a_failing_compiler_leaves_the_old_fmu(cache: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "spring.fmu").write_text("kept")
-
-    def fail(*_: object) -> bytes:
-        raise BuildError("broken here")
-
-    monkeypatch.setattr(images, "compiled", fail)
-    with pytest.raises(BuildError, match="broken here"):
-        build_native_fmu(MODEL, tmp_path, chosen_platforms("linux64"))
-    assert (tmp_path / "spring.fmu").read_text() == "kept"
-    assert not cache.exists() or list(cache.iterdir()) == []
-    with pytest.raises(ValueError, match="7f454c46"):
-        universal([b"\x7fELF".ljust(40, b"\0")])
+# Settings
 
 
-# The command
-
-USAGE = [
-    (["--backend", "native", "--platform", "amiga"], "'amiga'"), (["--platform", "linux64,"], "''"),
-    (["--backend", "native", "--platform", "../x"], "'../x'"),
-    (["--backend", "native", "--needs-execution-tool"], "for the Python-backed FMU"),
-    (["--backend", "python", "--platform", "host"], "the Python-backed one has linux64 and win64"),
-    (["--fmi", "3", "--backend", "python"], "FMI 3.0 is for the native FMU"), (["--fmi", "1"], "'1' is not one of"),
-    (["--real-time", "--backend", "python"], "Real time is for the native"),
-    (["--no-energy"], "Only an FMU for real time can leave out absorbed_energy"),
-    (["--no-energy", "--real-time", "--states"], "absorbed_energy as a state"),
-]  # fmt: skip
-OPTIONS: list[tuple[dict[str, Any], str]] = [
-    ({"fmi": 3, "backend": "python"}, "FMI 3.0 is for the native FMU"), ({"no_energy": True}, "Only an FMU for"),
-    ({"fmi": 1}, "The version of FMI must be 2 or 3, got 1"), ({"fmi": 3.0}, r"must be 2 or 3, got 3\.0"),
-]  # fmt: skip
-NAMES = ['x"; int evil; //', "../up", "a\nb", "a*/", "<x/>", "%s", "-o", "@file"]
-
-
-def test_what_does_not_go_together_is_refused_before_anything_is_built(terminal: Terminal) -> None:
-    for arguments, says in USAGE:
-        terminal("build", "spring.json", *arguments, status=2)
-        assert says in " ".join(terminal.err.split()), arguments
-    for options, says in OPTIONS:
+def test_what_does_not_go_together_is_refused() -> None:
+    for options, says in (
+        ({"fmi": 3, "backend": "python"}, "FMI 3.0 is for the native FMU"), ({"no_energy": True}, "Only an FMU for"),
+        ({"fmi": 1}, "The version of FMI must be 2 or 3, got 1"), ({"fmi": 3.0}, r"must be 2 or 3, got 3\.0"),
+    ):  # fmt: skip
         with pytest.raises(BuildError, match=says):
-            build_fmu(Spring(SPRING, "spring"), **options)
-    for option in ("real-time", "no-energy", "states"):
-        terminal("build", "box.toml", "--fmi", "3", f"--{option}", status=2)
-        assert f"--{option} can only be given with a model or records" in " ".join(terminal.err.split())
-        name = option.replace("-", "_")
+            build_fmu(Spring(SPRING, "spring"), **options)  # type: ignore[arg-type]
+    for name in ("real_time", "no_energy", "states"):
         with pytest.raises(BuildError, match=f"^`{name}` cannot be given with a description of a system"):
             build_fmu("box.toml", fmi=3, **{name: True})  # type: ignore[arg-type]
-    for bad in NAMES:
-        Path("spring.json").write_text(json.dumps({**json.loads(MODEL.to_json()), "name": bad}), encoding="utf-8")
-        terminal("build", "spring.json", status=1)
-        assert "name must be" in terminal.err
-    assert {path.name for path in Path().iterdir()} == {"spring.json", "box.toml"}
-
-
-def test_the_command_builds_the_bytes_of_the_function_and_says_what(terminal: Terminal) -> None:
-    options = ["--fmi", "3", "--states", "--author", "A", "--zero", "20", "--platform", "host", "--json"]
-    fmus = json.loads(terminal("build", "spring.json", "-o", "command", *options))["fmus"]
-    assert [(Path(one["path"]).name, one["backend"], one["fmi"], list(one["binaries"])) for one in fmus] == [
-        ("spring_fmi3.fmu", "native", 3, [host_folder(3)]), ("spring_fmi3_states.fmu", "states", 3, [host_folder(3)]),
-    ]  # fmt: skip
-    for one, states in zip(fmus, (False, True), strict=True):
-        path = Path(one["path"])
-        given = {"fmi": 3, "states": states, "author": "A", "zero": 0.02, "platforms": "host"}
-        assert build_fmu(Spring.load("spring.json"), "function", **given).read_bytes() == path.read_bytes()  # type: ignore[arg-type]
-        assert build_fmu(path, "again", platforms="host").read_bytes() == path.read_bytes()  # with its settings
-    assert build_fmu("command/spring_fmi3.fmu", "two", fmi=2, platforms="host").name == "spring.fmu"
-    options = ["--platform", "host", "--real-time", "--no-energy", "--fmi", "3"]
-    assert ", FMI 3.0, for real time without absorbed_energy)" in unfolded(terminal("build", "spring.json", *options))
-    said = terminal("build", "spring.json", *options, "--verbose")
-    assert f"Binaries: {host_folder(3)} " in said
-    assert "valid; 401 steps of co-simulation and of model exchange" in said
-    other = "win64" if host_folder() != "win64" else "linux64"
-    assert "no binary for this computer" in terminal("build", "spring.json", "--platform", other, "--verbose")
 
 
 def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:
-    flag: Any = np.True_  # of other libraries, stored as ours
-    fmu = build_native_fmu(MODEL, tmp_path, (), author="A", fmi=3, real_time=bool(flag), no_energy=True)
-    assert BuildOptions(None).with_those_of(built_with(fmu)) == BuildOptions(
-        "native", "A", fmi=3, real_time=True, no_energy=True
-    )
+    fmu = build_native_fmu(MODEL, tmp_path, (), author="A", fmi=3, real_time=True, no_energy=True)
+    settings = BuildOptions("native", "A", fmi=3, real_time=True, no_energy=True)
+    assert BuildOptions(None).with_those_of(built_with(fmu)) == settings
     changed = BuildOptions(None, "B", fmi=2).with_those_of(built_with(fmu))
     assert changed == BuildOptions("native", "B", False, 2, True, True)
     for backend in ("python", "both"):  # another back end takes the author only

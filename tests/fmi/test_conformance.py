@@ -11,6 +11,7 @@ import json
 import math
 from ctypes import byref
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -198,26 +199,18 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
     with form.begun() as one:
         content = form.moved(one)
         whole = json.loads(content)
-        memories, elongations, work, at = whole["memory"]
-        first = memories[0]
-        fields = {
-            "format": "other", "format_version": 1, "guid": "{%s%n}", "more": 1, "displacement": "0.1", "side": 2,
-            "energy_wanted": 0, "settings": [None],
-        }  # fmt: skip
-        damaged = [{**whole, field: value} for field, value in fields.items()]
+        damaged: list[Any] = [{**whole, "more": 1}, {**whole, "settings": [-1.0] * len(whole["settings"])}]
+        for key, value in whole.items():  # none left out, of another type, or with a part that cannot be
+            damaged += [{k: v for k, v in whole.items() if k != key}, {**whole, key: "other"}, {**whole, key: [None]}]
+            parts = value if isinstance(value, list) else []
+            damaged += [
+                {**whole, key: [*parts[:i], bad, *parts[i + 1 :]]} for i in range(len(parts)) for bad in (None, [])
+            ]
+        first, *others = whole["memory"]
         damaged += [
-            {key: value for key, value in whole.items() if key != "side"}, {**whole, "displacement": math.nan},
-            {**whole, "settings": whole["settings"][:-1]}, {**whole, "settings": [-1.0] * len(whole["settings"])},
-            *({**whole, "memory": memory} for memory in (
-                [[first[:-1], *memories[1:]], elongations, work, at], [[], elongations, work, at],
-                [[[first[0], 1.5, *first[2:]], *memories[1:]], elongations, work, at],
-                [[[math.inf, *first[1:]], *memories[1:]], elongations, work, at],
-                [memories, [0.0, math.inf, 0.0, 0.0], work, at], [memories, elongations, work],
-                [memories, elongations, work, at[:-1]], [memories, elongations, work, [math.nan, *at[1:]]],
-                [memories, elongations, work, [at[0], 0.5, *at[2:]]],
-            )),
-        ]  # fmt: skip
-        texts = [json.dumps(one).encode() for one in damaged]
+            {**whole, "memory": [[[*first[0][:1], bad, *first[0][2:]], *first[1:]], *others]} for bad in (1.5, math.inf)
+        ]
+        texts = [json.dumps(one).encode() for one in damaged if one != whole]
         for state in (b"", b"\x80\x04junk", b"[]", b"[" * 100_000, content[:-1], content + b"}", *texts):
             assert one.restore(state) == form.refusal, state[:80]
         with form.instance(OTHER) as other:

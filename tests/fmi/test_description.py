@@ -30,7 +30,7 @@ if __name__ == "__main__":
 from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING, run_python
 from forms import FORMS, rows
 from strandspring import BuildError, SpringParameters
-from strandspring.core.variables import start_values, units, variables
+from strandspring.core.variables import start_values
 from strandspring.errors import StrandspringError
 from strandspring.fmu.checks.check import described_spring, examine_fmu
 from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION, TERMINALS
@@ -127,24 +127,6 @@ def test_any_number_of_coefficients_keeps_every_bit(spring: SpringParameters, tm
         starts = {v.name: float(v.start) for v in read.modelVariables if v.start is not None}
         assert starts == start_values(spring)
         assert spring == INEXACT or examine_fmu(fmu).problems == ()
-
-
-@pytest.mark.parametrize("counts", [(1, 1), (21, 9)])
-def test_units_are_complete_and_consistent(counts: tuple[int, int]) -> None:
-    known = {unit.name: unit for unit in units(*counts)}
-    for variable in variables(*counts):
-        assert not variable.display_unit or variable.display_unit in dict(known[str(variable.unit)].displayed)
-    factors = {"m": 1.0, "mm": 1e3, "N": 1.0, "kN": 1e-3, "J": 1.0, "mJ": 1e3, "kJ": 1e-3, "1": 1.0}
-    dimensions = {"1": (0, 0, 0), "m": (0, 1, 0), "N": (1, 1, -2), "J": (1, 2, -2)}
-    for unit in known.values():
-        over, _, under = unit.name.partition("/")
-        power = int(under.partition("^")[2] or 1) if under else 0
-        kg, m, s = dimensions[over]
-        assert (unit.kg, unit.m, unit.s) == (kg, m - power, s), unit
-        for name, factor in unit.displayed:
-            top, _, length = name.partition("/")
-            per = factors[length.partition("^")[0]] ** power if length else 1.0
-            assert factor == pytest.approx(factors[top] / per, rel=1e-15), name
 
 
 @pytest.mark.parametrize("form", [{}, {"with_states": True}, {"arrays": True}], ids=str)
@@ -259,9 +241,7 @@ def test_names_leave_room_for_the_ending_and_may_be_keywords(tmp_path: Path) -> 
     for form, longest in LONGEST_NAMES:
         contents = native_contents(replace(MODEL, name="a" * longest), (), **form)
         assert len(str(described(contents).modelName)) == 64
-        with pytest.raises(
-            BuildError, match=f"is too long for an FMU; give the model a name of at most {longest} "
-        ):
+        with pytest.raises(BuildError, match=f"is too long for an FMU; give the model a name of at most {longest} "):
             native_contents(replace(MODEL, name="a" * (longest + 1)), (), **form)
     fmu = build_python_fmu(ModelFile("lambda", OTHER), tmp_path / "new")
     assert [p.name for p in tmp_path.rglob("*")] == ["new", "lambda_python.fmu"]

@@ -158,8 +158,8 @@ ROWS_OF_FORMS = [
     "branches, python", *SYSTEMS,
 ]  # fmt: skip
 BAD = (math.nan, math.inf, -1.0, 0.0, 1.5, 1e154, -1e308)
-# Derivatives of the input by their orders, and the size of the step that refuses what is not refused at once: beyond any
-# displacement, also where half of the acceleration is 0, or on the way only; a rate that none can have.
+# Derivatives of the input by their orders, and the size of the step that refuses what is not refused at once: beyond
+# any displacement, also where half of the acceleration is 0, or on the way only; a rate that none can have.
 MOTIONS: list[tuple[tuple[float, ...], tuple[int, ...], float]] = [
     ((math.nan,), (1,), 1.0), ((math.inf,), (2,), 1.0), ((1.0,), (3,), 1.0), ((1.0,), (0,), 1.0),
     ((1e200, 1e308), (1, 2), 1e10), ((-1e8,), (1,), 100.0), ((1e8, -2e6), (1, 2), 100.0),

@@ -11,7 +11,7 @@ import platform
 import subprocess
 import sys
 import zipfile
-from ctypes import byref, c_double, c_int, c_long, c_size_t, c_void_p, cast
+from ctypes import byref, c_double, c_long, c_size_t, c_void_p, cast
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,13 +26,12 @@ from fmpy.fmi2 import (
     fmi2CallbackLoggerTYPE,
     free,
 )
-from fmpy.fmi3 import fmi3LogMessageCallback
 
 from branched_springs import BRANCHED
 from fmu_tools import OTHER, SPRING, run_python, wandering_path
-from forms import FORMS, SYSTEMS, rows
+from forms import FORMS, SYSTEMS
 from kernel_tools import HERE, build_folder, compiled
-from native_tools import ERROR, FUNCTIONS, FUNCTIONS3, HEADERS, OK, Library, Native, close
+from native_tools import ERROR, FUNCTIONS, HEADERS, OK, Library, Native, close
 from portable_host import ENVIRONMENT, host, responses, run
 from strandspring.compiled.images import KERNEL, OF_FMUS
 from strandspring.compiled.sources import PACKAGE
@@ -169,9 +168,9 @@ def test_memory_of_the_host_is_asked_for_instances_alone_and_given_back() -> Non
 # In C
 
 
-@pytest.mark.parametrize("task", ["together", "fork", "threads", "reload"])
+@pytest.mark.parametrize("task", ["fork", "threads", "little stack", "reload"])
 def test_fmus_of_one_process_do_not_meet_and_threads_share_nothing_that_changes(task: str) -> None:
-    """Threads under the thread sanitizer, which sees what good luck hides."""
+    """Threads under the thread sanitizer, which sees what good luck hides, or with as little stack as musl gives."""
     given: list[str | Path] = []
     for of in (NATIVE.library(), NATIVE.library(OTHER)):
         binary, flags = of.path, ("-g", "-fsanitize=thread")
@@ -239,122 +238,25 @@ def test_instances_are_accurate_whatever_the_host_rounds(name: str) -> None:
         assert np.max(np.abs(other - usual) / np.abs(usual).max(axis=1, keepdims=True)) < 1e-10
 
 
-# Stack
-
-MOST_STACK = 32768  # of any call [B]: threads of hosts may have 128 kB, as by default with musl, or less
-MOST_IN_REAL_TIME = 1024  # of a step and what belongs to it [B]
-
-
-class Measured:
-    """The functions of a library, of which each call's stack is measured; `taken` has the most bytes by name."""
-
-    def __init__(self, functions: ctypes.CDLL, shim: ctypes.CDLL) -> None:
-        self._functions, self._shim, self.taken = functions, shim, dict[str, int]()
-
-    def __getattr__(self, name: str) -> Any:
-        function = getattr(self._functions, name)
-
-        def call(*arguments: Any) -> int:
-            words = (c_size_t * 14)(*(_word(a) for a in arguments if not isinstance(a, c_double)))
-            reals = (c_double * 3)(*(a.value for a in arguments if isinstance(a, c_double)))
-            answer = c_size_t()
-            given = map(ctypes.addressof, (words, reals, answer))
-            used = self._shim.stack_of_call(cast(function, c_void_p), *given)
-            self.taken[name] = max(used, self.taken.get(name, 0))
-            return answer.value if "Instantiate" in name else c_int(answer.value).value
-
-        return call
-
-
-def _word(argument: Any) -> int:
-    """What is passed in a register: a number, or an address of what ctypes holds."""
-    if isinstance(argument, bytes):
-        return cast(ctypes.c_char_p(argument), c_void_p).value or 0
-    if hasattr(argument, "_obj"):  # by reference
-        return ctypes.addressof(argument._obj)
-    if isinstance(argument, ctypes.Array | ctypes.Structure):
-        return ctypes.addressof(argument)
-    if hasattr(argument, "argtypes"):  # a callback
-        return cast(argument, c_void_p).value or 0
-    return int(getattr(argument, "value", argument) or 0)
-
-
-@pytest.fixture
-def shim(monkeypatch: pytest.MonkeyPatch) -> ctypes.CDLL:
-    """Measures calls, and hears messages in C, for no Python may run on the stack that is measured."""
-    source = HERE / "stack_calls.c"
-    made = ctypes.CDLL(str(compiled(build_folder() / "stack_calls.so", "-O1", "-shared", "-fPIC", source)))
-    made.stack_of_call.argtypes = [c_void_p] * 4
-    callbacks = fmi2CallbackFunctions(logger=cast(made.hear2, fmi2CallbackLoggerTYPE))
-    monkeypatch.setattr("native_tools.callbacks_into", lambda *_: callbacks)
-    monkeypatch.setattr("native_tools.fmi3LogMessageCallback", lambda _: cast(made.hear3, fmi3LogMessageCallback))
-    return made
-
-
-@OF_PROCESSOR
-@pytest.mark.parametrize("name", rows(lambda form: not form.python) + SYSTEMS)
-def test_no_call_takes_much_stack(name: str, shim: ctypes.CDLL, monkeypatch: pytest.MonkeyPatch) -> None:
-    form = FORMS[name]
-    library, usual = form.library(), form.library().functions
-    measured = Measured(usual, shim)
-    monkeypatch.setattr(library, "functions", measured)
-    with form.begun() as one:
-        for x in form.motion(60)[0].tolist():  # out of the range, too, which is a warning
-            one.advance(x)
-            one.get(*form.outputs)
-        steps = {call: taken for call, taken in measured.taken.items() if call[4:] in ("DoStep", "SetReal", "GetReal")}
-        assert one.restore(one.serialized()) == OK
-        if name not in SYSTEMS:
-            assert form.is_real_time or one.directional(["force"], {"displacement": 1.0, "n": 1.0}) == OK
-            assert one.tune(rho=70.0, n=0.7) == OK  # a new table
-            one.get("force")
-        for rest in sorted({2: FUNCTIONS, 3: FUNCTIONS3}[form.fmi] - measured.taken.keys()):
-            if "Instantiate" not in rest and "FreeInstance" not in rest and hasattr(usual, rest):
-                getattr(measured, rest)(c_void_p(one.component))  # refused for want of arguments, or in this mode
-        assert one.Reset() == OK
-        one.enter_initialization()
-        assert one.set(**{"omega_start" if name in SYSTEMS else "rho": -0.9}) == OK
-        assert one.ExitInitializationMode() == (OK if name in SYSTEMS else ERROR)
-        assert one.Terminate() == OK
-    assert len(measured.taken) > 30
-    assert max(measured.taken.values()) <= MOST_STACK, measured.taken
-    assert not form.is_real_time or 0 < max(steps.values()) < MOST_IN_REAL_TIME, steps
-
-
 # Compilers
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["co-simulation", "fmi3"])
-def test_sources_are_c99_and_a_project_of_fmpy(name: str, tmp_path: Path) -> None:
-    """Whatever customary macros a tool defines, and for 32 bits; a project that FMPy makes gives the same forces."""
-    from fmpy.util import create_cmake_project
-
+@pytest.mark.parametrize("name", ["co-simulation", "fmi3", *SYSTEMS])
+def test_sources_are_c99_and_what_fmpy_compiles(name: str, tmp_path: Path) -> None:
+    """Whatever customary macros a tool defines, and for 32 bits."""
     form = FORMS[name]
-    system = FORMS["system" if form.fmi == 2 else "system, fmi3"].library().folder
-    units = (
-        form.library().folder / "sources" / f"fmi{form.fmi}_all.c",
-        system / "sources" / f"fmu/system/c/system_all{'3' * (form.fmi == 3)}.c",
-    )
+    files = {2: "fmu/system/c/system_all.c", 3: "fmu/system/c/system_all3.c"} if name in SYSTEMS else {}
+    unit = form.library().folder / "sources" / files.get(form.fmi, f"fmi{form.fmi}_all.c")
     for target in ("x86_64-linux-gnu", "x86-linux-gnu"):
         for macros in (("MODEL_EXCHANGE",), ("CO_SIMULATION",), ("MODEL_EXCHANGE", "CO_SIMULATION")):
             flags = ["-target", target, "-std=c99", "-c", "-o", str(tmp_path / "unit.o"), *(f"-D{m}" for m in macros)]
-            for unit in units:
-                run([*ziglang("cc"), *flags, f"-I{HEADERS}", unit])
-    fmu, project = form.build(tmp_path), tmp_path / "project"
-    create_cmake_project(str(fmu), str(project))
-    (binary,) = project.glob("binaries/*/*")
-    binary.unlink()
-    run(["cmake", "-B", "build", "-S", "."], cwd=project)
-    run(["cmake", "--build", "build"], cwd=project)
-    with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(tmp_path / "rebuilt.fmu", "w") as other:
-        for entry in archive.namelist():
-            other.writestr(entry, binary.read_bytes() if entry.startswith("binaries/") else archive.read(entry))
-    assert examine_fmu(tmp_path / "rebuilt.fmu").force_difference == 0.0
-    bare = build_native_fmu(ModelFile("spring", SPRING), tmp_path / "bare", (), fmi=form.fmi)
-    assert "no binary" in str(examine_fmu(bare).not_run)
-    run([sys.executable, "-m", "fmpy", "compile", "--all-warnings", bare], cwd=tmp_path, env=ENVIRONMENT)
-    assert (examine_fmu(bare).not_run, examine_fmu(bare).problems) == (None, ())
+            run([*ziglang("cc"), *flags, f"-I{HEADERS}", unit])
+    if name not in SYSTEMS:
+        bare = build_native_fmu(ModelFile("spring", SPRING), tmp_path / "bare", (), fmi=form.fmi)
+        assert "no binary" in str(examine_fmu(bare).not_run)
+        run([sys.executable, "-m", "fmpy", "compile", "--all-warnings", bare], cwd=tmp_path, env=ENVIRONMENT)
+        assert (examine_fmu(bare).not_run, examine_fmu(bare).problems) == (None, ())
 
 
 def test_sources_refuse_flags_with_which_a_nan_passes_for_a_number(tmp_path: Path) -> None:

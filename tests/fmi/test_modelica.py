@@ -7,7 +7,6 @@ classes of the Modelica Standard Library that the library needs.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -185,18 +184,8 @@ def test_second_mechanisms_and_branches_follow_their_equations(name: str, tmp_pa
     assert found["spring.f"] == pytest.approx(force, abs=1e-8 * float(np.abs(force).max()))
 
 
-def test_other_parameters_flanges_and_the_work_of_a_spring(tmp_path: Path) -> None:
-    changed = replace(OTHER, kE=(1.0, 500.0), rho=50.0, displacement_max=0.2)
-    model, changes = ModelFile("mount", OTHER), "kE={1.0, 500.0}, rho=50.0, displacement_max=0.2"
-    bench = compiled(tmp_path, model, changes=changes, options="s_rel0=0.01, ", middle=0.01, reach=0.02)
-    found = simulated(bench, 0.2)
-    x = 0.02 * swing(np.asarray(found.time))
-    force = Spring(changed).response(x)
-    assert found["spring.f"] == pytest.approx(force, abs=1e-7 * force_scale(changed, x))
-    work = np.concatenate([[0.0], np.cumsum(0.5 * (force[1:] + force[:-1]) * np.diff(x))])
-    # Trapezoidal rule with 200 samples.
-    assert found["spring.absorbed_energy"] == pytest.approx(work, abs=3e-4 * np.abs(work).max())
-    # Flanges of an FMU pass displacement and force on: what is at flange_b is pulled back.
+def test_flanges_of_an_fmu_pass_displacement_and_force_on(tmp_path: Path) -> None:
+    """What is at flange_b is pulled back."""
     system = """
     StrandSpring.Components.FMUFlanges flanges(s_rel0=0.1);
     Mover mover(middle=0.12, reach=0.02);

@@ -5,9 +5,10 @@
  * exchanges displacements on standard input for force and absorbed energy of each FMU on standard output, a line of them
  * for each displacement, in hexadecimal so that no digit is lost; the first is where the path starts. Not on Windows:
  *
- *     together   instances of all FMUs take steps by turns: each gives the bits that it gives alone
- *     fork       a child goes on with its copies of all instances and frees them; so does the parent
+ *     fork       instances of all FMUs take steps by turns: each gives the bits that it gives alone; a child goes on with
+ *                its copies of all instances and frees them; so does the parent
  *     threads    COUNT rounds in each of eight threads with instances of their own; and instances that change threads
+ *     little stack   the same, where each thread has 48 kB
  *     reload     COUNT times every library is loaded, used and unloaded
  *
  * Exit status 1, with the line, if something is not as it must be.
@@ -173,7 +174,7 @@ static void be_alone(void)
     }
 }
 
-static void go_together(int forks)
+static void go_apart(void)
 {
     fmi2Component instances[FMUS];
     int status;
@@ -181,16 +182,16 @@ static void go_together(int forks)
     for (int i = 0; i < fmu_count; i++)
         instances[i] = started(&fmus[i], position(0));
     for (int k = 0; k < STEPS; k++) {
-        if (forks && k == STEPS / 2 && (child = fork()) == 0)
+        if (k == STEPS / 2 && (child = fork()) == 0)
             alarm(60);
         for (int i = 0; i < fmu_count; i++)
             go_on(i, instances[i], k, k + 1);
     }
     for (int i = 0; i < fmu_count; i++)
         fmus[i].FreeInstance(instances[i]);
-    if (forks && child == 0)
+    if (child == 0)
         _exit(0);
-    CHECK(!forks || (waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0));
+    CHECK(waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 typedef struct {
@@ -218,13 +219,16 @@ static void *live_often(void *argument)
     return NULL;
 }
 
-static void go_in_threads(void)
+static void go_in_threads(size_t stack)
 {
+    pthread_attr_t attributes;
+    CHECK(pthread_attr_init(&attributes) == 0);
+    CHECK(stack == 0 || pthread_attr_setstacksize(&attributes, stack) == 0);
     pthread_t threads[THREADS];
     int numbers[THREADS];
     for (int i = 0; i < THREADS; i++) {
         numbers[i] = i % fmu_count;
-        CHECK(pthread_create(&threads[i], NULL, live_often, &numbers[i]) == 0);
+        CHECK(pthread_create(&threads[i], &attributes, live_often, &numbers[i]) == 0);
     }
     for (int i = 0; i < THREADS; i++)
         CHECK(pthread_join(threads[i], NULL) == 0);
@@ -234,7 +238,7 @@ static void go_in_threads(void)
         for (int k = 0; k < THREADS; k++) {
             share.from = STEPS * k / THREADS;
             share.to = STEPS * (k + 1) / THREADS;
-            CHECK(pthread_create(&threads[0], NULL, take_share, &share) == 0);
+            CHECK(pthread_create(&threads[0], &attributes, take_share, &share) == 0);
             CHECK(pthread_join(threads[0], NULL) == 0);
         }
     }
@@ -273,10 +277,12 @@ int main(int count, char *arguments[])
     }
 #ifndef _WIN32
     be_alone();
-    if (strcmp(task, "together") == 0 || strcmp(task, "fork") == 0)
-        go_together(task[0] == 'f');
+    if (strcmp(task, "fork") == 0)
+        go_apart();
     else if (strcmp(task, "threads") == 0)
-        go_in_threads();
+        go_in_threads(0);
+    else if (strcmp(task, "little stack") == 0)
+        go_in_threads(49152);
     else if (strcmp(task, "reload") == 0)
         reload();
     else
