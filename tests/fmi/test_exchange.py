@@ -14,11 +14,9 @@ import pytest
 from fmu_tools import OTHER, SPRING, wandering_path
 from forms import FORMS, STATES, Form
 from native_tools import ERROR, OK, WARNING, Native, close
-from oracles import monolithic, rate_of_omega
+from oracles import rate_of_omega
 from springs import force_by_definition
-from strandspring.cosimulation import Attachment, Plant
 from strandspring.kernel.path import PathSolver
-from tools import tool
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min
 SLACK = 1e-9  # of the range, by which a displacement comes back before an event
@@ -218,6 +216,3 @@ def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warne
             assert one.restore(state) == OK
             one.accept(0.1 * k, 0.04)
         assert one.messages == []
-
-
-@pytest.mark.long
