@@ -1,6 +1,7 @@
 """The commands that build, export, verify and read FMUs, one after the other in one folder, as a person last read them.
 
-`said.json` holds status, output and written files of each; `python tests/fmi/test_fmu_commands.py` writes it anew.
+`said.json` holds them with status, output and written files; `python tests/fmi/test_fmu_commands.py` writes it anew,
+also what a new command says whose place holds nothing.
 """
 
 from __future__ import annotations
@@ -32,63 +33,6 @@ KEPT = Path(__file__).with_name("said.json")
 CHANGING = re.compile(
     r"\d+\.\d+\.\d+(\.dev\d+)?(\+\w+)?|[\d.]+ (k?B|MB|m?s)\b|[0-9a-f]{12,}|(x86_64|aarch64)-\w+|linux64"
 )
-COMMANDS = """
-build spring.json --platform amiga
-build spring.json --platform linux64,
-build spring.json --platform ../x
-build spring.json --backend native --needs-execution-tool
-build spring.json --backend python --platform host
-build spring.json --fmi 3 --backend python
-build spring.json --fmi 1
-build spring.json --real-time --backend python
-build spring.json --no-energy
-build spring.json --no-energy --real-time --states
-build box.toml --fmi 3 --real-time
-build box.toml --fmi 3 --states
-build evil.json
-build up.json
-build option.json
-build spring.json --fmi 3 --states --author A --zero 20 --platform host --json
-build dist/spring_fmi3.fmu -o again --platform host --json
-build dist/spring_fmi3.fmu -o again --fmi 2 --platform host
-build dist/spring_fmi3.fmu -o dist
-build spring.json --real-time --no-energy --platform host --verbose -o real
-build spring.json --platform win64 --verbose -o other
-build spring.json --backend python -o python
-export mount.json --ssv --modelica
-export model.json --modelica
-export mount.json --ssv --modelica --zero rig -o rig
-export mount.json --c -o firmware
-export mount.json --ssv --json
-export mount.json --ssv -o a/b.ssv
-export mount.json --ssp --mass 2 -o a/b.ssp
-export mount.json --ssv -o a.b/../new
-export mount.json --modelica -o a.b
-export mount.json
-export mount.json --ssv -o values.xml
-export mount.json --ssv -o mount.json
-export mount.json --modelica -o mount.mo
-export mount.json --modelica --ssv -o mount.ssv
-export mount.json --modelica -o library
-export mount.json --c -o mount.c
-export mount.json --ssp
-export mount.json --ssv --mass 2
-export mount.json --ssp --mass -2
-export mount.json --ssp --mass 2 -o mount.ssv
-export mount.json --fmi
-export mount.json --ssp --mass 2 --zero rig
-export mount.json --ssv -o plain/folder
-export mount.json --ssv -o pipe.ssv
-export mount.json --ssv --modelica -o other_library
-export bad.json --ssv
-verify dist/spring_fmi3.fmu
-verify damaged.fmu dist/spring_fmi3.fmu --json
-verify damaged.fmu
-verify none.fmu
-verify plain
-info dist/spring_fmi3.fmu --save back.json
-build back.json -o back
-"""
 
 
 def files() -> dict[str, bytes]:
@@ -113,7 +57,7 @@ def outputs() -> dict[str, list[object]]:
     os.mkfifo("pipe.ssv")
     write_archive(Path("damaged.fmu"), {"modelDescription.xml": b"<damaged/>", "extra\x1b": b""})
     said = dict[str, list[object]]()
-    for command in COMMANDS.strip().splitlines():
+    for command in json.loads(KEPT.read_text(encoding="utf-8")):
         out, err, before, status = io.StringIO(), io.StringIO(), files(), 0
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             try:
@@ -144,8 +88,8 @@ def test_commands_say_and_write_what_was_read(tmp_path: Path, monkeypatch: pytes
 
 
 if __name__ == "__main__":
-    kept = KEPT.absolute()
+    KEPT = KEPT.absolute()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        lines = (f"{json.dumps(command)}: {json.dumps(said)}" for command, said in outputs().items())
-        kept.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
+        lines = [f"{json.dumps(command)}: {json.dumps(said)}" for command, said in outputs().items()]
+        KEPT.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
