@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import lief
 import pytest
 
 from fmu_tools import SPRING
@@ -68,6 +67,8 @@ MACHINES = {
 
 def facts(content: bytes) -> tuple[list[str], set[str], set[str]]:
     """Processors, libraries that are needed, and functions that are exported, of a shared library of any system."""
+    import lief
+
     if content[:4] == b"\x7fELF":
         elf = lief.ELF.parse(content)
         versions = {v.name for needed in elf.symbols_version_requirement for v in needed.get_auxiliary_symbols()}
@@ -131,6 +132,8 @@ def test_the_archive_has_the_same_bytes_again_without_a_compiler(
 
 @pytest.mark.parametrize("target", FMU_TARGETS, ids=lambda target: target.triple)
 def test_a_filled_image_differs_in_its_block_and_hashes_only(target: Target) -> None:
+    import lief
+
     content = images.image(images.FMU, target).read_bytes()
     made = filled(content, MODEL, "{12345678-1234-1234-1234-123456789abc}")
     changed = [k for k, (one, other) in enumerate(zip(content, made, strict=True)) if one != other]

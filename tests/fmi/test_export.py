@@ -36,7 +36,6 @@ from strandspring.core.parameters import ARRAYS, N_RANGE, SCALARS
 from strandspring.core.variables import spring_parameters, start_values, variables
 from strandspring.cosimulation import FmuSpring, Jacobi, Motion, one_mass, simulate
 from strandspring.errors import StrandspringError
-from strandspring.examples import ssp_system
 from strandspring.exchange.c_sources import STEP_SOURCES, law_path, write_c_sources
 from strandspring.exchange.modelica import EXAMPLE, LIBRARY, record_name, record_path, record_text, write_library
 from strandspring.exchange.shaken_mass_slave import ShakenMass
@@ -150,6 +149,8 @@ def difference(run: np.ndarray, motion: Motion) -> float:
 
 
 def test_fmpy_moves_the_system_as_our_own_master(ssp: Path, tmp_path: Path) -> None:
+    from strandspring.examples import ssp_system
+
     # Rounding of 400 steps of the same arithmetic.
     assert difference(ssp_system.run(ssp, STEP, 0.02), own_motion(tmp_path, 0.02, Jacobi())) < 1e-9
 

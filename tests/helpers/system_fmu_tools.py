@@ -14,7 +14,6 @@ from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops
@@ -68,6 +67,8 @@ STAGES_OPTIONS = SystemFmuOptions(2e-4, 1e-3, omega_start=-1.0)
 @functools.cache
 def system_library(system: MountedSystem = BOX, options: SystemFmuOptions = BOX_OPTIONS) -> Library:
     """The FMU of a system, built and unpacked once in a session."""
+    from strandspring.fmu.system.system_native import build_system_fmu
+
     return unpacked(lambda folder: build_system_fmu(system, folder, options, chosen_platforms("host")))
 
 

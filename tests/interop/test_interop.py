@@ -27,7 +27,6 @@ from strandspring import Spring, SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.model.modelfile import ModelFile, load_model
 from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem
 from tools import tool as needed
@@ -178,6 +177,8 @@ def test_a_tool_gives_force_and_energy_of_the_model(tool: Tool, kind: Kind, mode
 @pytest.mark.slow
 @pytest.mark.parametrize("fmi", [2, 3])
 def test_importers_get_the_motion_of_a_system(fmi: int, tmp_path: Path) -> None:
+    from strandspring.fmu.system.system_native import build_system_fmu
+
     fmu = build_system_fmu(BOX, tmp_path, replace(BOX_OPTIONS, fmi=fmi), chosen_platforms("host"))
     with NativeSystem().begin() as one:
         expected = []
