@@ -15,7 +15,7 @@ from coupled_energy import energy_balance
 from fmu_tools import SPRING, wandering_path
 from forms import FORMS
 from kernel_tools import build_folder
-from oracles import Reference, monolithic
+from oracles import Reference, loaded, monolithic
 from springs import MOUNT
 from strandspring import Spring, SpringParameters, simulate_fmu
 from strandspring.cosimulation import (
@@ -27,9 +27,11 @@ from strandspring.cosimulation import (
     Master,
     Motion,
     Plant,
+    apply_static_load,
     one_mass,
     simulate,
 )
+from strandspring.cosimulation.plants import LinearFlow
 from system_fmus import RETURNING_MOUNT, fmu
 
 pytestmark = pytest.mark.long
@@ -118,6 +120,28 @@ def test_iterative_closes_the_energy_at_any_step_and_held_forces_make_some() -> 
     # Of the 50 J set free; the bounds are half and twice what was measured.
     assert 0.12 < made[1] < 0.5
     assert math.log2(made[0] / made[1]) == pytest.approx(1.0, abs=0.5), made
+
+
+def test_flow_of_the_plant_is_exact_and_equilibrium_that_of_the_equations() -> None:
+    from scipy.integrate import solve_ivp
+
+    generator, step = np.random.default_rng(5), 0.7
+    root = generator.normal(size=(3, 3))
+    plant = Plant(root @ root.T + np.eye(3), [], damping=np.diag([0.3, 0.1, 0.2]), stiffness=np.diag([40.0, 9.0, 0.0]))
+    q, speed, forces = generator.normal(size=3), generator.normal(size=3), generator.normal(size=(3, 3))
+
+    def rate(t: float, z: np.ndarray) -> np.ndarray:
+        load = forces[0] + forces[1] * (t / step) + forces[2] * (t / step) ** 2
+        return np.concatenate([z[3:], np.linalg.solve(plant.M, load - plant.C @ z[3:] - plant.K @ z[:3])])
+
+    expected = solve_ivp(rate, (0.0, step), np.concatenate([q, speed]), "DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+    np.testing.assert_allclose(np.concatenate(LinearFlow(plant, step).advance(q, speed, forces)), expected, rtol=1e-10)
+    lever = Attachment([2.0], 0.0475, lambda t: 0.01 * t)
+    hung = Plant([[20.0]], [lever], lambda _: [300.0], stiffness=np.array([[900.0]]))
+    with FmuSpring(fmu(MOUNT)) as spring:
+        equilibrium = apply_static_load(hung, [spring])
+    # Computed to 1e-12 m here and with tolerance 1e-11 there.
+    assert equilibrium == pytest.approx(loaded(hung, [MOUNT], [1]).q, rel=1e-8)
 
 
 def test_trials_and_rollback_leave_no_trace_in_either_version_and_back_end(tmp_path: Path) -> None:
