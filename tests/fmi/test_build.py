@@ -268,7 +268,8 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
 # Settings
 
 
-def test_what_does_not_go_together_is_refused() -> None:
+def test_what_does_not_go_together_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "box.toml").write_text("[body]\n")
     for options, says in (
         ({"fmi": 3, "backend": "python"}, "FMI 3.0 is for the native FMU"), ({"no_energy": True}, "Only an FMU for"),
         ({"fmi": 1}, "The version of FMI must be 2 or 3, got 1"), ({"fmi": 3.0}, r"must be 2 or 3, got 3\.0"),
@@ -277,7 +278,7 @@ def test_what_does_not_go_together_is_refused() -> None:
             build_fmu(Spring(SPRING, "spring"), **options)  # type: ignore[arg-type]
     for name in ("real_time", "no_energy", "states"):
         with pytest.raises(BuildError, match=f"^`{name}` cannot be given with a description of a system"):
-            build_fmu("box.toml", fmi=3, **{name: True})  # type: ignore[arg-type]
+            build_fmu(tmp_path / "box.toml", fmi=3, **{name: True})  # type: ignore[arg-type]
 
 
 def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:

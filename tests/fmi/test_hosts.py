@@ -277,25 +277,30 @@ def test_sources_refuse_flags_with_which_a_nan_passes_for_a_number(tmp_path: Pat
 
 LIFE = """
 import gc, math, os, sys
+from ctypes import c_size_t, c_uint
 from pathlib import Path
-from fmu_tools import instance, status_of
+from fmu_tools import instance
+import native_tools
 fmu, folder = Path(sys.argv[1]), Path(sys.argv[2])
 os.chdir("/")
 before = list(sys.path)
 with instance(fmu, folder) as one, instance(fmu, folder) as two:
-    s = one.slave
-    one.set("rho", -1.0)
-    wrong = [(s.getReal, [999]), (s.setInteger, [0], [1]), (s.setReal, [1], [1.0]), (s.getString, [0]),
-             (s.setFMUstate, s.deSerializeFMUstate(b"x")), (s.exitInitializationMode,)]
-    for _ in range(20):
-        for call in wrong:
-            assert status_of(*call) == 4, call
+    def wrong():
+        value = (c_uint * 2)()
+        for call, reference in ((one.GetReal, 999), (one.SetInteger, 0), (one.SetReal, 1), (one.GetString, 0)):
+            assert call((c_uint * 1)(reference), c_size_t(1), value) == 4, call
+        assert one.restore(b"x") == one.ExitInitializationMode() == 4
         gc.collect()
-    s.reset()
+    one.enter_initialization()
+    one.set(rho=-1.0)
+    for _ in range(20):
+        wrong()
+    one.Reset()
     one.initialize()
     two.initialize()
     for _ in range(20):
-        assert [status_of(*call) for call in (*wrong, (one.set, "displacement", math.nan))] == [4] * 7
+        wrong()
+        assert one.set(displacement=math.nan) == 4
     print(one.step(0.03, "force")[0].hex(), two.step(0.03, "force")[0].hex())
 assert sys.path == before
 """
@@ -340,7 +345,7 @@ import atexit, sys
 from pathlib import Path
 from fmu_tools import instance
 with instance(Path(sys.argv[1]), Path(sys.argv[2])) as one:
-    one.slave.terminate()
+    one.Terminate()
 if sys.argv[3] == "without":
     atexit._clear()
 """

@@ -1,19 +1,19 @@
-"""Shared by the tests of FMUs: springs, paths, and an FMPy instance that keeps its log and status codes."""
+"""Shared by the tests of FMUs: springs, paths, callbacks that keep the log, and processes."""
 
 from __future__ import annotations
 
 import itertools
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import FMU2Slave, defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
+from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
@@ -71,61 +71,15 @@ def callbacks_into(messages: list[tuple[int, str, str]], as_formats: bool = Fals
     return callbacks
 
 
-class Instance:
-    """An instance of an FMU in FMPy; variables go by name."""
-
-    def __init__(self, path: Path, folder: Path) -> None:
-        self.description = fmpy.read_model_description(str(path))
-        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
-        if not (folder / "modelDescription.xml").exists():
-            fmpy.extract(str(path), unzipdir=str(folder))
-        self.messages: list[tuple[int, str, str]] = []
-        self.slave = FMU2Slave(
-            guid=self.description.guid, unzipDirectory=str(folder), instanceName="one",
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-        )  # fmt: skip
-        self._callbacks = callbacks_into(self.messages)
-        self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-
-    def initialize(self, **start: float) -> Instance:
-        """Initialize with start values; the path starts at the offset unless they say otherwise."""
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-        for name, value in {"displacement": self.get("displacement_offset")[0], **start}.items():
-            self.set(name, value)
-        self.slave.exitInitializationMode()
-        return self
-
-    def set(self, name: str, value: float) -> None:
-        self.slave.setReal([self.references[name]], [value])
-
-    def get(self, *names: str) -> list[float]:
-        return [float(value) for value in self.slave.getReal([self.references[name] for name in names])]
-
-    def step(self, displacement: float, *names: str, time: float = 0.0, size: float = 1e-3) -> list[float]:
-        """Set the displacement, do a step, read."""
-        self.set("displacement", displacement)
-        self.slave.doStep(time, size)
-        return self.get(*names)
-
-
 @contextmanager
-def instance(path: Path, folder: Path) -> Iterator[Instance]:
-    """An instance that is freed at the end; `folder` is where the FMU is or becomes unpacked."""
-    one = Instance(path, folder)
-    try:
+def instance(path: Path, folder: Path) -> Iterator[Any]:
+    """A `native_tools.Native` of an FMU that is or becomes unpacked in a folder."""
+    from native_tools import Library, Native
+
+    if not (folder / "modelDescription.xml").exists():
+        fmpy.extract(str(path), unzipdir=str(folder))
+    with Native(Library(folder)) as one:
         yield one
-    finally:
-        one.slave.freeInstance()
-
-
-def status_of(call: Callable[..., object], *arguments: object) -> int:
-    """The FMI status of a call: 0 and 1 are fine, 2 discard, 3 error, 4 fatal."""
-    try:
-        call(*arguments)
-    except FMICallException as problem:
-        return int(problem.status)
-    return 0
 
 
 def run_python(code: str, *arguments: object, environment: dict[str, str] | None = None) -> str:

@@ -215,6 +215,11 @@ class Native:
             rows.append(self.get(*names))
         return rows
 
+    def step(self, displacement: float, *names: str) -> list[float]:
+        """Set the displacement, do a step, read."""
+        self.advance(displacement)
+        return self.get(*names)
+
     def go(self, time: float, size: float) -> int:
         """fmi2DoStep."""
         return int(self.DoStep(c_double(time), c_double(size), 1))
