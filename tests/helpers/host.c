@@ -64,7 +64,7 @@ enum { FMUS = 6, VALUES = 2, STEPS = 60, THREADS = 8 };
 static Fmu fmus[FMUS];
 static int fmu_count;
 static long rounds;
-static const double SIZE = 0x1p-9; /* as in interop/hosts.py */
+static const double STEP_SIZE = 0x1p-9; /* as in interop/hosts.py */
 
 static void load(Fmu *fmu)
 {
@@ -119,7 +119,7 @@ static void get(const Fmu *fmu, fmi2Component instance, double values[VALUES])
 static void step(const Fmu *fmu, fmi2Component instance, double displacement, long number, double values[VALUES])
 {
     set(fmu, instance, displacement);
-    OK(fmu->DoStep(instance, SIZE * (double)number, SIZE, fmi2True));
+    OK(fmu->DoStep(instance, STEP_SIZE * (double)number, STEP_SIZE, fmi2True));
     get(fmu, instance, values);
 }
 
