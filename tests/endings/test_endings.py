@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -21,9 +20,7 @@ import pytest
 
 from fmu_tools import SPRING
 from strandspring import Spring
-from strandspring.compiled import images
-from strandspring.compiled.targets import FMU_TARGETS
-from strandspring.errors import BuildError, StrandspringError
+from strandspring.errors import StrandspringError
 from strandspring.ground import scratch
 from strandspring.ground.children import kill_all, run
 from strandspring.ground.endings import kept_endings
@@ -73,12 +70,17 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 HOLDER = """
-import sys, time
+import os, sys, time
 from strandspring.ground.scratch import TemporaryFolder
 folder = TemporaryFolder()
 (folder.path / "file").touch()
 print("ready", flush=True)
-sys.stdin.readline() if len(sys.argv) > 1 else time.sleep(600)
+if len(sys.argv) == 1:
+    time.sleep(600)
+if os.fork() == 0:
+    raise SystemExit
+os.wait()
+assert folder.path.is_dir()
 """
 
 
@@ -91,11 +93,12 @@ def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) ->
     assert held.path.is_dir()
     del held
     assert list(place.iterdir()) == []
-    subprocess.run([sys.executable, "-c", HOLDER, "and leave"], input="\n", text=True, check=True, capture_output=True)
+    # A fork leaves the folder of its parent, which ends with that.
+    subprocess.run([sys.executable, "-c", HOLDER, "and leave"], check=True, capture_output=True)
     assert list(place.iterdir()) == []
 
 
-@pytest.mark.parametrize(("module", "function"), [(os, "mkdir"), (shutil, "rmtree"), (os, "rmdir")])
+@pytest.mark.parametrize(("module", "function"), [(os, "mkdir"), (shutil, "rmtree"), (os, "rmdir"), (os, "close")])
 def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
     module: ModuleType, function: str, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -106,7 +109,7 @@ def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
         nonlocal interrupted
         if not interrupted:
             interrupted = True
-            if function == "mkdir":
+            if function in ("mkdir", "close"):
                 usual(*arguments, **options)
             raise KeyboardInterrupt
         return usual(*arguments, **options)
@@ -115,26 +118,6 @@ def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
     with pytest.raises(KeyboardInterrupt), TemporaryFolder() as folder:
         (folder / "file").touch()
     assert interrupted
-    gc.collect()
-    assert list(place.iterdir()) == []
-
-
-def test_an_interrupt_that_makes_the_removal_fail_stays_an_interrupt(
-    place: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    usual = os.close
-
-    def interrupted(descriptor: int) -> None:
-        usual(descriptor)
-        monkeypatch.setattr(os, "close", usual)
-        raise KeyboardInterrupt
-
-    folder = TemporaryFolder()
-    (folder.path / "inner").mkdir()
-    monkeypatch.setattr(os, "close", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        folder.close()
-    del folder
     gc.collect()
     assert list(place.iterdir()) == []
 
@@ -151,24 +134,19 @@ def test_folders_of_killed_processes_are_removed_and_those_of_others_are_not(pla
     (abandoned / "link").symlink_to(elsewhere)
     (place / "strandspring-results").mkdir()
     (place / "strandspring-2-abcdefgh").touch()
+    (place / "strandspring-3-abcdefgh").mkdir()
+    if os.geteuid() == 0:
+        os.chown(place / "strandspring-3-abcdefgh", 12345, 12345)  # of another user
     with TemporaryFolder() as folder:
         left = {path.name for path in place.iterdir()}
         (held,) = place.glob(f"strandspring-{living.pid}-*")
         kept = {"precious", "strandspring-1-abcdefgh", "strandspring-2-abcdefgh", "strandspring-results"}
+        kept |= {"strandspring-3-abcdefgh"} if os.geteuid() == 0 else set()
         assert left == {held.name, folder.name, *kept}
     assert (elsewhere / "file").exists()
     assert (held / "file").exists()
     living.kill()
     living.wait()
-
-
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
-def test_folders_of_other_users_are_left_alone(place: Path) -> None:
-    theirs = place / "strandspring-1-abcdefgh"
-    theirs.mkdir()
-    os.chown(theirs, 12345, 12345)
-    with TemporaryFolder():
-        assert theirs.is_dir()
 
 
 CROWD = """
@@ -188,20 +166,6 @@ for _ in range(300):
 def test_processes_that_tidy_up_at_once_never_remove_what_is_in_use(place: Path, start: Start) -> None:
     crowd = [start(CROWD) for _ in range(3)]
     assert [process.wait(PATIENCE) for process in crowd] == [0, 0, 0]
-    assert list(place.iterdir()) == []
-
-
-def test_a_fork_leaves_the_folder_of_its_parent(place: Path) -> None:
-    program = """
-import os
-from strandspring.ground.scratch import TemporaryFolder
-with TemporaryFolder() as folder:
-    if os.fork() == 0:
-        raise SystemExit
-    os.wait()
-    assert folder.is_dir()
-"""
-    subprocess.run([sys.executable, "-c", program], check=True)
     assert list(place.iterdir()) == []
 
 
@@ -232,7 +196,7 @@ def descendants(process: int) -> list[psutil.Process]:
     return psutil.Process(process).children(recursive=True)
 
 
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
 def test_a_program_ends_with_the_process_that_started_it(end: signal.Signals, start: Start) -> None:
     parent = start(PARENT)
     wait_for(lambda: len(descendants(parent.pid)) == 3)
@@ -261,24 +225,6 @@ def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) ->
     program = "import os, sys; print(os.getcwd()); print(os.environ['MINE'], file=sys.stderr); sys.exit(3)"
     done = run([sys.executable, "-c", program], tmp_path, {**os.environ, "MINE": "yours"})
     assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
-
-
-def test_an_image_that_cannot_be_compiled_ends_the_other_compilers(monkeypatch: pytest.MonkeyPatch) -> None:
-    begun, ended = threading.Event(), threading.Event()
-
-    def compiled(_: images.CompiledUnit, target: object) -> Path:
-        if target is FMU_TARGETS[0]:
-            begun.wait(PATIENCE)
-            raise BuildError("It cannot be compiled.")
-        begun.set()
-        assert run([sys.executable, "-c", SLEEPER], Path(), os.environ).returncode != 0
-        ended.set()
-        raise BuildError("It was ended.")
-
-    monkeypatch.setattr(images, "image", compiled)
-    with pytest.raises(BuildError, match="It cannot be compiled"):
-        images.contents(images.FMU, FMU_TARGETS[:2])
-    assert ended.is_set()
 
 
 # Signals
@@ -310,24 +256,6 @@ def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start:
         time.sleep(0.05)
     assert process.communicate(timeout=PATIENCE)[0] == "tidied up\n"
     assert process.returncode in (128 + signal.SIGTERM, 128 + signal.SIGHUP)
-
-
-def test_an_interrupt_while_code_is_made_gives_the_status_of_shells(start: Start, tmp_path: Path) -> None:
-    (tmp_path / "busy.py").write_text(BUSY.replace("time.sleep(0.01)", "exec('time.sleep(0.01)')"))
-    process = start(
-        "import os, sys; os.chdir(sys.argv[1]); os.execl(sys.executable, sys.executable, '-m', 'busy')", str(tmp_path)
-    )
-    process.terminate()
-    assert process.wait(PATIENCE) == 128 + signal.SIGTERM
-
-
-def test_what_nohup_ignores_stays_ignored(start: Start) -> None:
-    process = start(f"import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)\n{BUSY}")
-    process.send_signal(signal.SIGHUP)
-    time.sleep(0.3)
-    assert process.poll() is None
-    process.terminate()
-    assert process.wait(PATIENCE) == 128 + signal.SIGTERM
 
 
 LOADING = """
@@ -363,18 +291,14 @@ finally:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
-def test_a_signal_while_the_command_is_loaded_is_answered(start: Start, number: signal.Signals) -> None:
-    process = start(LOADING)
+@pytest.mark.parametrize("program", [LOADING, LEAVING], ids=["loading", "leaving"])
+def test_a_signal_while_the_command_is_loaded_is_answered_and_does_not_change_its_end(
+    program: str, number: signal.Signals, start: Start
+) -> None:
+    process = start(program)
     process.send_signal(number)
     assert process.communicate(timeout=PATIENCE)[0] == ""
-    assert process.returncode == 128 + number
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
-def test_a_signal_after_the_end_of_a_command_does_not_change_it(start: Start, number: signal.Signals) -> None:
-    process = start(LEAVING)
-    process.send_signal(number)
-    assert process.wait(PATIENCE) == 0
+    assert process.returncode == (128 + number if program is LOADING else 0)
 
 
 def test_a_kept_signal_follows_the_block_that_did_not_look() -> None:

@@ -1,4 +1,4 @@
-"""Shared by the tests of FMUs: springs, paths, and an FMPy instance that keeps its log and status codes."""
+"""Shared by the tests of FMUs: springs, paths, callbacks that keep the log, and processes."""
 
 from __future__ import annotations
 
@@ -9,59 +9,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi1 import FMICallException
-from fmpy.fmi2 import (
-    FMU2Slave,
-    defaultCallbacks,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
+from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
-from strandspring.errors import BuildError
-from strandspring.fmu.checks.check import CheckReport, examine_fmu
-from strandspring.fmu.python_backed import build_python_fmu
-from strandspring.model.modelfile import ModelFile
 
 SPRING = SpringParameters(
-    kE=(3.0, 1.1e4, -2.0e4, 1.0e6),
-    kA=(1.0, 2.0, 30.0),
-    kappa_omega=21.7,
-    rho=310.0,
-    sigma=1.3,
-    n=0.22,
-    displacement_offset=0.02,
-    displacement_min=0.001,
-    displacement_max=0.05,
-)
-# A name from anywhere, and the shortest and the longest spring.
-AWKWARD = (
-    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s "
-    '"; end mount; << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
-)
-CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
-LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+    kE=(3.0, 1.1e4, -2.0e4, 1.0e6), kA=(1.0, 2.0, 30.0), kappa_omega=21.7, rho=310.0, sigma=1.3, n=0.22,
+    displacement_offset=0.02, displacement_min=0.001, displacement_max=0.05,
+)  # fmt: skip
 OTHER = SpringParameters(
     kE=(0.0, 4.0e3), kA=(1.0,), kappa_omega=150.0, rho=90.0, sigma=0.7, n=1.6,
     displacement_offset=-0.01, displacement_min=-0.1, displacement_max=0.1,
 )  # fmt: skip
-
-
-def built(folder: Path, parameters: SpringParameters = SPRING, name: str = "spring", text: str = "") -> Path:
-    """An FMU in `folder`."""
-    return build_python_fmu(ModelFile(name, parameters, text), folder, zero=0.0)
-
-
-def check_fmu(path: Path) -> CheckReport:
-    """Validate an FMU and compare a short run with the model; BuildError lists the problems."""
-    report = examine_fmu(path)
-    if report.problems:
-        raise BuildError(f"{path} must not be used: {report.summary}")
-    return report
+# A name from anywhere, and the shortest and the longest spring.
+AWKWARD = (
+    "\"quoted\" 'single' <b>bold</b> </html> & \\ \\n ]]> <!-- \nnew line\ttab\rreturn äöü 弹簧 %s {name} ../../up "
+    '"; end mount; */ int evil = 1; #error << 7*7 >> <% x %> {{ 7*7 }} // /* \\'
+)
+CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
@@ -100,82 +71,22 @@ def callbacks_into(messages: list[tuple[int, str, str]], as_formats: bool = Fals
     return callbacks
 
 
-class Instance:
-    """An instance of an FMU; variables go by name."""
-
-    def __init__(self, path: Path, folder: Path, name: str = "one") -> None:
-        self.description = fmpy.read_model_description(str(path))
-        self.references = {v.name: v.valueReference for v in self.description.modelVariables}
-        if not (folder / "modelDescription.xml").exists():
-            fmpy.extract(str(path), unzipdir=str(folder))
-        self.messages: list[tuple[int, str, str]] = []
-        self.slave = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=name,
-        )
-        self._callbacks = callbacks_into(self.messages)
-        self.slave.instantiate(callbacks=self._callbacks, loggingOn=True)
-
-    def initialize(self, **start: float) -> Instance:
-        """Initialize with start values; the path starts at the offset unless they say otherwise."""
-        self.slave.setupExperiment(startTime=0.0)
-        self.slave.enterInitializationMode()
-        for name, value in {"displacement": self.get("displacement_offset")[0], **start}.items():
-            self.set(name, value)
-        self.slave.exitInitializationMode()
-        return self
-
-    def set(self, name: str, value: float) -> None:
-        self.slave.setReal([self.references[name]], [value])
-
-    def get(self, *names: str) -> list[float]:
-        return self.slave.getReal([self.references[name] for name in names])
-
-    @property
-    def extrapolating(self) -> bool:
-        return bool(self.slave.getBoolean([self.references["extrapolating"]])[0])
-
-    def step(self, displacement: float, *names: str, time: float = 0.0, size: float = 1e-3) -> list[float]:
-        """Set the displacement, do a step, read."""
-        self.set("displacement", displacement)
-        self.slave.doStep(time, size)
-        return self.get(*names)
-
-    def logged(self, status: int) -> list[str]:
-        return [message for level, _, message in self.messages if level == status]
-
-
 @contextmanager
-def instance(path: Path, folder: Path, name: str = "one") -> Iterator[Instance]:
-    """An instance that is freed at the end; `folder` is where the FMU is or becomes unpacked."""
-    one = Instance(path, folder, name)
-    try:
+def instance(path: Path, folder: Path) -> Iterator[Any]:
+    """A `native_tools.Native` of an FMU that is or becomes unpacked in a folder."""
+    from native_tools import Library, Native
+
+    if not (folder / "modelDescription.xml").exists():
+        fmpy.extract(str(path), unzipdir=str(folder))
+    with Native(Library(folder)) as one:
         yield one
-    finally:
-        one.slave.freeInstance()
-
-
-def status_of(call, *arguments) -> int:
-    """The FMI status of a call: 0 and 1 are fine, 2 discard, 3 error, 4 fatal."""
-    try:
-        call(*arguments)
-    except FMICallException as problem:
-        return problem.status
-    return 0
 
 
 def run_python(code: str, *arguments: object, environment: dict[str, str] | None = None) -> str:
     """Standard output of a fresh Python process that sees the helpers' folder."""
+    command = [sys.executable, "-W", "error", "-c", code, *map(str, arguments)]
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", code, *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=Path(__file__).parent,
-        env=environment,
-        timeout=120,
-        check=False,
+        command, capture_output=True, text=True, cwd=Path(__file__).parent, env=environment, timeout=120, check=False
     )
     assert done.returncode == 0, f"exit status {done.returncode}: {done.stderr}"
     return done.stdout

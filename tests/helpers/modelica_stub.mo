@@ -38,29 +38,17 @@ package Modelica "What the exported library needs of the Modelica Standard Libra
     end Interfaces;
 
     package Sources
-      block RealExpression
-        Modelica.Blocks.Interfaces.RealOutput y=0.0;
-      end RealExpression;
+      block RealExpression Modelica.Blocks.Interfaces.RealOutput y=0.0; end RealExpression;
     end Sources;
   end Blocks;
 
   package Mechanics
     package Translational
       package Interfaces
-        connector Flange_a
-          Modelica.Units.SI.Position s;
-          flow Modelica.Units.SI.Force f;
-        end Flange_a;
+        connector Flange_a Modelica.Units.SI.Position s; flow Modelica.Units.SI.Force f; end Flange_a;
+        connector Flange_b Modelica.Units.SI.Position s; flow Modelica.Units.SI.Force f; end Flange_b;
 
-        connector Flange_b
-          Modelica.Units.SI.Position s;
-          flow Modelica.Units.SI.Force f;
-        end Flange_b;
-
-        partial model PartialTwoFlanges
-          Flange_a flange_a;
-          Flange_b flange_b;
-        end PartialTwoFlanges;
+        partial model PartialTwoFlanges Flange_a flange_a; Flange_b flange_b; end PartialTwoFlanges;
 
         partial model PartialCompliant
           extends PartialTwoFlanges;

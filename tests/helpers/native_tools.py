@@ -1,22 +1,26 @@
-"""FMUs reached by ctypes, call by call, for the tests of their FMI layers: nothing stands between."""
+"""FMUs reached by ctypes, call by call, for the tests of their FMI layers: nothing stands between.
+
+All calls are those of FMI 2.0; `Native3` understands them in FMI 3.0.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import functools
 import itertools
+import math
 import re
 import zipfile
-from collections.abc import Mapping, Sequence
-from ctypes import byref, c_double, c_int, c_size_t, c_uint, c_void_p
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint, c_void_p
 from importlib.resources import files
 from pathlib import Path
-from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 
 import fmpy
 import numpy as np
 from fmpy.fmi2 import fmi2EventInfo
+from fmpy.fmi3 import fmi3LogMessageCallback
 
 from fmu_tools import SPRING, callbacks_into
 from kernel_tools import build_folder
@@ -29,16 +33,26 @@ from strandspring.model.modelfile import ModelFile
 HEADERS = Path(str(files("fmpy") / "c-code"))
 FUNCTIONS = set(re.findall(r"FMI2_Export fmi2\w+TYPE +(fmi2\w+);", (HEADERS / "fmi2Functions.h").read_text()))
 FUNCTIONS3 = set(re.findall(r"FMI3_Export fmi3\w+TYPE +(fmi3\w+);", (HEADERS / "fmi3Functions.h").read_text()))
-OK, WARNING, DISCARD, ERROR = range(4)
+OK, WARNING, DISCARD, ERROR, FATAL = range(5)  # FATAL is the one error of PythonFMU
 MODEL_EXCHANGE, CO_SIMULATION = range(2)
-# The same closed form, step by step in C and vectorised in Python.
-ROUNDING = 1e-12
+Self = TypeVar("Self", bound="Native")
 
 
-def close(found: Any, expected: Any, tolerance: float = ROUNDING) -> None:
-    """Compare with rounding measured in the largest value."""
+def close(found: Any, expected: Any, tolerance: float = 1e-12) -> None:
+    """Compare with rounding measured in the largest value: the same closed form, step by step and vectorised."""
     expected = np.asarray(expected)
     np.testing.assert_allclose(found, expected, rtol=tolerance, atol=tolerance * np.abs(expected).max())
+
+
+def close_each(found: object, expected: np.ndarray, tolerance: float = 1e-12) -> None:
+    """Each row within a tolerance of its largest value."""
+    for one, other in zip(np.array(found), expected, strict=True):
+        close(one, other, tolerance)
+
+
+def doubles(values: Iterable[float]) -> ctypes.Array[c_double]:
+    given = list(values)
+    return (c_double * len(given))(*given)
 
 
 def write_native(folder: Path, contents: Mapping[str, bytes]) -> Path:
@@ -57,35 +71,40 @@ def write_file(path: Path, content: bytes) -> None:
 
 
 class Library:
-    """The binary of an FMU for this computer, and its variables.
+    """The binary of an FMU for this computer, or another one, and the FMU's variables.
 
     Parameters
     ----------
     folder : Path   Where the FMU is unpacked.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, binary: Path | None = None) -> None:
         self.folder = folder
         description = fmpy.read_model_description(str(folder))
         self.guid = str(description.guid)
         self.variables = description.modelVariables
         self.references = {v.name: v.valueReference for v in self.variables}
-        fmi = int(description.fmiVersion[0])
-        (self.path,) = (folder / "binaries" / str(host_folder(fmi))).iterdir()
+        self.fmi = int(description.fmiVersion[0])
+        (self.path,) = [binary] if binary else (folder / "binaries" / str(host_folder(self.fmi))).iterdir()
         self.resources = (folder / "resources").as_uri().encode()
         self.functions = ctypes.CDLL(str(self.path))
-        instantiate = "fmi2Instantiate" if fmi == 2 else "fmi3InstantiateCoSimulation"
-        getattr(self.functions, instantiate).restype = c_void_p
+        for kind in ("2Instantiate",) if self.fmi == 2 else ("3InstantiateCoSimulation", "3InstantiateModelExchange"):
+            getattr(self.functions, f"fmi{kind}").restype = c_void_p
+
+
+def unpacked(build: Callable[[Path], Path]) -> Library:
+    """What an FMU, built into a new folder, is unpacked to."""
+    folder = build_folder() / f"fmu{next(_numbers)}"
+    with zipfile.ZipFile(build(folder)) as archive:
+        archive.extractall(folder / "unpacked")
+    return Library(folder / "unpacked")
 
 
 @functools.cache
 def library(parameters: SpringParameters = SPRING, **form: Any) -> Library:
     """The native FMU of a spring in one of its forms, built and unpacked once in a session."""
-    folder = build_folder() / f"fmu{next(_numbers)}"
-    fmu = build_native_fmu(ModelFile("spring", parameters), folder, chosen_platforms("host"), zero=0.0, **form)
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(folder)
-    return Library(folder)
+    model, host = ModelFile("spring", parameters), chosen_platforms("host")
+    return unpacked(lambda folder: build_native_fmu(model, folder, host, zero=0.0, **form))
 
 
 _numbers = itertools.count(1)
@@ -103,31 +122,31 @@ class Native:
     ----------
     component : int or None                     None if fmi2Instantiate refused.
     messages : list of (int, str, str)          Status, category and text.
+    time : float                                How far its path has come.
+    input : str                                 Which moves along a path.
+    found : array                               Of the last directional derivatives.
     """
 
+    time, input = 0.0, "displacement"
+
     def __init__(
-        self,
-        of: Library | None = None,
-        kind: int = CO_SIMULATION,
-        name: str = "one",
-        guid: str | None = None,
-        logging: bool = True,
-        as_formats: bool = False,
-    ) -> None:
-        self.library = of or library()
+        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None,
+        logging: bool = True, as_formats: bool = False,
+    ) -> None:  # fmt: skip
+        self.library, self.kind = of or library(), kind
         self.messages: list[tuple[int, str, str]] = []
-        self._callbacks = callbacks_into(self.messages, as_formats)
+        self._callbacks: Any = callbacks_into(self.messages, as_formats)
         self.component = self.library.functions.fmi2Instantiate(
             name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
             byref(self._callbacks), 0, logging,
         )  # fmt: skip
 
-    def __enter__(self) -> Native:
+    def __enter__(self: Self) -> Self:
         assert self.component is not None, self.messages
         return self
 
-    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
-        self.library.functions.fmi2FreeInstance(c_void_p(self.component))
+    def __exit__(self, *_: object) -> None:
+        self.FreeInstance()
 
     def __getattr__(self, name: str) -> Any:
         return functools.partial(getattr(self.library.functions, f"fmi2{name}"), c_void_p(self.component))
@@ -147,7 +166,7 @@ class Native:
     def get(self, *names: str) -> list[float]:
         """fmi2GetReal."""
         found = (c_double * len(names))()
-        assert self.GetReal(self.references(*names), c_size_t(len(names)), found) == OK, self.messages[-1]
+        assert self.GetReal(self.references(*names), c_size_t(len(names)), found) == OK, self.said
         return list(found)
 
     @property
@@ -156,48 +175,88 @@ class Native:
         assert self.GetBoolean(self.references("extrapolating"), c_size_t(1), byref(found)) == OK
         return {0: False, 1: True}[found.value]
 
-    def enter_initialization(self, start_time: float = 0.0, stop_time: float | None = None) -> Native:
+    def enter_initialization(self: Self, start_time: float = 0.0, stop_time: float | None = None) -> Self:
         stop = 0.0 if stop_time is None else stop_time
         assert self.SetupExperiment(0, c_double(0.0), c_double(start_time), stop_time is not None, c_double(stop)) == OK
-        assert self.EnterInitializationMode() == OK
+        assert self.EnterInitializationMode() == OK, self.said
         return self
 
-    def initialize(self, **start: float) -> Native:
-        """Initialize with start values; the path starts at the offset unless they say otherwise."""
+    def initialize(self: Self, **start: float) -> Self:
+        """Initialize with start values; a spring's path starts at the offset unless they say otherwise."""
         self.enter_initialization()
-        assert self.set(**{"displacement": self.get("displacement_offset")[0], **start}) == OK
-        assert self.ExitInitializationMode() == OK, self.messages[-1]
+        if "displacement_offset" in self.library.references:
+            start = {"displacement": self.get("displacement_offset")[0], **start}
+        assert self.set(**start) == OK, self.said
+        assert self.ExitInitializationMode() == OK, self.said
         return self
 
-    def step(self, displacement: float, *names: str, time: float = 0.0, size: float = 1e-3) -> list[float]:
+    def begin(self: Self, **start: float) -> Self:
+        """To where a path begins: step mode, or continuous-time mode."""
+        self.initialize(**start)
+        if self.kind == MODEL_EXCHANGE:
+            self._leave_event_mode()
+        return self
+
+    def advance(self, value: float, size: float = 1e-3) -> None:
+        """Commit the straight path to a displacement [m], or another input, in a time [s]."""
+        if self.kind == MODEL_EXCHANGE:
+            if self.accept(self.time + size, value):
+                self.event()
+        else:
+            assert self.set(**{self.input: value}) == OK, self.said
+            assert self.go(self.time, size) == OK, self.said
+        self.time += size
+
+    def along(self, path: np.ndarray, time: np.ndarray, *names: str) -> list[list[float]]:
+        """Outputs after each step of a path."""
+        rows = []
+        for x, h in zip(path[1:].tolist(), np.diff(time).tolist(), strict=True):
+            self.advance(x, h)
+            rows.append(self.get(*names))
+        return rows
+
+    def step(self, displacement: float, *names: str) -> list[float]:
         """Set the displacement, do a step, read."""
-        assert self.set(displacement=displacement) == OK
-        assert self.DoStep(c_double(time), c_double(size), 1) == OK, self.messages[-1]
+        self.advance(displacement)
         return self.get(*names)
+
+    def go(self, time: float, size: float) -> int:
+        """fmi2DoStep."""
+        return int(self.DoStep(c_double(time), c_double(size), 1))
+
+    def tune(self, **values: float) -> int:
+        """The status of setting values where parameters may be set between steps."""
+        if self.kind == CO_SIMULATION or "omega_start" not in self.library.references:
+            return self.set(**values)
+        assert self.EnterEventMode() == OK
+        status = self.set(**values)
+        self._leave_event_mode()
+        return status
 
     def set_derivatives(self, *values: float, orders: Sequence[int] = (1, 2), names: Sequence[str] = ()) -> int:
         """fmi2SetRealInputDerivatives, of the displacement unless `names` says otherwise."""
-        count = len(values)
-        references = self.references(*(names or ["displacement"] * count))
+        references, count = self.references(*(names or ["displacement"] * len(values))), len(values)
+        given = (c_int * count)(*orders[:count]), doubles(values)
+        return int(self.SetRealInputDerivatives(references, c_size_t(count), *given))
+
+    def output_derivatives(self, *given: str | int) -> Any:
+        """Over time, or the status of what is refused, which writes nothing; the last may be followed by its order."""
+        names = [name for name in given if isinstance(name, str)]
+        orders = (c_int * len(names))(*[1] * (len(names) - 1), given[-1] if isinstance(given[-1], int) else 1)
+        found = doubles([7.0] * len(names))
+        status = int(self.GetRealOutputDerivatives(self.references(*names), c_size_t(len(names)), orders, found))
+        assert status == OK or list(found) == [7.0] * len(names)
+        return list(found) if status == OK else status
+
+    def directional(self, unknowns: Sequence[str], seeds: Mapping[str, float]) -> int:
+        """The status of fmi2GetDirectionalDerivative; `found` has its values."""
+        self.found = doubles([7.0] * len(unknowns))
         return int(
-            self.SetRealInputDerivatives(references, c_size_t(count), (c_int * count)(*orders[:count]), doubles(values))
-        )
-
-    def output_derivatives(self, *names: str) -> list[float]:
-        found = (c_double * len(names))()
-        orders = (c_int * len(names))(*[1] * len(names))
-        assert self.GetRealOutputDerivatives(self.references(*names), c_size_t(len(names)), orders, found) == OK
-        return list(found)
-
-    def derivatives(self, unknowns: Sequence[str], **seeds: float) -> list[float]:
-        """fmi2GetDirectionalDerivative."""
-        found = (c_double * len(unknowns))()
-        status = self.GetDirectionalDerivative(
-            self.references(*unknowns), c_size_t(len(unknowns)), self.references(*seeds), c_size_t(len(seeds)),
-            doubles(seeds.values()), found,
+            self.GetDirectionalDerivative(
+                self.references(*unknowns), c_size_t(len(unknowns)), self.references(*seeds), c_size_t(len(seeds)),
+                doubles(seeds.values()), self.found,
+            )
         )  # fmt: skip
-        assert status == OK, self.messages[-1]
-        return list(found)
 
     def snapshot(self) -> c_void_p:
         """fmi2GetFMUstate."""
@@ -205,15 +264,13 @@ class Native:
         assert self.GetFMUstate(byref(state)) == OK
         return state
 
-    def serialized(self, state: c_void_p | None = None) -> bytes:
-        """The bytes of a state, of the present one by default."""
-        taken = self.snapshot() if state is None else state
-        size = c_size_t()
+    def serialized(self) -> bytes:
+        """The bytes of the present state."""
+        taken, size = self.snapshot(), c_size_t()
         assert self.SerializedFMUstateSize(taken, byref(size)) == OK
         content = ctypes.create_string_buffer(size.value)
         assert self.SerializeFMUstate(taken, content, size) == OK
-        if state is None:
-            assert self.FreeFMUstate(byref(taken)) == OK
+        assert self.FreeFMUstate(byref(taken)) == OK
         return content.raw
 
     def restore(self, content: bytes) -> int:
@@ -225,15 +282,10 @@ class Native:
             assert self.FreeFMUstate(byref(state)) == OK
         return status
 
-    def begin_continuous_time(self, **start: float) -> Native:
-        """Initialize an instance of model exchange up to continuous-time mode."""
-        self.initialize(**start)
-        assert self.NewDiscreteStates(byref(fmi2EventInfo())) == OK
-        assert self.EnterContinuousTimeMode() == OK
-        return self
+    # Model exchange
 
-    def at(self, time: float, displacement: float) -> Native:
-        """Evaluate model exchange at a point."""
+    def at(self: Self, time: float, displacement: float) -> Self:
+        """Evaluate at a point."""
         assert self.SetTime(c_double(time)) == OK
         assert self.set(displacement=displacement) == OK
         return self
@@ -256,9 +308,117 @@ class Native:
         assert self.EnterEventMode() == OK
         if displacement is not None:
             assert self.set(displacement=displacement) == OK
+        self._leave_event_mode()
+
+    def _leave_event_mode(self) -> None:
         assert self.NewDiscreteStates(byref(fmi2EventInfo())) == OK
         assert self.EnterContinuousTimeMode() == OK
 
+    def set_states(self, *values: float) -> int:
+        """fmi2SetContinuousStates."""
+        return int(self.SetContinuousStates(doubles(values), c_size_t(len(values))))
 
-def doubles(values: Any) -> ctypes.Array[c_double]:
-    return (c_double * len(values))(*values)
+    def rates(self, count: int = 2) -> list[float]:
+        """fmi2GetDerivatives."""
+        found = (c_double * count)()
+        assert self.GetDerivatives(found, c_size_t(count)) == OK, self.said
+        return list(found)
+
+
+# Names of FMI 2.0 that FMI 3.0 has otherwise.
+RENAMED = {
+    "GetFMUstate": "GetFMUState", "SetFMUstate": "SetFMUState", "FreeFMUstate": "FreeFMUState",
+    "SerializedFMUstateSize": "SerializedFMUStateSize", "SerializeFMUstate": "SerializeFMUState",
+    "DeSerializeFMUstate": "DeserializeFMUState", "GetDerivatives": "GetContinuousStateDerivatives",
+}  # fmt: skip
+
+
+class Native3(Native):
+    """The same of FMI 3.0: its calls are understood by their names and arguments of FMI 2.0."""
+
+    def __init__(
+        self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None, events: bool = False,
+        intermediate: int = 0,
+    ) -> None:  # fmt: skip
+        self.library, self.kind, self.messages = of, kind, []
+        self._logger = fmi3LogMessageCallback(
+            lambda _, status, category, text: self.messages.append((status, category.decode(), text.decode()))
+        )
+        begin = (name.encode(), (guid or of.guid).encode(), None, c_bool(False), c_bool(True))
+        if kind == MODEL_EXCHANGE:
+            self.component = of.functions.fmi3InstantiateModelExchange(*begin, None, self._logger)
+        else:
+            self.component = of.functions.fmi3InstantiateCoSimulation(
+                *begin, c_bool(events), c_bool(True), None, c_size_t(intermediate), None, self._logger, None
+            )
+        self._experiment: tuple[Any, ...] = (c_bool(False), c_double(0.0), c_double(0.0), c_bool(False), c_double(0.0))
+
+    def __getattr__(self, name: str) -> Any:
+        function = getattr(self.library.functions, f"fmi3{RENAMED.get(name, name)}")
+        return functools.partial(function, c_void_p(self.component))
+
+    def _counted(name: str, *places: int) -> Callable[..., int]:  # type: ignore[misc]  # noqa: N805
+        """A call that, unlike in FMI 2.0, takes the number of values: after arguments i, the one of argument j."""
+
+        def call(self: Native3, *given: Any) -> int:
+            arguments = list(given)
+            for after, count in sorted(zip(places[::2], places[1::2], strict=True), reverse=True):
+                arguments.insert(after + 1, given[count])
+            return int(self.__getattr__(name)(*arguments))
+
+        return call
+
+    SetReal = _counted("SetFloat64", 2, 1)
+    GetReal = _counted("GetFloat64", 2, 1)
+    GetBoolean = _counted("GetBoolean", 2, 1)
+    GetDirectionalDerivative = _counted("GetDirectionalDerivative", 4, 3, 5, 1)
+    GetAdjointDerivative = _counted("GetAdjointDerivative", 4, 1, 5, 3)
+    GetRealOutputDerivatives = _counted("GetOutputDerivatives", 3, 1)
+
+    @property
+    def extrapolating(self) -> bool:
+        found = c_bool()
+        assert self.GetBoolean(self.references("extrapolating"), c_size_t(1), byref(found)) == OK
+        return found.value
+
+    def SetupExperiment(self, *experiment: Any) -> int:  # noqa: N802
+        """Kept, for it is given with the next call."""
+        self._experiment = experiment
+        return OK
+
+    def EnterInitializationMode(self) -> int:  # noqa: N802
+        return int(self.__getattr__("EnterInitializationMode")(*self._experiment))
+
+    def NewDiscreteStates(self, _: Any) -> int:  # noqa: N802
+        """fmi3UpdateDiscreteStates, which asks for nothing."""
+        flags = [c_bool(True) for _ in range(5)]
+        status = int(self.__getattr__("UpdateDiscreteStates")(*map(byref, flags), byref(c_double())))
+        assert status != OK or not any(flag.value for flag in flags)
+        return status
+
+    def CompletedIntegratorStep(self, no_set: int, enter: Any, terminate: Any) -> int:  # noqa: N802
+        flags = c_bool(True), c_bool(True)
+        status = int(self.__getattr__("CompletedIntegratorStep")(c_bool(bool(no_set)), *map(byref, flags)))
+        enter._obj.value, terminate._obj.value = (int(flag.value) for flag in flags)
+        return status
+
+    def DoStep(self, time: Any, size: Any, _: int) -> int:  # noqa: N802
+        """fmi3DoStep, which never ends early."""
+        flags, reached = [c_bool(True) for _ in range(3)], c_double(math.nan)
+        status = int(self.__getattr__("DoStep")(time, size, c_bool(True), *map(byref, flags), byref(reached)))
+        if status == OK:
+            assert [flag.value for flag in flags] == [False] * 3
+            assert reached.value == time.value + size.value
+        else:  # refused by itself, or since no step may be done
+            assert math.isnan(reached.value) or reached.value == self.get("time")[0]
+        return status
+
+    def adjoint(self, unknowns: Sequence[str], knowns: Sequence[str], seed: Sequence[float]) -> list[float]:
+        """fmi3GetAdjointDerivative."""
+        found = (c_double * len(knowns))()
+        status = self.GetAdjointDerivative(
+            self.references(*unknowns), c_size_t(len(unknowns)), self.references(*knowns), c_size_t(len(knowns)),
+            doubles(seed), found,
+        )  # fmt: skip
+        assert status == OK, self.said
+        return list(found)

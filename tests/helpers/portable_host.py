@@ -1,4 +1,4 @@
-"""The simulator in C without Python, portable_host.c: compiled for this computer or for Windows, and driven."""
+"""The host in C without Python, host.c: compiled for this computer or for Windows, and driven."""
 
 from __future__ import annotations
 
@@ -9,33 +9,29 @@ import subprocess
 import sys
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import fmpy
 import numpy as np
 
+from kernel_tools import HERE, compiled
 from native_tools import HEADERS
-from tools import program, ziglang
+from tools import ziglang
 
-SOURCE = Path(__file__).with_name("portable_host.c")
-
-
-def environment() -> dict[str, str]:
-    """Programs of this environment first, such as cmake, even if it is not activated."""
-    return {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])}
+# Programs of this environment first, such as cmake, even if it is not activated.
+ENVIRONMENT = {**os.environ, "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])}
 
 
-def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False, **options)  # type: ignore[call-overload]
-    assert done.returncode == 0, f"{command[0]}: exit status {done.returncode}\n{done.stdout}\n{done.stderr}"
-    return done
+def run(command: list[str | Path], **options: Any) -> str:
+    """Standard output of a program that ends well."""
+    done = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False, **options)
+    assert done.returncode == 0, f"{command[0]}: {done.returncode}: {done.stdout[-500:]}{done.stderr[-2000:]}"
+    return done.stdout
 
 
-def compiled_host(folder: Path) -> list[str]:
-    """The command that runs it here."""
-    host = folder / "host"
-    flags = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-    run([program("cc", package="gcc libc6-dev"), *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host), "-ldl"])
-    return [str(host)]
+def host(folder: Path, *flags: str) -> Path:
+    """The program for this computer."""
+    return compiled(folder / "host", "-O1", *flags, f"-I{HEADERS}", HERE / "host.c", "-ldl", "-lpthread")
 
 
 def wine() -> str | None:
@@ -43,33 +39,24 @@ def wine() -> str | None:
     return shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
 
 
-def windows_host(folder: Path, program: str) -> tuple[list[str], dict[str, str]]:
-    """The command that runs it for Windows by wine, and the environment for that."""
-    host = folder / "host.exe"
-    flags = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s"]
-    run([*ziglang("cc"), *flags, f"-I{HEADERS}", str(SOURCE), "-o", str(host)])
-    # A prefix of its own, and no offer to install Mono and Gecko.
-    settings = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
-    return [program, str(host)], {**environment(), **settings}
-
-
-def unpacked(fmu: Path, platform: str, folder: Path) -> Path:
-    """The binary for a platform in a folder of its own, with the rest of the FMU."""
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(folder)
-        pattern = re.compile(rf"binaries/{platform}/[^/]+\.(so|dll|dylib)")
-        (name,) = filter(pattern.fullmatch, archive.namelist())
-    return folder / name
-
-
-def guid_of(fmu: Path) -> str:
-    return str(fmpy.read_model_description(str(fmu)).guid)
-
-
-def responses(host: list[str], fmu: Path, libraries: list[Path], path: np.ndarray, **options: object) -> np.ndarray:
-    """Force [N] and absorbed energy [J] of each library, loaded one beside the other, shape (K, libraries, 2)."""
-    resources = libraries[0].parents[2] / "resources"
-    command = [*host, guid_of(fmu), resources.as_uri(), *map(str, libraries)]
-    said = run(command, input="\n".join(map(repr, path.tolist())), **options).stdout
-    values = np.array([[float.fromhex(value) for value in line.split()] for line in said.splitlines()])
-    return values.reshape(len(path), len(libraries), 2)
+def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str, copies: int = 2) -> np.ndarray:
+    """Force [N] and absorbed energy [J] of copies of a binary, loaded one beside the other, shape (K, copies, 2)."""
+    command: list[str | Path] = [folder / "host.exe"] if platform == "win64" else [host(folder)]
+    environment = ENVIRONMENT
+    if platform == "win64":
+        flags = ["-target", "x86_64-windows-gnu", "-std=c11", "-O2", "-s"]
+        run([*ziglang("cc"), *flags, f"-I{HEADERS}", HERE / "host.c", "-o", command[0]])
+        # A prefix of its own, and no offer to install Mono and Gecko.
+        settings = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+        command, environment = [str(wine()), *command], ENVIRONMENT | settings
+    command += ["path", "0"]
+    for k in range(copies):
+        unpacked = folder / f"copy{k}"
+        with zipfile.ZipFile(fmu) as archive:
+            archive.extractall(unpacked)
+            (name,) = filter(re.compile(rf"binaries/{platform}/[^/]+\.(so|dll)").fullmatch, archive.namelist())
+        guid = str(fmpy.read_model_description(str(fmu)).guid)
+        command += [unpacked / name, guid, (unpacked / "resources").as_uri()]
+    said = run(command, input="\n".join(map(repr, path.tolist())), env=environment)
+    values = [[float.fromhex(value) for value in line.split()] for line in said.splitlines()]
+    return np.array(values).reshape(len(path), copies, 2)

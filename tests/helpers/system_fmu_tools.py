@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import functools
 import itertools
-import zipfile
-from ctypes import c_double, c_size_t
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from kernel_tools import build_folder
-from native_tools import OK, Library, Native, doubles
+from native_tools import OK, Library, Native, Native3, unpacked
 from springs import TABLE
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.fmu.native.platforms import chosen_platforms
-from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOptions
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, Point, RigidBody, Stops
@@ -70,54 +67,46 @@ STAGES_OPTIONS = SystemFmuOptions(2e-4, 1e-3, omega_start=-1.0)
 @functools.cache
 def system_library(system: MountedSystem = BOX, options: SystemFmuOptions = BOX_OPTIONS) -> Library:
     """The FMU of a system, built and unpacked once in a session."""
-    folder = build_folder() / f"system{next(_numbers)}"
-    fmu = build_system_fmu(system, folder, options, chosen_platforms("host"))
-    with zipfile.ZipFile(fmu) as archive:
-        archive.extractall(folder)
-    return Library(folder)
+    from strandspring.fmu.system.system_native import build_system_fmu
+
+    return unpacked(lambda folder: build_system_fmu(system, folder, options, chosen_platforms("host")))
 
 
-_numbers = itertools.count(1)
+def system_library3() -> Library:
+    """That of FMI 3.0 of BOX."""
+    return system_library(BOX, replace(BOX_OPTIONS, fmi=3))
 
 
 class NativeSystem(Native):
-    """One instance of the FMU of a system.
+    """One instance of the FMU of a system."""
 
-    Parameters
-    ----------
-    of : Library   That of BOX by default.
-    """
+    input = "base_acceleration_x"
 
-    def __init__(self, of: Library | None = None, name: str = "one") -> None:
-        super().__init__(of or system_library(), name=name)
-
-    def begin(self, **start: float) -> NativeSystem:
-        """Initialize with start values."""
-        self.enter_initialization()
-        assert self.set(**start) == OK, self.said
-        assert self.ExitInitializationMode() == OK, self.said
-        return self
+    def __init__(self, of: Library | None = None, name: str = "one", **given: Any) -> None:
+        super().__init__(of or system_library(), name=name, **given)
 
     def outputs(self) -> list[float]:
         """All of them, in the order of the description."""
         groups = ("acceleration_", "sway_", "force_", "displacement_", "tilt_", "reaction_", "absorbed_energy")
         return self.get(*(name for name in self.library.references if name.startswith(groups)))
 
-    def go(self, time: float, size: float) -> int:
-        """fmi2DoStep."""
-        return int(self.DoStep(c_double(time), c_double(size), 1))
-
     def run(self, inputs: np.ndarray, size: float) -> np.ndarray:
         """Outputs at the beginning, where the first inputs hold already, and after each step of inputs (C, K)."""
         names = [name for name in self.library.references if name.startswith(("base_acceleration_", "load_"))]
-        references = self.references(*names)
-        assert self.SetReal(references, c_size_t(len(names)), doubles(inputs[:, 0].tolist())) == OK
+        assert self.set(**dict(zip(names, inputs[:, 0].tolist(), strict=True))) == OK
         rows = [self.outputs()]
         for k, values in enumerate(inputs.T.tolist()):
-            assert self.SetReal(references, c_size_t(len(names)), doubles(values)) == OK
+            assert self.set(**dict(zip(names, values, strict=True))) == OK
             assert self.go(k * size, size) == OK, self.said
             rows.append(self.outputs())
         return np.array(rows)
+
+
+class NativeSystem3(NativeSystem, Native3):
+    """The same of FMI 3.0."""
+
+    def __init__(self, of: Library | None = None, name: str = "one", token: str | None = None, **given: Any) -> None:
+        super().__init__(of or system_library3(), name, guid=token, **given)
 
 
 def shock(system: MountedSystem, options: SystemFmuOptions, bases: int, steps: int, peak: float) -> np.ndarray:

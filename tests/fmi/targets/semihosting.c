@@ -1,4 +1,4 @@
-/* Start and output of QEMU's machine mps2-an500, by semihosting. */
+/* Start and output of QEMU's machine mps2-an500, a Cortex-M7, by semihosting. */
 #include <stdint.h>
 
 enum { SYS_WRITE0 = 4, SYS_EXIT = 0x18, FINISHED = 0x20026 };

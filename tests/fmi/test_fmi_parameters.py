@@ -1,0 +1,552 @@
+"""Further columns of the conformance table: parameters that are changed on the way, derivatives, and model exchange.
+
+Derivatives are compared with differences of values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from ctypes import byref, c_double
+from dataclasses import replace
+
+import fmpy
+import numpy as np
+import pytest
+
+from fmu_tools import OTHER, SPRING, wandering_path
+from forms import FORMS, NATIVE_PATHS, STATES, STEPPED, Form, rows
+from native_tools import DISCARD, ERROR, OK, WARNING, Native, Native3, close, close_each
+from oracles import OracleSpring, rate_of_omega, travel_to
+from springs import force_by_definition
+from strandspring import SpringParameters
+from strandspring.kernel.arrays import address
+from strandspring.kernel.library import library as kernel
+from strandspring.kernel.path import PathSolver
+
+pytestmark = pytest.mark.long
+
+TUNED: dict[str, dict[str, float]] = {
+    "kappa_omega": {"kappa_omega": 28.0}, "rho": {"rho": 190.0}, "sigma": {"sigma": 2.0}, "n": {"n": 1.4},
+    "kE": {"kE_0": 8.0, "kE_1": 9.9e3}, "kA": {"kA_1": 2.2},
+    "all": {"kappa_omega": 28.0, "rho": 190.0, "sigma": 2.0, "n": 1.4},
+}  # fmt: skip
+
+
+def changed(p: SpringParameters, values: Mapping[str, float]) -> SpringParameters:
+    """The spring with values by the FMU's names."""
+    fields: dict[str, object] = {}
+    for name, value in values.items():
+        array, _, place = name.rpartition("_")
+        if place.isdigit():
+            elements = list(fields.get(array, getattr(p, array)))  # type: ignore[call-overload]
+            elements[int(place)] = value
+            fields[array] = tuple(elements)
+        else:
+            fields[name] = value
+    return replace(p, **fields)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    "name", ["co-simulation", "model exchange", "fmi3", "real time", "python", "table", "table, python"]
+)
+def test_a_change_acts_from_the_committed_point_on_with_omega_carried_on(name: str) -> None:
+    form = FORMS[name]
+    p, path = form.spring, wandering_path(form.spring, 120, seed=3)
+    of_table = {"kE": {f"FE_forces_{i}": 1.2 * force for i, force in enumerate(p.FE_forces)}} if p.FE_knots else {}
+    for values in (TUNED | of_table).values():
+        after, change = changed(p, values), 40 if "n" in values else 77
+        found = []
+        with form.begun(float(path[0])) as one:
+            for k, x in enumerate(path[1:].tolist(), start=1):
+                if k == change + 1:
+                    assert one.tune(**values) == OK
+                one.advance(x)
+                found.append(one.get(*form.outputs))
+        times = np.zeros(path.size)
+        early = form.expected(path[: change + 1], times[: change + 1], {})
+        late = replace(form, spring=after).expected(path[change:], times[change:], {"omega_start": early[-1][-1]})
+        if "absorbed_energy" in form.outputs:
+            late[2] += early[2][-1]
+        # A table of another n or sigma inverts omega to 1e-12.
+        close_each(np.transpose(found), np.concatenate([early[:, 1:], late[:, 1:]], axis=1), 1e-10)
+
+
+@pytest.mark.parametrize("name", rows(lambda form: "arrays" not in form.options))
+def test_values_as_they_are_change_no_bit(name: str) -> None:
+    """Fixed ones among them, which OpenModelica sets between steps before its version of August 2026."""
+    form = FORMS[name]
+    with form.begun() as one:
+        form.moved(one)
+        causalities = {v.name: v.causality for v in one.library.variables}
+        names = [known for known in one.library.references if causalities[known] == "parameter"]
+        assert one.tune() == OK
+        before = one.serialized()
+        assert one.tune(**dict(zip(names, one.get(*names), strict=True))) == OK
+        assert one.serialized() == before
+
+
+@pytest.mark.parametrize("name", ["branches", "branches, fmi3", "branches, python"])
+def test_a_changed_branch_keeps_its_elongation(name: str) -> None:
+    form = FORMS[name]
+    path, time = (values[:30] for values in form.motion())
+    with form.begun(float(path[0])) as one:
+        one.along(path, time)
+        force, elongation = one.get("force", "branch_1_elongation")
+        stiffness = form.spring.branches[1].stiffness
+        assert one.set(branch_1_stiffness=2.0 * stiffness) == OK
+        after = one.get("force", "branch_1_elongation")
+        assert after[1] == elongation != 0.0
+        assert after[0] - force == pytest.approx(stiffness * elongation, rel=1e-9)
+        assert one.set(second_rho=700.0, branch_0_time_constant=0.5) == OK
+        assert one.get("force") == pytest.approx(after[:1], rel=1e-12)
+
+
+def followed(path: np.ndarray, resolution: float) -> np.ndarray:
+    """The displacement that friction follows."""
+    found = np.empty_like(path)
+    kernel().spring_resolved_path(path.size, address(path), resolution, address(found))
+    return found
+
+
+@pytest.mark.parametrize("name", STEPPED)
+def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: str) -> None:
+    form = FORMS[name]
+    p = form.spring
+    random, span = np.random.default_rng(3), p.displacement_max - p.displacement_min
+    share = 0.5 + 0.4 * np.sin(np.linspace(0.0, 9.0, 150))
+    noise = np.geomspace(1.0, 200.0, 150) * 1e-3 * random.uniform(-0.5, 0.5, 150)
+    path, time = p.displacement_min + span * np.clip(share + noise, 0.0, 1.0), np.linspace(0.0, 3.0, 150)
+    resolution, slow = 0.02 * span, PathSolver(p).slow
+    expected, without = form.expected(path, time, {}, resolution)[0], form.expected(path, time, {})[0]
+    assert np.abs(expected - without).max() > 0.01 * np.abs(expected).max()
+    with form.begun(float(path[0]), input_resolution=resolution) as one:
+        found = one.get("force")
+        for x, h in zip(path[1:].tolist(), np.diff(time).tolist(), strict=True):
+            for trial in (-3.0, -0.4, 0.4):
+                assert one.set(displacement=x + trial * resolution) == OK
+                one.get(*form.outputs)
+            one.advance(x, h)
+            found += one.get("force")
+        close(found, expected, 1e-10)
+        seen = followed(path, resolution)
+        assert one.get("omega")[0] == pytest.approx(slow.omega(seen)[-1], abs=1e-12)
+        if "absorbed_energy" in form.outputs and not p.branches:
+            close(one.get("absorbed_energy"), slow.absorbed_energy(seen)[-1:], 1e-10)
+        if not form.python:
+            assert one.directional(["force"], {"displacement": 1.0}) == ERROR
+            assert "input_resolution" in one.said
+        # Without it friction catches up; with it again, it follows no motion back below it.
+        assert one.set(input_resolution=0.0) == OK
+        caught = slow.omega(np.append(seen, path[-1]))[-1]
+        assert one.get("omega")[0] == pytest.approx(caught, abs=1e-12)
+        end = 0.5 * (p.displacement_min + p.displacement_max)
+        one.advance(end, 1.0)
+        (omega,), heading = one.get("omega"), float(np.sign(end - path[-1]))
+        assert one.set(input_resolution=resolution) == OK
+        for share, follows in ((0.9, False), (1.5, True)):
+            one.advance(end - share * heading * resolution, 1.0)
+            assert (abs(one.get("omega")[0] - omega) > 1e-6) == follows
+        for share in (-0.3, -1.7, 1.4):
+            assert one.set(displacement=end + share * resolution) == OK
+            answer = one.get(*form.outputs)
+            one.advance(end + share * resolution, 0.0)
+            assert one.get(*form.outputs) == pytest.approx(answer, rel=1e-12)
+
+
+def test_the_oracle_of_the_table_is_the_integral_in_closed_form() -> None:
+    """Of eq. (11), hypergeometric: travel from omega = 0 by the ODE solver against the closed form."""
+    for p in (SPRING, OTHER, replace(OTHER, n=0.05), replace(OTHER, n=8.0)):
+        travel = np.linspace(0.0, 1.5 / p.rho, 8)
+        path = np.concatenate([travel, travel[::-1][1:]])
+        omega = OracleSpring(p.as_dict(), rtol=1e-11, atol=1e-13).omega(path, 0.0)
+        found = [travel_to(u, p.n, p.sigma) for u in omega[:8]]
+        assert found == pytest.approx(p.rho * travel, rel=1e-6, abs=1e-9)
+        # Turned back, u = -omega rises from below zero.
+        way = [travel_to(-u, p.n, p.sigma) - travel_to(-omega[7], p.n, p.sigma) for u in omega[7:]]
+        assert way == pytest.approx(p.rho * (travel[-1] - path[7:]), rel=1e-6, abs=1e-9)
+
+
+# Derivatives
+
+UNKNOWNS = ["force", "stiffness"]
+DIFFERENTIABLE = [name for name in NATIVE_PATHS if "arrays" not in FORMS[name].options]
+# Real-time FMUs give none by parameters of the path after initialization.
+TABULATED = [name for name in DIFFERENTIABLE if not FORMS[name].is_real_time]
+
+
+def difference(function: Callable[[float], list[float]], at: float, scale: float) -> np.ndarray:
+    """Derivative by central differences over some 1e-4 of `scale`, extrapolated once."""
+    coarse, fine = (
+        (np.array(function(at + h)) - np.array(function(at - h))) / (2.0 * h) for h in (2e-4 * scale, 1e-4 * scale)
+    )
+    return np.asarray((4.0 * fine - coarse) / 3.0)
+
+
+def agree(found: object, expected: np.ndarray, scale: float, values: object) -> bool:
+    """Compare with a derivative by `difference`, in which the 1e-13 of the outputs' tables becomes 1e-9."""
+    error = np.abs(np.subtract(found, expected)) * abs(scale)
+    return bool(np.all(error <= 1e-8 * np.maximum(np.abs(values), 1e-3)))
+
+
+def knowns(form: Form, one: Native) -> dict[str, float]:
+    """Parameters that may be moved by themselves, and their values; the ends of a table are those of the range."""
+    last = len(form.spring.FE_knots) - 1
+    tied = {"kA_0", "second_kA_0", "input_resolution", "FE_knots_0", f"FE_knots_{last}"}
+    tied |= {"displacement_min", "displacement_max"} if form.spring.FE_knots else set()
+    names = [v.name for v in one.library.variables if v.causality == "parameter" and v.name not in tied]
+    return dict(zip(names, one.get(*names), strict=True))
+
+
+def step_of(name: str, value: float) -> float:
+    """Over which an output is smooth in a parameter."""
+    return 1e-3 if name.startswith("FE_knots") else 0.1 * abs(value) or 1.0
+
+
+@pytest.mark.parametrize("end", [4, 13, 29])
+@pytest.mark.parametrize("name", TABULATED)
+def test_derivatives_by_parameters_along_a_path(name: str, end: int) -> None:
+    """Inside and outside the identified range, at a trial, and where a parameter is tuned on the way."""
+    form = FORMS[name]
+    path, time = (values[:end] for values in form.motion(40))
+
+    def run(ask: bool = False, **changed: float) -> list[float]:
+        trial = changed.pop("displacement", float(path[-1]))
+        with form.begun(float(path[0]), **{**form.starts, **changed}) as one:
+            one.along(path[:-1], time[:-1])
+            if end == 13:
+                rho = {} if "rho" in changed else {"rho": 0.8 * form.spring.rho}
+                assert one.tune(**rho, sigma=changed.get("sigma", 1.0) * 1.1) == OK
+            assert one.set(displacement=trial) == OK
+            if ask:
+                before = one.serialized()
+                given = {"displacement": trial} | {
+                    k: v for k, v in knowns(form, one).items() if end != 13 or k not in ("rho", "sigma")
+                }
+                for known, value in given.items():
+                    assert one.directional(UNKNOWNS, {known: 1.0}) == OK, one.said
+                    found[known] = (value, list(one.found))
+                if isinstance(one, Native3):
+                    matrix = np.transpose([row for _, row in found.values()])
+                    for seed, row in zip(np.eye(2).tolist(), matrix, strict=True):
+                        close(one.adjoint(UNKNOWNS, list(found), seed), row)
+                seeds = {k: 0.3 * (i + 1) for i, k in enumerate(found)}
+                assert one.directional(UNKNOWNS, seeds) == OK
+                close(list(one.found), sum(s * np.array(found[k][1]) for k, s in seeds.items()), 1e-11)
+                assert one.directional(UNKNOWNS, {}) == OK
+                assert (list(one.found), one.serialized()) == ([0.0, 0.0], before)
+            return one.get(*UNKNOWNS)
+
+    found: dict[str, tuple[float, list[float]]] = {}
+    values = run(ask=True)
+    assert len(found) > 10
+    for known, (value, derivative) in found.items():
+        scale = 1e-4 if known == "displacement" else step_of(known, value)
+        expected = difference(lambda v, known=known: run(**{known: v}), value, scale)  # type: ignore[misc]
+        assert agree(derivative, expected, scale, values), known
+
+
+@pytest.mark.parametrize("share", [0.3, 1.1])
+@pytest.mark.parametrize("name", [*DIFFERENTIABLE, *STATES])
+def test_derivatives_in_initialization_mode_and_of_states(name: str, share: float) -> None:
+    """omega is given there, and no energy has been absorbed: what depends on the path does not count."""
+    form = FORMS[name]
+    p = form.spring
+    start = {"displacement": p.displacement_min + share * (p.displacement_max - p.displacement_min)}
+    start |= {"velocity": -0.2, "omega": 0.5, "absorbed_energy": 0.3} if form.has_states else form.starts
+    with form.instance() as one:
+        one.enter_initialization()
+        assert one.set(**start) == OK
+        unknowns = [v.name for v in one.library.variables if v.causality == "output" or v.name.startswith("der(")]
+        for known, value in (knowns(form, one) | start).items():
+
+            def outputs(v: float, known: str = known) -> list[float]:
+                assert one.set(**{known: v}) == OK, one.said
+                return one.get(*unknowns)
+
+            scale = 0.1 * step_of(known, value)
+            expected, at = difference(outputs, value, scale), outputs(value)
+            assert one.directional(unknowns, {known: 1.0}) == OK, one.said
+            assert agree(list(one.found), expected, scale, at), (known, list(one.found), expected)
+
+
+@pytest.mark.parametrize("name", [name for name in NATIVE_PATHS if not FORMS[name].exchange])
+def test_output_derivatives_follow_the_last_step(name: str) -> None:
+    form = FORMS[name]
+    low, high = form.spring.displacement_min, form.spring.displacement_max
+    end, outputs = 0.6 * high + 0.4 * low, [output for output in form.outputs if output != "omega"]
+    with form.begun(low) as one:
+        assert one.output_derivatives(*outputs) == [0.0] * len(outputs)
+        one.advance(high, 0.1)
+        one.advance(end, 0.01)
+        found: list[float] = one.output_derivatives(*outputs)  # type: ignore[assignment]
+        # They are those at the end of the step, whatever is tried next, or where a step of no size goes.
+        assert one.set(displacement=low) == OK
+        close(one.output_derivatives(*outputs), found)
+        one.advance(end, 0.0)
+        close(one.output_derivatives(*outputs), found)
+        rate = 0.4 * (low - high) / 0.01
+        assert one.directional(outputs, {"displacement": 1.0}) == OK
+        if form.spring.branches:  # their forces decay besides
+            (before,) = one.get("force")
+            one.advance(end + 1e-9 * rate, 1e-9)
+            assert found[0] == pytest.approx((one.get("force")[0] - before) / 1e-9, rel=1e-4)  # one-sided
+        else:
+            close(found, rate * np.array(one.found))
+        one.advance(high, 5e-324)
+        assert one.output_derivatives("force") == DISCARD
+        assert "no derivatives, for `displacement` moved at 1.7976931348623157e+308 m/s" in one.said
+
+
+# Of the input, by FMI 2.0
+
+
+def parabolas(low: float, high: float, count: int) -> list[tuple[float, float, float, float]]:
+    """Displacement, velocity, acceleration and size of steps; most turn back inside, some begin with a jump."""
+    random = np.random.default_rng(5)
+    end, span, steps = low, high - low, []
+    for _ in range(count):
+        size = 10.0 ** random.uniform(-3, 0)
+        start = end if random.uniform() < 0.8 else low + span * float(random.uniform(0.1, 0.9))
+        turn, goal = random.uniform(0.0, 1.5) * size, low + span * random.uniform(0.0, 1.0)
+        # Velocity zero at `turn`, displacement `goal` at the end.
+        acceleration = (goal - start) / (0.5 * size**2 - turn * size) if abs(turn - 0.5 * size) > 0.05 * size else 0.0
+        velocity = -acceleration * turn if acceleration else (goal - start) / size
+        steps.append((start, velocity, acceleration, size))
+        end = start + size * (velocity + 0.5 * acceleration * size)
+    return steps
+
+
+@pytest.mark.parametrize("name", ["co-simulation", "table", "real time"])
+def test_input_derivatives_commit_the_path_through_its_turning_points(name: str) -> None:
+    form = FORMS[name]
+    steps = parabolas(form.spring.displacement_min, form.spring.displacement_max, 200)
+    path, ends, found = [steps[0][0]], [], []
+    with form.begun(path[0]) as one:
+        for start, velocity, acceleration, size in steps:
+            path.append(start)
+            if acceleration and 0.0 < -velocity / acceleration < size:
+                path.append(start - 0.5 * velocity**2 / acceleration)
+            path.append(start + velocity * size + 0.5 * acceleration * size**2)
+            ends.append(len(path) - 1)
+            if len(ends) % 2:  # in any order
+                assert one.set(displacement=start) == one.set_derivatives(velocity, acceleration) == OK
+            else:
+                assert one.set_derivatives(velocity, acceleration) == one.set(displacement=start) == OK
+            assert one.go(0.0, size) == OK
+            found.append(one.get(*form.outputs))
+            assert one.get("displacement") == [pytest.approx(path[-1], abs=1e-14)]
+        assert len(path) - 2 * len(steps) > 60  # so many turn inside
+        # The FMU and this test round the vertices apart, by 1e-17 m.
+        close_each(np.transpose(found), form.expected(np.array(path), np.zeros(len(path)), {})[:, ends], 1e-10)
+        # They hold for one step; excursions within it are reported.
+        low, high = form.spring.displacement_min, form.spring.displacement_max
+        one.advance(low)
+        one.messages.clear()
+        one.set_derivatives(4.0 * (high - low), -6.0 * (high - low))  # beyond the upper end and back
+        one.advance(low, 1.0)
+        outside = [] if form.is_real_time else [pytest.approx(low + 4.0 * (high - low) / 3.0)]
+        assert [float(text.split()[1]) for _, _, text in one.messages] == outside
+        assert one.get("displacement") == [pytest.approx(high, rel=1e-12)]
+        one.advance(low)
+        assert one.get("displacement") == [low]
+
+
+RANGE = SPRING.displacement_max - SPRING.displacement_min
+SLACK = 1e-9  # of the range, by which a displacement comes back before an event
+EXCHANGE = ["model exchange", "fmi3 exchange"]
+
+
+@pytest.mark.parametrize("name", EXCHANGE)
+def test_a_jump_in_event_mode_is_part_of_the_path_and_its_iterations_are_not(name: str) -> None:
+    with FORMS[name].begun(0.02) as one:
+        one.accept(0.1, 0.03)
+        assert one.EnterEventMode() == OK
+        for iteration in (0.0, 0.07, 0.045):
+            one.set(displacement=iteration)
+            close(one.get("force"), PathSolver(SPRING).force(np.array([0.02, 0.03, iteration]))[-1:])
+            assert one.NewDiscreteStates(byref(fmpy.fmi2.fmi2EventInfo())) == OK
+        assert one.EnterContinuousTimeMode() == OK
+        one.accept(0.2, 0.04)
+        # Without the vertex 0.045 m it would be one straight stroke to 0.04 m.
+        close(one.get("force"), PathSolver(SPRING).force(np.array([0.02, 0.03, 0.045, 0.04]))[-1:])
+        for bad in (math.nan, math.inf):
+            before = one.serialized()
+            assert one.SetTime(c_double(bad)) == ERROR
+            assert one.said == f"The time must be finite [s], got {bad!r}."
+            assert one.serialized() == before
+    with FORMS[name].instance() as one:
+        one.initialize()
+        info = fmpy.fmi2.fmi2EventInfo(1, 1, 1, 1, 1, 1.0)
+        assert one.NewDiscreteStates(byref(info)) == OK  # asks for nothing
+        assert name != "model exchange" or [getattr(info, field) for field, _ in info._fields_] == [0] * 6
+
+
+@pytest.mark.parametrize("name", [*EXCHANGE, "states"])
+def test_extrapolating_is_discrete(name: str) -> None:
+    """It changes in event mode, which a completed step outside asks for."""
+    with FORMS[name].begun(0.02) as one:
+        assert not one.at(0.05, 0.2).extrapolating
+        assert one.accept(0.1, 0.06)
+        assert not one.extrapolating
+        one.event()
+        assert one.extrapolating
+        assert not one.accept(0.2, 0.07)
+        assert one.accept(0.3, 0.04)
+        assert one.extrapolating
+        one.event()
+        assert not one.extrapolating
+        outside = [text for status, _, text in one.messages if status == WARNING and "identified range" in text]
+        assert len(outside) == 1
+        assert outside[0].startswith("`displacement` 0.06 m lies outside the identified range")
+
+
+# The event indicator
+
+
+def turn_found(one: Native, path: Callable[[float], float], times: list[float]) -> float:
+    """The time at which the indicator falls through zero after steps at all but the last of `times`."""
+    start, *accepted, last = times
+    one.Reset()
+    one.enter_initialization(start)
+    one.set(displacement=path(start))
+    one.ExitInitializationMode()
+    one.EnterContinuousTimeMode()
+    for time in accepted:
+        one.accept(time, path(time))
+    from scipy.optimize import brentq
+
+    return float(brentq(lambda t: one.at(t, path(t)).indicator, accepted[-1], last, xtol=1e-15, rtol=1e-14))
+
+
+@pytest.mark.parametrize("name", EXCHANGE)
+def test_the_indicator_finds_turning_points(name: str) -> None:
+    """Of parabolas within its slack; of others it misses them by the fourth power of the step."""
+    with FORMS[name].instance() as one:
+        for side in (1.0, -1.0):
+            for times in ([0.0, 0.3, 0.4, 1.0], [0.0, 1e-4, 0.49, 1.0], [-1.0, 0.4, 0.4001, 1.0]):
+
+                def path(t: float, side: float = side) -> float:
+                    return 0.02 - side * 0.01 * (t - 0.5) ** 2
+
+                turn = turn_found(one, path, times)
+                # h*rate = SLACK*range, with the rate 0.02*(turn - 0.5) m/s and h the time since the accepted point.
+                assert 0.02 * (turn - 0.5) * (turn - times[-2]) == pytest.approx(SLACK * RANGE, rel=1e-6)  # brentq
+        missed = []
+        for h in (0.2, 0.1, 0.05):
+
+            def cubic(t: float) -> float:
+                return 0.03 - 0.01 * t**2 * (1.0 - t / 3.0)
+
+            missed.append(cubic(0.0) - cubic(turn_found(one, cubic, [-2.6 * h, -1.6 * h, -0.6 * h, 0.4 * h])))
+        assert np.log2(np.array(missed[:-1]) / missed[1:]) == pytest.approx(4.0, abs=0.15)  # the next order
+        assert missed[0] < 1e-6  # 1e-4 m is what the parabola without its vertex would miss
+
+
+def test_the_indicator_and_the_motion_belong_to_the_state() -> None:
+    form = FORMS["model exchange"]
+    with form.begun(0.02) as one, form.instance() as other:
+        for k, displacement in enumerate(wandering_path(SPRING, 100, seed=6)):  # a step begins without an event
+            assert one.indicator > 0.0
+            one.accept(0.1 * (k + 1), displacement)
+        one.event(0.02)
+        one.accept(20.1, 0.03)
+        one.accept(20.2, 0.035)
+        expected = one.at(20.3, 0.034).indicator
+        assert expected < 0.0
+        assert other.restore(one.serialized()) == OK
+        assert other.indicator == expected
+        # A correction keeps what is known of the motion, as does an event without a jump.
+        one.accept(20.2, 0.035 + 1e-8 * RANGE)
+        one.event()
+        assert one.at(20.3, 0.034).indicator < 0.0
+        for time, displacement in ((20.2, 0.04), (20.1, 0.035)):  # a jump does not, and neither does a time before
+            state = one.serialized()
+            one.accept(time, displacement)
+            assert one.at(20.3, 0.034).indicator > 0.0
+            assert one.restore(state) == OK
+
+
+# The form with states
+
+
+@pytest.mark.parametrize("name", [*STATES, "sharp", "square"])
+def test_rates_and_force_are_the_papers(name: str) -> None:
+    """Paper eqs. (10) and (11), and dr/dt of a Maxwell branch, at random states."""
+    springs = {"sharp": replace(OTHER, n=0.05, sigma=40.0), "square": replace(SPRING, n=100.0)}
+    form = Form(springs[name], {"with_states": True}) if name in springs else FORMS[name]
+    p, random = form.spring, np.random.default_rng(1)
+    with form.begun(p.displacement_offset) as one:
+        states = [v.name[4:-1] for v in one.library.variables if v.name.startswith("der(")]
+        for _ in range(100):
+            x, velocity = random.uniform(p.displacement_min, p.displacement_max), random.normal(0.0, 0.3)
+            values = {state: random.uniform(-1.0, 1.0) for state in states}
+            one.set(displacement=x, velocity=velocity)
+            assert one.set_states(*values.values()) == OK
+            omegas = [values[state] for state in ("omega", "second_omega") if state in values]
+            elongations = [values[state] for state in states if "elongation" in state]
+            parts = list(zip(p.mechanisms, omegas, strict=True))
+            force = sum(float(force_by_definition(m, np.array([x]), w)[0]) for m, w in parts)
+            force += sum(b.stiffness * e for b, e in zip(p.branches, elongations, strict=True))
+            close(one.get("force", *states), [force, *values.values()])
+            # Along the motion: dF/dx at this omega, and what omega changes.
+            side, h = float(np.sign(velocity)), 1e-7
+            slope = sum(b.stiffness for b in p.branches)
+            for m, w in parts:
+                below, above, beyond = force_by_definition(m, np.array([x - h, x + h, x]), np.array([w, w, w + 1.0]))
+                at = float(force_by_definition(m, np.array([x]), w)[0])
+                slope += (above - below) / (2.0 * h) + (beyond - at) * rate_of_omega(m, side, w) * side
+            assert one.get("stiffness")[0] == pytest.approx(slope, rel=1e-5, abs=1e-5 * p.kappa_omega * p.rho)
+            rates = {"absorbed_energy": force * velocity}
+            rates |= {f"{'second_' * i}omega": rate_of_omega(m, velocity, w) for i, (m, w) in enumerate(parts)}
+            rates |= {
+                f"branch_{i}_elongation": velocity - e / b.time_constant
+                for i, (b, e) in enumerate(zip(p.branches, elongations, strict=True))
+            }
+            for found in (one.rates(len(states)), one.get(*(f"der({state})" for state in states))):
+                assert found == pytest.approx([rates[state] for state in states], rel=1e-11, abs=1e-11)
+
+
+def test_states_are_all_that_is_remembered_and_may_leave_saturation() -> None:
+    with FORMS["states"].begun(0.02) as one:
+
+        def answers() -> list[float]:
+            one.set(displacement=0.031, velocity=-0.2)
+            one.set_states(0.4, -0.6)
+            assert one.directional(["force", "der(omega)"], {"displacement": 1.0, "n": 2.0}) == OK
+            return [*one.get("force", "stiffness"), *one.rates(), *one.found]
+
+        expected, random = answers(), np.random.default_rng(2)
+        for k in range(50):
+            one.set(velocity=random.normal())
+            one.set_states(random.normal(), random.uniform(-1.0, 1.0))
+            one.accept(0.1 * k, random.uniform(0.0, 0.06))
+        assert answers() == expected
+        for omega in (1.0, 1.0003, 2.0):
+            one.set_states(0.0, omega)
+            one.set(velocity=0.1)
+            assert one.rates()[1] == 0.0
+            assert one.directional(["der(omega)"], {"omega": 1.0}) == OK
+            assert one.found[0] == pytest.approx(0.0 if omega > 1.0 else -31.0 * SPRING.n)
+            one.set(velocity=-0.1)
+            assert one.rates()[1] == pytest.approx(-0.1 * SPRING.rho * 2.0 * SPRING.sigma)
+
+
+@pytest.mark.parametrize(("share", "warned"), [(0.0, True), (-1.0, True), (1e3, True), (0.5, True), (1.0, False)])
+def test_a_velocity_that_is_not_the_rate_of_the_displacement(share: float, warned: bool) -> None:
+    """One warning, once the spring has travelled a twentieth of its range; jumps and restored states are no travel."""
+    middle, swing, step = 0.025, 0.02, 0.02 * math.pi
+    with FORMS["states"].begun(middle, velocity=share * swing) as one:
+        for k in range(1, 300):
+            one.set(velocity=share * swing * math.cos(k * step))
+            one.accept(k * step, middle + swing * math.sin(k * step))
+        assert [status for status, _, _ in one.messages] == [WARNING] * warned
+        assert not warned or one.said.startswith("`velocity` must be the rate of `displacement`, but up to time ")
+    with FORMS["states"].begun(0.025) as one:
+        state = one.serialized()
+        for k in range(20):
+            one.event(0.01 + 0.03 * (k % 2))
+            one.accept(0.1 * k, 0.01 + 0.03 * (k % 2))
+            assert one.restore(state) == OK
+            one.accept(0.1 * k, 0.04)
+        assert one.messages == []
