@@ -100,11 +100,10 @@ def exudyn_acceleration(
 
         return pull
 
+    spring = items.ObjectConnectorCartesianSpringDamper
     for axes, place in mounts:
         ends = [marker(ground, place + center), marker(rigid, place)]
-        mbs.AddObject(
-            items.ObjectConnectorCartesianSpringDamper(markerNumbers=ends, springForceUserFunction=pull_of(axes))
-        )
+        mbs.AddObject(spring(markerNumbers=ends, springForceUserFunction=pull_of(axes)))
 
     def base(t: float) -> FloatArray:
         return sum((c.signal.value(t) * np.array(c.direction) for c in case.channels), np.zeros(3))  # type: ignore[attr-defined]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-import run as soak
+from soak import run as soak
 from strandspring.cli.main import COMMANDS
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes and memory are read from /proc")
