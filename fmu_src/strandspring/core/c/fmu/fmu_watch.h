@@ -14,7 +14,7 @@
  * falls through zero once the displacement has come back from its turning point by the slack, a share of the range so
  * small that the path does not notice. Then the point is accepted, the heading changes and z is positive again.
  *
- * Measured with a mass on a spring under CVODE over 9 reversals (tests/fmi/test_exchange.py), at relative
+ * Measured with a mass on a spring under CVODE over 9 reversals, at relative
  * tolerances of 1e-5, 1e-7 and 1e-9: the position errs by 5e-4, 7e-6 and 1.4e-7 of its travel after 429, 856 and 1523
  * evaluations, just as where the solver watches the true velocity. Without the indicator, committing accepted points
  * alone, it errs by 3e-4, 1e-4 and 1e-4 after 266, 761 and 1597.
