@@ -32,7 +32,8 @@ KEPT = Path(__file__).with_name("said.json")
 # What differs between computers and builds, and what is said only where nothing has been compiled yet.
 COMPILED = re.compile(r"Compiling the spring for .*\n")
 CHANGING = re.compile(
-    r"(?<=\.fmu )\([^)]*\)|\d+\.\d+\.\d+(\.dev\d+)?(\+\w+)?|[\d.]+ (KiB|k?B|MB|m?s|files)\b|[0-9a-f]{12,}|(x86_64|aarch64)-\w+|linux64"
+    r"(?<=\.fmu )\([^)]*\)"
+    r"|\d+\.\d+\.\d+(\.dev\d+)?(\+\w+)?|[\d.]+ (KiB|k?B|MB|m?s|files)\b|[0-9a-f]{12,}|(x86_64|aarch64)-\w+|linux64"
 )
 
 
