@@ -5,7 +5,6 @@ from __future__ import annotations
 import ctypes
 import re
 from dataclasses import asdict, replace
-from math import frexp
 from pathlib import Path
 from typing import Any
 
@@ -78,8 +77,7 @@ def test_c_refuses_in_the_same_words(changes: str, sentence: str) -> None:
 
 
 @pytest.mark.long
-@settings(max_examples=100)
-@given((st.floats(-1e16, -0.0) | st.floats(-1.7e308, -1e17)).filter(lambda value: frexp(value)[0] != -0.5))
+@given((st.floats(-1e16, -0.0) | st.floats(-1.7e308, -1e17)).filter(lambda value: np.frexp(value)[0] != -0.5))
 @example(-1e15)
 @example(-1e16)
 @example(-2.5e-308)
