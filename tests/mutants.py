@@ -4,9 +4,10 @@ usage: python tests/mutants.py [--seed TEXT] [--python 70] [--c 30] [--whole] [-
 
 Each mutant is one change of one line in a copy of the checkout: another comparison, sign, product, number, Boolean or
 condition. The tests that executed the line come first, for C the tests that speak to it, and then, with --whole, all of
-the default tier; the first that fails kills the mutant. A mutant that hangs counts as killed. Which test executes which
-line is measured once for each state of the sources, and kept in the folder for temporary files. While tests of one
-subject are written, `--of` draws from its folders or files of the package, and `--by` names the only tests that run.
+the default tier; the first that fails kills the mutant. A mutant that hangs, or with which pytest can collect nothing,
+counts as killed. Two run at a time, each in its own copy. Which test executes which line is measured once for each
+state of the sources, and kept in the folder for temporary files. While tests of one subject are written, `--of` draws
+from its folders or files of the package, and `--by` names the only tests that run.
 Exit status 1 if less than 85 of 100 are killed.
 """
 
@@ -24,9 +25,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from queue import Queue
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = Path("fmu_src/strandspring")
@@ -200,25 +203,33 @@ class Tests:
         return _as_arguments(sorted(names)[:MOST_TESTS])
 
 
-def killer(copy: Path, selected: list[str], whole: bool) -> str:
-    """The first test that fails, "hangs", or nothing if all pass."""
-    environment = {**os.environ, "PYTHONPATH": str(copy / "fmu_src"), "PYTHONDONTWRITEBYTECODE": "1"}
-    runs = [["-n", "0", *selected]] if selected else []
-    runs += [["-n", "2", "-m", "not slow"]] if whole or not selected else []
-    for run in runs:
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", *run]
+def killer(copy: Path, mutant: Mutant, selected: list[str], whole: bool) -> str:
+    """The first test that fails with a mutant in a copy, "hangs", or nothing if all pass."""
+    path, source = copy / mutant.file, (ROOT / mutant.file).read_text()
+    for run in ([selected] if selected else []) + ([[]] if whole or not selected else []):
+        path.write_text(mutant.applied(source))
         try:
-            done = subprocess.run(
-                command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
-            )
+            done = _tested(copy, run)
         except subprocess.TimeoutExpired:
             return "hangs"
+        finally:
+            path.write_text(source)
         if done.returncode in (1, 2):
             said = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
             return said[1] if said else done.stdout.strip().splitlines()[-1]
-        if done.returncode not in (0, 5):  # nothing passed or failed: pytest itself could not run
-            sys.exit(done.stdout + done.stderr)
+        if done.returncode not in (0, 5):
+            if _tested(copy, ["--collect-only", *run]).returncode:
+                sys.exit(done.stdout + done.stderr)
+            return "collecting"
     return ""
+
+
+def _tested(copy: Path, arguments: list[str]) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(copy / "fmu_src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-xq", "-n0", "-pno:cacheprovider", "--no-header", *arguments]
+    return subprocess.run(
+        command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+    )
 
 
 def _as_arguments(contexts: list[str]) -> list[str]:
@@ -246,17 +257,22 @@ def main() -> int:
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)
     mutants = drawn(options.seed, options.python, options.c, options.of)
-    tests, killed = None if options.by else Tests(), 0
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder, "strandspring")
-        shutil.copytree(ROOT, copy, ignore=shutil.ignore_patterns(".git", ".venv", "__pycache__", "coverage"))
-        for number, mutant in enumerate(mutants, 1):
-            path, source = copy / mutant.file, (ROOT / mutant.file).read_text()
-            path.write_text(mutant.applied(source))
-            by = killer(copy, tests.of(mutant) if tests else options.by, options.whole)
-            path.write_text(source)
-            killed += bool(by)
+    tests = None if options.by else Tests()
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
+        copies = Queue[Path]()
+        for name in ("one", "two"):
+            copies.put(Path(folder, name, "strandspring"))
+            ignored = shutil.ignore_patterns(".git", ".venv", "__pycache__", "coverage")
+            shutil.copytree(ROOT, Path(folder, name, "strandspring"), ignore=ignored)
+
+        def tried(number: int, mutant: Mutant) -> bool:
+            copy = copies.get()
+            by = killer(copy, mutant, tests.of(mutant) if tests else options.by, options.whole)
+            copies.put(copy)
             print(f"{number:3} {'killed by ' + by if by else 'SURVIVES'}\n    {mutant}", flush=True)
+            return bool(by)
+
+        killed = sum(pool.map(tried, range(1, len(mutants) + 1), mutants))
     print(f"{killed} of {len(mutants)} are killed")
     return int(killed < ASKED * len(mutants))
 
