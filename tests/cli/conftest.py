@@ -36,8 +36,8 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     Spring(falling, "falling").save(folder / "falling.json")
     far = replace(TRUE, displacement_offset=0.45, displacement_min=0.4, displacement_max=0.5)
     Spring(far, "far").save(folder / "far.json")
-    hinge = Path(bundled_record())
-    sources = [HERE / "new.json", HERE / "worn.json", hinge, hinge.parents[1] / "rubber_hinge.json"]
+    bundled = HERE.parents[1] / "models" / "rubber_hinge.json"
+    sources = [HERE / "new.json", HERE / "worn.json", Path(bundled_record()), bundled]
     for source in (*sources, SYSTEMS / "gun_cradle.toml", SYSTEMS / "recoil_spring.json"):
         shutil.copy(source, folder)
     for name, kappa, seed in (("new", 25.0, 1), ("worn", 22.5, 2)):

@@ -31,9 +31,10 @@ MODES = {"j": ["--json"], "t": [], "v": ["--verbose"]}
 NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 ITEMS = 5  # of a long list or table that are kept
 # What differs from machine to machine or release to release.
-ELSEWHERE = {"sha256", "size", "seconds", "elapsed"}
+ELSEWHERE = {"sha256", "size", "seconds", "elapsed", "binaries"}
 OF_MACHINE = re.compile(
-    r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
+    r"(?<=\.fmu )\([^)]*\)|(?<=Binaries: ).*(?= Check:)|\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)"
+    r"|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
 )
 # Of what is fitted on another processor; the rest is computed to 1e-9 or better.
 FITTED, COMPUTED = 2e-3, 1e-5
