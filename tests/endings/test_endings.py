@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from pathlib import Path
 from types import ModuleType
@@ -22,22 +21,12 @@ from fmu_tools import SPRING
 from strandspring import Spring
 from strandspring.errors import StrandspringError
 from strandspring.ground import scratch
-from strandspring.ground.children import kill_all, run
+from strandspring.ground.children import run
 from strandspring.ground.endings import kept_endings
 from strandspring.ground.scratch import TemporaryFolder
 
 pytestmark = pytest.mark.long
-
 PATIENCE = 30.0  # seconds, for a busy machine
-
-
-def wait_for(condition: Callable[[], object]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
 Start = Callable[..., "subprocess.Popen[str]"]
 
 
@@ -57,9 +46,6 @@ def start() -> Iterator[Start]:
         yield started
 
 
-# Temporary folders
-
-
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where the system has temporary files, for this process and those that it starts."""
@@ -68,6 +54,8 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     scratch._remove_abandoned.cache_clear()
     return tmp_path
 
+
+# Temporary folders
 
 HOLDER = """
 import os, sys, time
@@ -84,7 +72,7 @@ assert folder.path.is_dir()
 """
 
 
-def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) -> None:
+def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with TemporaryFolder() as folder:
         (folder / "file").touch()
         assert folder.parent == place
@@ -96,19 +84,20 @@ def test_a_folder_ends_with_its_block_its_object_and_its_process(place: Path) ->
     # A fork leaves the folder of its parent, which ends with that.
     subprocess.run([sys.executable, "-c", HOLDER, "and leave"], check=True, capture_output=True)
     assert list(place.iterdir()) == []
+    monkeypatch.setattr("tempfile.tempdir", str(place / "none"))
+    with pytest.raises(StrandspringError, match=r"No temporary folder can be made in .*; set TMPDIR to a folder that"):
+        TemporaryFolder()
 
 
 @pytest.mark.parametrize(("module", "function"), [(os, "mkdir"), (shutil, "rmtree"), (os, "rmdir"), (os, "close")])
 def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
     module: ModuleType, function: str, place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    interrupted = False
-    usual = getattr(module, function)
+    usual, calls = getattr(module, function), list[object]()
 
     def interrupt(*arguments: object, **options: object) -> object:
-        nonlocal interrupted
-        if not interrupted:
-            interrupted = True
+        calls.append(arguments)
+        if len(calls) == 1:
             if function in ("mkdir", "close"):
                 usual(*arguments, **options)
             raise KeyboardInterrupt
@@ -117,7 +106,7 @@ def test_an_interrupt_while_a_folder_is_made_or_removed_does_not_leave_it(
     monkeypatch.setattr(module, function, interrupt)
     with pytest.raises(KeyboardInterrupt), TemporaryFolder() as folder:
         (folder / "file").touch()
-    assert interrupted
+    assert calls
     gc.collect()
     assert list(place.iterdir()) == []
 
@@ -127,30 +116,24 @@ def test_folders_of_killed_processes_are_removed_and_those_of_others_are_not(pla
     killed.kill()
     killed.wait()
     (abandoned,) = place.glob(f"strandspring-{killed.pid}-*")
-    elsewhere = place / "precious"
-    elsewhere.mkdir()
-    (elsewhere / "file").touch()
-    (place / "strandspring-1-abcdefgh").symlink_to(elsewhere)
-    (abandoned / "link").symlink_to(elsewhere)
-    (place / "strandspring-results").mkdir()
+    kept = {"precious", "strandspring-1-abcdefgh", "strandspring-2-abcdefgh", "strandspring-results"}
+    for name in ("precious", "strandspring-results", "strandspring-3-abcdefgh"):
+        (place / name).mkdir()
+    (place / "precious" / "file").touch()
     (place / "strandspring-2-abcdefgh").touch()
-    (place / "strandspring-3-abcdefgh").mkdir()
+    for link in (place / "strandspring-1-abcdefgh", abandoned / "link"):
+        link.symlink_to(place / "precious")
     if os.geteuid() == 0:
         os.chown(place / "strandspring-3-abcdefgh", 12345, 12345)  # of another user
+        kept.add("strandspring-3-abcdefgh")
     with TemporaryFolder() as folder:
-        left = {path.name for path in place.iterdir()}
         (held,) = place.glob(f"strandspring-{living.pid}-*")
-        kept = {"precious", "strandspring-1-abcdefgh", "strandspring-2-abcdefgh", "strandspring-results"}
-        kept |= {"strandspring-3-abcdefgh"} if os.geteuid() == 0 else set()
-        assert left == {held.name, folder.name, *kept}
-    assert (elsewhere / "file").exists()
+        assert {path.name for path in place.iterdir()} == {held.name, folder.name, *kept}
+    assert (place / "precious" / "file").exists()
     assert (held / "file").exists()
-    living.kill()
-    living.wait()
 
 
 CROWD = """
-import sys
 from strandspring.ground import scratch
 print("ready", flush=True)
 for _ in range(300):
@@ -169,56 +152,42 @@ def test_processes_that_tidy_up_at_once_never_remove_what_is_in_use(place: Path,
     assert list(place.iterdir()) == []
 
 
-def test_without_a_place_for_temporary_files_a_sentence_says_so(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "none"))
-    with pytest.raises(StrandspringError, match=r"No temporary folder can be made in .*; set TMPDIR to a folder that"):
-        TemporaryFolder()
-
-
 # Programs that are started
 
-SLEEPER = "import subprocess; subprocess.run(['sleep', '600'])"
-PARENT = f"""
+PARENT = """
 import os, sys, threading
 from pathlib import Path
-from strandspring.ground.children import run
-command = [sys.executable, "-c", {SLEEPER!r}]
-threading.Thread(target=run, args=(command, Path(), os.environ), daemon=True).start()
+from strandspring.ground.children import kill_all, run
+sleeper = "import subprocess; subprocess.run(['sleep', '600'])"
+for _ in range(2):
+    threading.Thread(target=run, args=([sys.executable, "-c", sleeper], Path(), os.environ), daemon=True).start()
 print("ready", flush=True)
+sys.stdin.readline()
+kill_all()
 threading.Event().wait()
 """
 
 
-def descendants(process: int) -> list[psutil.Process]:
-    """The keeper, the program, and what that has started."""
-    return psutil.Process(process).children(recursive=True)
-
-
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM])
-def test_a_program_ends_with_the_process_that_started_it(end: signal.Signals, start: Start) -> None:
-    parent = start(PARENT)
-    wait_for(lambda: len(descendants(parent.pid)) == 3)
-    left = descendants(parent.pid)
-    parent.send_signal(end)
-    parent.wait(PATIENCE)
-    assert not psutil.wait_procs(left, PATIENCE)[1]
-
-
-def test_programs_of_threads_are_killed_on_request(tmp_path: Path) -> None:
-    others = {process.pid for process in descendants(os.getpid())}
-
-    def mine() -> list[psutil.Process]:
-        return [process for process in descendants(os.getpid()) if process.pid not in others]
-
-    with ThreadPoolExecutor() as pool:
-        futures = [pool.submit(run, [sys.executable, "-c", SLEEPER], tmp_path, os.environ) for _ in range(2)]
-        wait_for(lambda: len(mine()) == 6)
-        left = mine()
-        kill_all()
-        assert all(future.result(PATIENCE).returncode != 0 for future in futures)
-    assert not psutil.wait_procs(left, PATIENCE)[1]
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, None])
+def test_programs_of_threads_end_with_the_process_that_started_them_or_on_request(end: int | None) -> None:
+    command = [sys.executable, "-c", PARENT]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        assert parent.stdout.readline() == b"ready\n"
+        # Twice the keeper, the program, and what that has started.
+        deadline, left = time.monotonic() + PATIENCE, list[psutil.Process]()
+        while len(left) < 6 and time.monotonic() < deadline:
+            left = psutil.Process(parent.pid).children(recursive=True)
+        assert len(left) == 6
+        if end is None:
+            assert parent.stdin is not None
+            parent.stdin.write(b"\n")
+            parent.stdin.flush()
+        else:
+            parent.send_signal(end)
+            parent.wait(PATIENCE)
+        assert not psutil.wait_procs(left, PATIENCE)[1]
+        parent.kill()
 
 
 def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) -> None:
@@ -227,7 +196,7 @@ def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) ->
     assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
 
 
-# Signals
+# Signals: programs, the signals that they get, their possible ends, and what they print
 
 BUSY = """
 import sys, time
@@ -247,17 +216,6 @@ def busy():
 program.LazyGroup.get_command = lambda *_: busy
 program.main(["busy"])
 """
-
-
-def test_signals_that_follow_each_other_at_once_do_not_disturb_the_ending(start: Start) -> None:
-    process = start(BUSY)
-    for number in (signal.SIGTERM, signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
-        process.send_signal(number)
-        time.sleep(0.05)
-    assert process.communicate(timeout=PATIENCE)[0] == "tidied up\n"
-    assert process.returncode in (128 + signal.SIGTERM, 128 + signal.SIGHUP)
-
-
 LOADING = """
 import sys, time
 from strandspring.__main__ import main
@@ -288,39 +246,39 @@ try:
 finally:
     del sys.stdout.write
 """
+TERM, HUP, INT = signal.SIGTERM, signal.SIGHUP, signal.SIGINT
+SIGNALS = [(BUSY, [TERM, TERM, HUP, INT], {128 + TERM, 128 + HUP}, "tidied up\n")]
+SIGNALS += [(LOADING, [number], {128 + number}, "") for number in (TERM, HUP, INT)]
+SIGNALS += [(LEAVING, [number], {0}, "") for number in (TERM, HUP, INT)]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
-@pytest.mark.parametrize("program", [LOADING, LEAVING], ids=["loading", "leaving"])
-def test_a_signal_while_the_command_is_loaded_is_answered_and_does_not_change_its_end(
-    program: str, number: signal.Signals, start: Start
+@pytest.mark.parametrize(("program", "numbers", "ends", "printed"), SIGNALS)
+def test_signals_at_any_time_are_answered_and_do_not_disturb_the_ending(
+    program: str, numbers: list[int], ends: set[int], printed: str, start: Start
 ) -> None:
     process = start(program)
-    process.send_signal(number)
-    assert process.communicate(timeout=PATIENCE)[0] == ""
-    assert process.returncode == (128 + number if program is LOADING else 0)
+    for number in numbers:
+        process.send_signal(number)
+        time.sleep(0.05)
+    assert process.communicate(timeout=PATIENCE)[0] == printed
+    assert process.returncode in ends
 
 
 def test_a_kept_signal_follows_the_block_that_did_not_look() -> None:
-    before = signal.getsignal(signal.SIGTERM)
-    done = []
+    before, done = signal.getsignal(TERM), []
 
     def block() -> None:
         with kept_endings():
-            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(TERM)
             done.append("the block")
 
     with pytest.raises(KeyboardInterrupt) as end:
         block()
-    assert done == ["the block"]
-    assert end.value.args == (signal.SIGTERM,)
-    assert signal.getsignal(signal.SIGTERM) is before
+    assert (done, end.value.args, signal.getsignal(TERM)) == (["the block"], (TERM,), before)
 
 
 INTERRUPTED_CHECK = """
-import signal, sys
-from pathlib import Path
-import strandspring
+import signal
 from strandspring.fmu.checks import check
 by_steps = check._by_steps
 
@@ -330,16 +288,13 @@ def interrupting(*arguments):
 
 check._by_steps = interrupting
 from strandspring.cli.main import main
-main(["build", sys.argv[1], "-o", "dist", "--backend", "python"])
+main(["build", "mount.json", "-o", "dist", "--backend", "python"])
 """
 
 
 def test_an_interrupt_while_an_fmu_is_checked_is_not_its_fault(tmp_path: Path) -> None:
     Spring(SPRING, "mount").save(tmp_path / "mount.json")
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED_CHECK, "mount.json"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False,
-    )  # fmt: skip
-    assert done.returncode == 130
-    assert done.stderr.strip() == "strandspring: interrupted; no output file is half written."
+    command = [sys.executable, "-c", INTERRUPTED_CHECK]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr.strip()) == (130, "strandspring: interrupted; no output file is half written.")
     assert [path.name for path in tmp_path.iterdir()] == ["mount.json"]

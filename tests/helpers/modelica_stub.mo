@@ -82,30 +82,9 @@ package Modelica "What the exported library needs of the Modelica Standard Libra
         equation
           flange.s = s0;
         end Fixed;
-
-        model Mass
-          extends Interfaces.PartialTwoFlanges;
-          parameter Modelica.Units.SI.Mass m;
-          Modelica.Units.SI.Position s(start=0);
-          Modelica.Units.SI.Velocity v(start=0);
-          Modelica.Units.SI.Acceleration a(start=0);
-        equation
-          flange_a.s = s;
-          flange_b.s = s;
-          v = der(s);
-          a = der(v);
-          m*a = flange_a.f + flange_b.f;
-        end Mass;
       end Components;
 
       package Sources
-        model ConstantForce
-          parameter Modelica.Units.SI.Force f_constant;
-          Interfaces.Flange_b flange;
-        equation
-          flange.f = -f_constant;
-        end ConstantForce;
-
         model Position
           parameter Boolean exact=false "Must be true in this stub";
           Interfaces.Flange_b flange;
@@ -113,17 +92,6 @@ package Modelica "What the exported library needs of the Modelica Standard Libra
         equation
           flange.s = s_ref;
         end Position;
-
-        model Accelerate
-          Interfaces.Flange_b flange;
-          Modelica.Blocks.Interfaces.RealInput a_ref;
-          Modelica.Units.SI.Position s(start=0, fixed=true);
-          Modelica.Units.SI.Velocity v(start=0, fixed=true);
-        equation
-          s = flange.s;
-          v = der(s);
-          a_ref = der(v);
-        end Accelerate;
       end Sources;
     end Translational;
   end Mechanics;
