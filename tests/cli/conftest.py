@@ -39,9 +39,9 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     Spring(falling, "falling").save(folder / "falling.json")
     far = replace(TRUE, displacement_offset=0.45, displacement_min=0.4, displacement_max=0.5)
     Spring(far, "far").save(folder / "far.json")
-    hinge = Path(bundled_record())
     shutil.copytree(SYSTEMS, folder, dirs_exist_ok=True)
-    for source in (HERE / "new.json", HERE / "worn.json", hinge, hinge.parents[1] / "rubber_hinge.json"):
+    bundled = HERE.parents[1] / "models" / "rubber_hinge.json"
+    for source in (HERE / "new.json", HERE / "worn.json", Path(bundled_record()), bundled):
         shutil.copy(source, folder)
     save_model(folder / "drawn.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
     write_batch(folder / "springs", 8, 360)

@@ -59,6 +59,8 @@ def seed_of_commit() -> int:
     """From the hash of the commit; without git, or with STRANDSPRING_FUZZ_SEED, that of the variable or 1."""
     if given := os.environ.get("STRANDSPRING_FUZZ_SEED"):
         return int(given)
+    if shutil.which("git") is None:
+        return 1
     done = subprocess.run(["git", "rev-parse", "HEAD"], cwd=HERE, capture_output=True, text=True, check=False)
     return int(done.stdout[:7], 16) if done.returncode == 0 else 1
 

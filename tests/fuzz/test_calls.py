@@ -9,6 +9,7 @@ import pytest
 
 import run as fuzz
 from program import ADDRESSES, SANITIZED, program_of, run
+from tools import program
 
 pytestmark = pytest.mark.long
 SEED = fuzz.seed_of_commit()
@@ -52,6 +53,7 @@ FAULTS = [
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the program of each form is built once."""
+    program("cc", package="gcc libc6-dev")
     return tmp_path_factory.mktemp("fuzz")
 
 

@@ -21,9 +21,10 @@ from strandspring import __version__
 ITEMS = 5  # of a long list or table that are kept
 NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 # What differs from machine to machine or release to release.
-ELSEWHERE = {"sha256", "size", "seconds", "elapsed", "folder"}
+ELSEWHERE = {"sha256", "size", "seconds", "elapsed", "folder", "binaries"}
 OF_MACHINE = re.compile(
-    r"\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
+    r"(?<=\.fmu )\([^)]*\)|(?<=Binaries: ).*(?= Check:)|\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)"
+    r"|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
 )
 
 
