@@ -57,7 +57,7 @@ def test_outputs(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsy
         "files": {path: _content(Path(path)) for path in sorted(written)},
     }
     is_fitted = command.startswith("identify") or ".csv" in command.partition(" -o")[0]
-    assert changes(KEPT, name, outputs, FITTED if is_fitted else COMPUTED) == []
+    assert changes(KEPT, {name: outputs}, FITTED if is_fitted else COMPUTED) == []
 
 
 def _files() -> dict[str, tuple[int, int]]:

@@ -28,15 +28,15 @@ OF_MACHINE = re.compile(
 )
 
 
-def changes(path: Path, name: str, found: Any, rtol: float) -> list[Any]:
-    """Places at which an answer differs from that of this name in a file."""
-    found = json.loads(json.dumps(found).replace(__version__, "VERSION"))
+def changes(path: Path, answers: dict[str, Any], rtol: float) -> list[Any]:
+    """Places at which answers differ from those of their names in a file."""
+    found = json.loads(json.dumps(answers).replace(__version__, "VERSION"))
     kept = json.loads(path.read_text(encoding="utf-8"))
     if "STRANDSPRING_KEEP" in os.environ:
-        kept[name] = found
+        kept |= found
         lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in kept.items())
         path.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
-    return list(differences(kept[name], found, rtol))
+    return list(differences({name: kept[name] for name in found}, found, rtol))
 
 
 def plain(value: Any) -> Any:
@@ -92,6 +92,8 @@ def differences(kept: Any, found: Any, rtol: float, place: str = "") -> Iterator
 
 def _is_near(kept: str, found: str, rtol: float) -> bool:
     """Whether printed numbers differ by one unit of the last digit at most, or by the tolerance."""
+    if kept == found:  # also where it is no finite number
+        return True
     one, other = (float(text.replace("−", "-")) for text in (kept, found))
     digits, _, exponent = kept.partition("e")
     unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
