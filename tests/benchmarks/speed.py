@@ -21,7 +21,7 @@ import numpy as np
 from tables import IMPORT, ROOT, console, in_turns, processor_time, show
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
-from shaken import shaken
+from oracles import shaken
 from springs import MOUNT
 from strandspring import Record, Spring, SpringParameters, examples, identify, isolate_system, responses
 from strandspring.compiled import zig

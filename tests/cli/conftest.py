@@ -9,9 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from many_springs import measured, write, write_batch
 from springs import MOUNT, TABLE
 from strandspring import Spring, bundled_record, synthesize
 from strandspring.examples.system_models import SYSTEMS
+from strandspring.model.modelfile import ModelFile, save_model
+from studies import SPRING, UNCERTAINTY
 from synthetic import record_of, sine, spring_of
 from terminal import Terminal
 
@@ -36,10 +39,14 @@ def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     Spring(falling, "falling").save(folder / "falling.json")
     far = replace(TRUE, displacement_offset=0.45, displacement_min=0.4, displacement_max=0.5)
     Spring(far, "far").save(folder / "far.json")
+    shutil.copytree(SYSTEMS, folder, dirs_exist_ok=True)
     bundled = HERE.parents[1] / "models" / "rubber_hinge.json"
-    sources = [HERE / "new.json", HERE / "worn.json", Path(bundled_record()), bundled]
-    for source in (*sources, SYSTEMS / "gun_cradle.toml", SYSTEMS / "recoil_spring.json"):
+    for source in (HERE / "new.json", HERE / "worn.json", Path(bundled_record()), bundled):
         shutil.copy(source, folder)
+    save_model(folder / "drawn.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
+    write_batch(folder / "springs", 8, 360)
+    write(folder / "springs" / "stiff.csv", measured(100, 360, stiffness=2.0))
+    (folder / "none").mkdir()
     for name, kappa, seed in (("new", 25.0, 1), ("worn", 22.5, 2)):
         record_of(replace(TRUE, kappa_omega=kappa), sine(), 0.02, seed).save(folder / f"{name}.csv", "mm")
     for amplitude, frequency in ((8, 0.5), (20, 0.5), (20, 2.0)):

@@ -1,23 +1,49 @@
-"""Answers as plain values of JSON, to be compared with kept ones."""
+"""Answers as plain values of JSON, compared with kept ones.
+
+After a change that is meant to move them: STRANDSPRING_KEEP=1 python -m pytest -n 0 and the file of the tests.
+"""
 
 from __future__ import annotations
 
 import json
+import math
+import os
 import re
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 
-_LARGE = ("spring", "signal")
+from strandspring import __version__
+
+ITEMS = 5  # of a long list or table that are kept
+NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
+# What differs from machine to machine or release to release.
+ELSEWHERE = {"sha256", "size", "seconds", "elapsed", "folder", "binaries"}
+OF_MACHINE = re.compile(
+    r"(?<=\.fmu )\([^)]*\)|(?<=Binaries: ).*(?= Check:)|\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)"
+    r"|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
+)
+
+
+def changes(path: Path, answers: dict[str, Any], rtol: float) -> list[Any]:
+    """Places at which answers differ from those of their names in a file."""
+    found = json.loads(json.dumps(answers).replace(__version__, "VERSION"))
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    if "STRANDSPRING_KEEP" in os.environ:
+        kept |= found
+        lines = ",\n".join(f"{json.dumps(key)}: {json.dumps(value)}" for key, value in kept.items())
+        path.write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
+    return list(differences({name: kept[name] for name in found}, found, rtol))
 
 
 def plain(value: Any) -> Any:
     """Fields of dataclasses but for springs and signals, names of members, and no numbers that JSON lacks."""
     if is_dataclass(value):
-        value = {field.name: getattr(value, field.name) for field in fields(value) if field.name not in _LARGE}
+        names = [field.name for field in fields(value) if field.name not in ("spring", "signal")]
+        value = {name: getattr(value, name) for name in names}
     if isinstance(value, dict):
         return {str(getattr(key, "name", key)): plain(one) for key, one in value.items()}
     if isinstance(value, list | tuple | np.ndarray):
@@ -27,33 +53,48 @@ def plain(value: Any) -> Any:
     return value if value is None or isinstance(value, int | str) else getattr(value, "name", str(value))
 
 
-def thinned(value: Any) -> Any:
-    """Six of a long list, and numbers with the digits that are compared."""
-    if isinstance(value, dict):
-        return {key: thinned(one) for key, one in value.items() if key not in ("folder", "seconds")}
-    if isinstance(value, list):
-        kept = value if len(value) <= 12 else [value[k] for k in np.linspace(0, len(value) - 1, 6).astype(int)]
-        return [len(value), *map(thinned, kept)]
-    return float(f"{value:.9g}") if isinstance(value, float) else value
+def words(text: str) -> str:
+    return OF_MACHINE.sub("...", " ".join(text.split()))
 
 
-def different(found: Any, kept: Any, place: str, share: float) -> list[str]:
-    """Where two answers differ: numbers by more than a share, and words but for the digits in them."""
-    if isinstance(kept, dict) and isinstance(found, dict):
-        missing = [f"{place}: {sorted(found.keys() ^ kept.keys())}"] if found.keys() != kept.keys() else []
-        both = sorted(kept.keys() & found.keys())
-        return missing + [text for key in both for text in different(found[key], kept[key], f"{place}.{key}", share)]
-    if isinstance(kept, list) and isinstance(found, list) and len(found) == len(kept):
-        pairs = enumerate(zip(found, kept, strict=True))
-        return [text for k, pair in pairs for text in different(*pair, f"{place}[{k}]", share)]
-    if isinstance(kept, float) and isinstance(found, float):
+def thinned(content: Any) -> Any:
+    """Without what differs elsewhere; of long lists the length and some items, the first and the last among them."""
+    if isinstance(content, dict):
+        return {key: thinned(value) for key, value in content.items() if key not in ELSEWHERE}
+    if not isinstance(content, list):
+        return words(content) if isinstance(content, str) else content
+    items = content
+    if len(content) > ITEMS:
+        items = [len(content), *(content[k * (len(content) - 1) // (ITEMS - 1)] for k in range(ITEMS))]
+    return [thinned(item) for item in items]
+
+
+def differences(kept: Any, found: Any, rtol: float, place: str = "") -> Iterator[Any]:
+    """Places at which kept and found differ, with both."""
+    if isinstance(kept, dict) and isinstance(found, dict) and list(kept) == list(found):
+        for key in kept:
+            yield from differences(kept[key], found[key], rtol, f"{place}.{key}")
+    elif isinstance(kept, list) and isinstance(found, list) and len(kept) == len(found):
+        for k, (one, other) in enumerate(zip(kept, found, strict=True)):
+            yield from differences(one, other, rtol, f"{place}[{k}]")
+    elif isinstance(kept, str) and isinstance(found, str):
+        parts, others = NUMBER.split(kept), NUMBER.split(found)
+        numbers = zip(parts[1::2], others[1::2], strict=False)
+        if parts[::2] != others[::2] or not all(_is_near(one, other, rtol) for one, other in numbers):
+            yield place, kept, found
+    elif isinstance(kept, float) and isinstance(found, float):
         # Below 1e-9 of a metre, newton or second there is only rounding.
-        return [] if found == pytest.approx(kept, rel=share, abs=1e-9, nan_ok=True) else [f"{place}: {found} {kept}"]
-    if isinstance(kept, str) and isinstance(found, str):
-        found, kept = (re.sub(r"\d[\d.e+-]*", "#", text) for text in (found, kept))
-    return [] if found == kept else [f"{place}: {found!r} {kept!r}"]
+        if not math.isclose(kept, found, rel_tol=rtol, abs_tol=1e-9):
+            yield place, kept, found
+    elif kept != found or type(kept) is not type(found):
+        yield place, kept, found
 
 
-def lines(values: dict[str, Any], text: Callable[[Any], str] = json.dumps) -> str:
-    """An object of JSON with a line for each key."""
-    return "{\n" + ",\n".join(f"{json.dumps(key)}: {text(value)}" for key, value in values.items()) + "\n}\n"
+def _is_near(kept: str, found: str, rtol: float) -> bool:
+    """Whether printed numbers differ by one unit of the last digit at most, or by the tolerance."""
+    if kept == found:  # also where it is no finite number
+        return True
+    one, other = (float(text.replace("−", "-")) for text in (kept, found))
+    digits, _, exponent = kept.partition("e")
+    unit = 10.0 ** (int(exponent or 0) - len(digits.partition(".")[2]))
+    return abs(one - other) <= max(1.001 * unit if "." in kept else 0.0, rtol * abs(one), 1e-12)

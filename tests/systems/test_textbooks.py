@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -13,26 +12,21 @@ from mounted_examples import COMPRESSION, GRAVITY, UP, FloatArray, KernelMotion,
 from oracles import sine
 from strandspring import SpringParameters
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
-from strandspring.vibration.bodies.parts import MountAxis, Vector
+from strandspring.vibration.bodies.parts import MountAxis
 from strandspring.vibration.bodies.run_figures import RunFigures
 
 pytestmark = pytest.mark.long
 
 
 def thrown(axis: MountAxis, speed: float, duration: float, mass: float = 1.0) -> KernelMotion:
+    """Onto a mount without a weight."""
     case = LoadCase("thrown", "drop", duration, velocity=(0.0, 0.0, speed))
     return kernel_motion(one_mass(axis, mass), case, 1e-5)
 
 
-def shaken(signal: Signal, duration: float, direction: Vector = UP, settling: float = 0.0) -> LoadCase:
-    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, direction)
+def shaken(signal: Signal, duration: float, settling: float = 0.0) -> LoadCase:
+    channel = LoadChannel(ChannelKind.BASE_ACCELERATION, signal, UP)
     return LoadCase("shaken", "sine", duration, (channel,), settling)
-
-
-def largest(motion: KernelMotion) -> tuple[float, float]:
-    """Acceleration and sway."""
-    figures = RunFigures.from_motion_figures(motion.figures)
-    return float(figures.acceleration[0]), float(figures.sway[0])
 
 
 def test_velocity_step_on_a_damped_isolator() -> None:
@@ -46,8 +40,9 @@ def test_velocity_step_on_a_damped_isolator() -> None:
     sway, acceleration = math.exp(-phi / math.tan(phi)), math.exp(-(3.0 * phi - math.pi) / math.tan(phi))
     assert (acceleration, sway) == pytest.approx((0.81012, 0.69908), abs=5e-6)
     axis = MountAxis(elastic(0.0, circular**2), UP, 0.0, damping=2.0 * zeta * circular)
-    expected = acceleration * speed * circular, sway * speed / circular
-    assert largest(thrown(axis, speed, 0.2)) == pytest.approx(expected, rel=1e-6)
+    figures = RunFigures.from_motion_figures(thrown(axis, speed, 0.2).figures)
+    assert figures.acceleration[0] == pytest.approx(acceleration * speed * circular, rel=1e-6)
+    assert figures.sway[0] == pytest.approx(sway * speed / circular, rel=1e-6)
 
 
 def test_drop_on_a_cubic_spring() -> None:
@@ -57,7 +52,8 @@ def test_drop_on_a_cubic_spring() -> None:
     acceleration = (k * deflection + r * deflection**3) / mass
     assert (1e3 * deflection, acceleration / GRAVITY) == pytest.approx((37.811055, 37.4720), abs=5e-5)
     motion = thrown(MountAxis(elastic(0.0, k, 0.0, r), UP, 0.0), math.sqrt(2.0 * GRAVITY * height), 0.02, mass)
-    assert largest(motion) == pytest.approx((acceleration, deflection), rel=1e-6)
+    figures = RunFigures.from_motion_figures(motion.figures)
+    assert (figures.acceleration[0], figures.sway[0]) == pytest.approx((acceleration, deflection), rel=1e-6)
 
 
 def test_period_of_duffing() -> None:
@@ -76,27 +72,6 @@ def test_period_of_duffing() -> None:
     crossings = 1e-5 * (before + x[before] / (x[before] - x[before + 1]))
     assert crossings.size == 12
     np.testing.assert_allclose(np.diff(crossings), period, atol=1e-7)
-
-
-@pytest.mark.parametrize("n", [0.3, 1.0, 4.0])
-def test_first_peak_on_a_hysteretic_spring_takes_up_the_energy(n: float) -> None:
-    """m v^2/2 = W(z), the integral of the force along the monotone path from omega = 0, paper eq. (11) as an ODE."""
-    from scipy.integrate import solve_ivp
-
-    spring, mass, speed = replace(COMPRESSION, n=n), 1.5, 1.2
-
-    def rate(x: float, state: FloatArray) -> list[float]:
-        omega = float(state[0])
-        FE, FA = (sum(c * x**i for i, c in enumerate(cs)) for cs in (spring.kE, spring.kA))
-        return [spring.rho * (1.0 - abs(omega) ** spring.n), FE + spring.kappa_omega * omega * FA]
-
-    def left(_: float, state: FloatArray) -> float:
-        return 0.5 * mass * speed**2 - float(state[1])
-
-    left.terminal = True  # type: ignore[attr-defined]
-    path = solve_ivp(rate, (0.0, spring.displacement_max), (0.0, 0.0), "DOP853", events=left, rtol=1e-12, atol=1e-15)
-    found = thrown(MountAxis(spring, UP, 0.0), speed, 0.04, mass).histories.displacement.max()
-    assert found == pytest.approx(float(path.t_events[0][0]), rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -152,23 +127,21 @@ def test_miles_with_the_damper() -> None:
     assert found.rms_sway[0, 2] == pytest.approx(sway, rel=scatter)
 
 
-@pytest.mark.parametrize(
-    "axis",
-    [
-        lambda: MountAxis(replace(COMPRESSION, n=0.3), UP, 0.0),
-        lambda: MountAxis(elastic(0.0, 4000.0), UP, 0.0, damping=20.0),
-        lambda: MountAxis(SpringParameters((0.0, 4000.0), (1.0,), 12.0, 2e4, 0.5, 8.0, 0.0, -0.5, 0.5), UP, 0.0),
-    ],
-    ids=["hysteretic", "viscous", "dry friction"],
-)
-def test_any_spring_under_white_noise_dissipates_a_quarter_of_mass_times_density(axis: Callable[[], MountAxis]) -> None:
+AXES = {
+    "hysteretic": MountAxis(replace(COMPRESSION, n=0.3), UP, 0.0),
+    "viscous": MountAxis(elastic(0.0, 4000.0), UP, 0.0, damping=20.0),
+}
+
+
+@pytest.mark.parametrize("axis", AXES.values(), ids=AXES)
+def test_any_spring_under_white_noise_dissipates_a_quarter_of_mass_times_density(axis: MountAxis) -> None:
     """White noise of one-sided density G has the correlation G/2 delta(t), so that by Ito's rule the mean of m v^2/2
     grows by m (G/2)/2 = m G/4 a second whatever the force is: in the mean the mounts dissipate that power.
 
     The work m a v scatters by m sqrt(G/2 mean(v^2) T) over T; four times that is allowed.
     """
     mass, density, duration, step = 1.5, 4.0, 200.0, 1e-4
-    motion = kernel_motion(one_mass(axis(), mass), shaken(WhiteNoise(density), duration), step)
+    motion = kernel_motion(one_mass(axis, mass), shaken(WhiteNoise(density), duration), step)
     mean_square = float(np.mean(np.diff(motion.histories.displacement[:, 0]) ** 2)) / step**2
     scatter = 4.0 * mass * math.sqrt(0.5 * density * mean_square * duration)
     expected = 0.25 * mass * density * duration
