@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from branched_springs import BASE, BRANCHED, BRANCHES, SECOND, uneven_motion
+from branched_springs import BASE, BRANCHED, SECOND, uneven_motion
 from mounts_with_branches import two_rates
 from oracles import exact_maxwell, oracle_force, shaken
 from strandspring import (
@@ -26,10 +25,9 @@ from strandspring import (
     identify,
 )
 from strandspring.core.branches import MaxwellBranch
-from strandspring.kernel.branches import as_times, maxwell_columns, maxwell_sums
+from strandspring.kernel.branches import as_times, maxwell_columns
 from strandspring.kernel.path import packed
 from strandspring.model.modelfile import model_of_text
-from strandspring.vibration.one_mass.harmonic_balance import linear_motion, mass_balance
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 from tools import slow_but
@@ -46,7 +44,7 @@ def test_the_force_is_that_of_an_ode_and_the_energy_that_of_all_parts() -> None:
     assert found == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())  # table of W: 1e-13; the solver: 1e-11
     parts = [Spring(mechanism).absorbed_energy(PATH) for mechanism in p.mechanisms]
     of_branches = spring.absorbed_energy(PATH, time=TIME) - sum(parts)
-    forces = [np.array([float(value) for value in exact_maxwell(b, PATH, TIME)]) for b in p.branches]
+    forces = [exact_maxwell(b, PATH, TIME).astype(float) for b in p.branches]
     stored = sum(0.5 * force**2 / branch.stiffness for force, branch in zip(forces, p.branches, strict=True))
     assert spring.stored_energy(PATH, TIME) == pytest.approx(stored, rel=1e-11, abs=1e-15)
     dissipated = of_branches - stored
@@ -76,20 +74,6 @@ def test_columns_and_their_derivatives_are_exact(tau: float) -> None:
         pairs = zip(*(exact_maxwell(MaxwellBranch(1.0, end), PATH, TIME) for end in (low, high)), strict=True)
         expected = [float((b - a) / (2 * step)) for a, b in pairs]
     assert by_log[0] == pytest.approx(expected, rel=1e-11, abs=1e-14 * np.ptp(PATH))
-
-
-def test_limits_of_a_branch() -> None:
-    """Cutting a straight motion changes nothing; times in which nothing decays make a spring, long ones a dashpot."""
-    fine = np.unique(np.concatenate([np.linspace(a, b, 7) for a, b in pairwise(TIME)]))
-    keep = np.concatenate([[True], np.diff(TIME) > 0.0])
-    coarse = maxwell_sums(BRANCHES, PATH[keep], TIME[keep])
-    cut = maxwell_sums(BRANCHES, np.interp(fine, TIME[keep], PATH[keep]), fine)[:, np.searchsorted(fine, TIME[keep])]
-    assert cut == pytest.approx(coarse, rel=1e-11, abs=1e-11 * np.abs(coarse).max())  # rounding of 700 steps
-    at_once = maxwell_sums([MaxwellBranch(500.0, 1e9)], PATH, np.zeros(PATH.size))[0]
-    assert at_once == pytest.approx(500.0 * (PATH - PATH[0]), rel=1e-13, abs=1e-13)
-    time = np.linspace(0.0, 1.0, PATH.size)
-    dashpot = maxwell_sums([MaxwellBranch(20.0 / 1e-9, 1e-9)], PATH, time)[0]
-    assert dashpot[1:] == pytest.approx(20.0 * np.diff(PATH) / np.diff(time), rel=1e-10)
 
 
 @pytest.mark.parametrize("name", BRANCHED)
@@ -152,22 +136,6 @@ def test_the_steady_motion_is_that_of_a_simulation_in_time(name: str) -> None:
         ratio = exact.relative / LEVEL + 1.0
         assert columns["transmissibility"][k] == pytest.approx(abs(ratio), rel=3e-3)
         assert columns["phase"][k] == pytest.approx(np.degrees(np.angle(ratio)), abs=0.3)
-
-
-@pytest.mark.parametrize("name", SPRINGS)
-def test_derivatives_of_the_balance_are_exact(name: str) -> None:
-    system = mounted(SPRINGS[name], parallel=4, series=2)
-    rest = static_equilibrium(system)
-    balance, omega = mass_balance(system, rest, SHAKEN, 1e-3), 2.0 * np.pi * rest.frequency
-    z = linear_motion(balance, np.array([rest.stiffness]), np.zeros(1), omega)
-    at, step = balance.at(z, omega), 1e-7
-    for k, moved in enumerate(step * np.eye(z.size)):
-        column = (balance.at(z + moved, omega).residual - balance.at(z - moved, omega).residual) / (2.0 * step)
-        # The differences of hysteretic forces are of second order, of 1e-7 m here.
-        assert at.jacobian[:, k] == pytest.approx(column, abs=1e-6 * np.abs(at.jacobian).max())
-    ends = [balance.at(z, omega * (1.0 + side * 1e-6)).residual for side in (-1, 1)]
-    by_frequency = (ends[1] - ends[0]) / (2e-6 * omega)
-    assert at.by_frequency == pytest.approx(by_frequency, abs=1e-8 * np.abs(by_frequency).max())
 
 
 def test_branches_alone_follow_the_transfer_function() -> None:

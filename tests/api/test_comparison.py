@@ -72,19 +72,6 @@ def test_a_known_difference_is_found_with_its_size() -> None:
     assert compare(b, a, draws=DRAWS).to_frame()["change"].dropna().iloc[0] > 0.0  # kappa_omega grows the other way
 
 
-@pytest.mark.slow
-def test_one_spring_identified_twice_rarely_differs() -> None:
-    # 20 pairs of records of one spring, degrees chosen from each. With an error of 5 % four or more alarms come in
-    # 1.6 % of such series (binomial); 150 pairs with other seeds gave 5 alarms, 3.3 %.
-    alarms = 0
-    for seed in range(100, 140, 2):
-        comparison = compare(identified(25.0, seed, None), identified(25.0, seed + 1, None), draws=100)
-        alarms += comparison.verdict is ComparisonVerdict.DIFFERENT
-        if comparison.verdict is ComparisonVerdict.NOT_FOUND:
-            assert "could not have been seen" in comparison.sentence
-    assert alarms <= 3
-
-
 def test_degrees_chosen_differently_are_no_difference_of_the_springs() -> None:
     # Without the common form the energy at 5 mm differs by 25 % and z = 5.
     rich, plain = identified(25.0, 1052), identified(25.0, 1053, (3, 1))

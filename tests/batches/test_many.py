@@ -4,10 +4,6 @@ from __future__ import annotations
 
 import csv
 import os
-import signal
-import subprocess
-import sys
-import time
 import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from journal_content import execute, rows_in, written
+from journal_content import execute
 from many_springs import DAMAGES, DeadlyWork, measured, one_of, write, write_batch, write_damaged
 from strandspring import ManyResult, RecordError, Spring, TwoStageOptions, identify_many
 from strandspring.campaigns.batches import sources
@@ -182,40 +178,6 @@ def test_a_damaged_journal_and_other_files_are_refused(few: Path) -> None:
     ):
         with pytest.raises(error, match=told):
             identify_many(few, few / "models", **options)  # type: ignore[arg-type]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
-def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import psutil
-
-    many = 100  # so many that the signal comes before the last one
-    write_batch(tmp_path / "springs", many, ROWS)
-    monkeypatch.chdir(tmp_path)
-    command = ["identify-many", "springs", "-o", "models", "--method", "two-stage", "--degrees", "3,2"]
-    program = subprocess.Popen(
-        [sys.executable, "-m", "strandspring", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    while written(tmp_path / "models" / sources.JOURNAL) < 60_000:
-        assert program.poll() is None, program.communicate()
-        workers = psutil.Process(program.pid).children(recursive=True)
-        time.sleep(0.005)
-    program.send_signal(end)
-    said, complained = program.communicate(timeout=60)
-    assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
-    kept = rows_in(tmp_path / "models" / sources.JOURNAL)
-    assert 5 <= kept < many
-    assert (said, "Traceback" in complained) == ("", False)
-    if end is signal.SIGKILL:
-        for part in (tmp_path / "models").glob(".*.part"):
-            part.unlink()  # as a later command does, but not within a minute
-    else:
-        assert program.returncode == 128 + end
-        assert f"{kept} of {many} files are kept in models/springs.journal.sqlite; the same command" in complained
-    again = identify_many("springs", "models", workers=1, options=FAST)
-    identify_many("springs", "whole", workers=1, options=FAST)
-    assert again.batch.earlier == kept
-    assert content(Path("models")) == content(Path("whole"))
 
 
 @pytest.mark.parametrize("dies_once", [False, True])

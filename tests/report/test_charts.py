@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 import reports
 from springs import MOUNT
-from strandspring import Finding, Identification, Outcome, Record, Spring, StrandspringError, identify, select
+from strandspring import Finding, Identification, Outcome, Record, Spring, StrandspringError, select
 from strandspring.report.content.blocks import Gallery, Level, Notice, PageContent
 from strandspring.report.content.chart import Axis, Chart, ChartForm, Role, Trace, visible
 from strandspring.report.content.quantities import MM, NUMBER
@@ -21,7 +21,6 @@ from strandspring.report.details import ReportDetails
 from strandspring.report.record_page import overview
 from strandspring.report.rendering.palette import DARK, LIGHT
 from strandspring.report.report_content import report_content
-from synthetic import record_of, spring_of
 
 if TYPE_CHECKING:
     from strandspring.report.rendering.panels import Panel
@@ -188,16 +187,6 @@ def test_an_overview_of_a_record_counts_cycles_and_what_is_left_out() -> None:
         part = select(record, cycles=(number, number))
         np.testing.assert_array_equal(part.force, record.force[cycle.first_sample : cycle.last_sample + 1])
     assert {reason: samples.tolist() for reason, samples in seen.left_out.items()} == {"spikes": [1000]}
-
-
-def test_trends_compare_cycles_of_one_amplitude() -> None:
-    """Three large cycles of which the last is 2 % stiffer, then three small ones."""
-    displacement = np.concatenate([size * np.sin(np.linspace(0.0, 6.0 * np.pi, 900)) for size in (0.02, 0.01)])
-    record = record_of(spring_of(1.0, 1.0), displacement)
-    stiffer = np.where((np.arange(1800) >= 525) & (np.arange(1800) < 900), 1.02, 1.0)
-    found = identify(replace(record, force=record.force * stiffer))
-    sentence = charts_of(content_of(found))["trend-secant-stiffness"].sentence
-    assert sentence.endswith("cycle of one amplitude the measured one changes by +2 % at most.")
 
 
 def test_figures_for_papers_and_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

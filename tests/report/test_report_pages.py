@@ -106,13 +106,6 @@ def test_a_page_stands_whole_and_asks_for_nothing(
             assert "Usable: " in printed[0].extract_text()
 
 
-@pytest.mark.slow
-def test_without_scripts_all_figures_are_shown(browser: Browser, pages: Callable[[str], Path]) -> None:
-    with opened(browser, pages("campaign"), 1300, "light", scripts=False) as sight:
-        assert sight.page.locator("#figure-force .note").all_inner_texts() == ["loop.csv", "loop.csv (2)"]
-        assert sight.faults() == []
-
-
 def points(page: Page, figure: str) -> int:
     """Letters of the paths that are seen, about in proportion to their points."""
     return page.evaluate(
@@ -205,21 +198,6 @@ def test_what_is_chosen_of_a_record_is_printed_as_options(browser: Browser, page
     assert record.compared is not None
     chosen = 1e3 * record.displacement[record.compared]
     assert low <= chosen.min() <= chosen.max() <= high
-
-
-def test_histories_are_those_of_the_case_that_is_chosen(browser: Browser, pages: Callable[[str], Path]) -> None:
-    with opened(browser, pages("box"), 1300, "light") as sight:
-        page = sight.page
-        choice = page.locator("#figure-history-acceleration [data-choice=record]")
-        names = choice.locator("option").all_inner_texts()
-        assert len(names) == 6
-        assert {"standard, shock +y: not decided", "softer, shock +y: fail", "softer, drop: pass"} <= set(names)
-        choice.select_option("softer, transport: pass")
-        # The others follow.
-        assert page.locator("#figure-loops [data-choice=record]").input_value() == choice.input_value()
-        # Spectra are those of the kind of case: none of shock for a vibration.
-        for figure, count in (("shock", 4), ("power", 2)):
-            assert page.locator(f"#figure-{figure}-spectra select option").count() == count
 
 
 @pytest.mark.slow

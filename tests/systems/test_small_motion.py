@@ -10,7 +10,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, two_stages, unit, vector
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, unit, vector
 from springs import EXAMPLES, MOUNT
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
@@ -20,7 +20,6 @@ from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
-from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.small_motion import SmallMotion
 
 UNIT = np.eye(3)
@@ -204,14 +203,3 @@ def test_rest_is_found_and_balanced_at_any_scale_of_force(
     body = replace(system.bodies[0], mass=factor * 20.0, inertia=tuple(map(tuple, factor * np.array(ASYMMETRIC))))
     again = replace(scaled, bodies=(body,)).solver.rest(np.array(gravity), omega)[0]
     np.testing.assert_array_equal(again, pose)
-
-
-def test_loads_of_mounts_balance_weights() -> None:
-    """Of a box on a frame that stands askew on unequal feet, so that the axes of the box' mounts have turned."""
-    plain = two_stages()
-    feet = tuple(replace(foot, place=(foot.place[0] + 0.03, *foot.place[1:])) for foot in plain.mounts[4:])
-    system = replace(plain, mounts=(*plain.mounts[:4], *feet))
-    pose = rest(system)
-    loads, weights = mount_loads(system, pose), np.array([[0.0, 0.0, -body.mass * GRAVITY] for body in system.bodies])
-    assert np.linalg.norm(pose.rotations[1] - np.eye(3)) > 1e-3
-    np.testing.assert_allclose([loads[:4].sum(axis=0), loads[4:].sum(axis=0)], np.cumsum(weights, axis=0), atol=1e-9)

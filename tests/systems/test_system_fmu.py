@@ -141,43 +141,6 @@ def test_description_and_bytes(fmi: int, tmp_path: Path) -> None:
     assert names == ["base_acceleration_x", "base_acceleration_z"]
 
 
-CONNECTOR = '<ssd:Connector name="{}" kind="{}"><ssc:Real unit="m/s2"/></ssd:Connector>'
-STRUCTURE = f"""<?xml version="1.0" encoding="UTF-8"?>
-<ssd:SystemStructureDescription xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon"
-    xmlns:ssd="http://ssp-standard.org/SSP1/SystemStructureDescription" version="1.0" name="stack">
-<ssd:System name="stack"><ssd:Connectors>{CONNECTOR.format("ground", "input")}</ssd:Connectors>
-<ssd:Elements>{{}}</ssd:Elements><ssd:Connections>
-<ssd:Connection startConnector="ground" endElement="lower" endConnector="base_acceleration_z"/>
-<ssd:Connection startElement="lower" startConnector="acceleration_top_z" endElement="upper"
-    endConnector="base_acceleration_z"/></ssd:Connections></ssd:System></ssd:SystemStructureDescription>"""
-
-
-def test_systems_stand_on_each_other_in_ssp(tmp_path: Path) -> None:
-    """The top of one shakes the base of another, in FMPy's SSP simulation and step by step."""
-    from fmpy.ssp.simulation import simulate_ssp
-
-    fmu = build_system_fmu(STAGES, tmp_path, STAGES_OPTIONS, chosen_platforms("host"))
-    ends = CONNECTOR.format("base_acceleration_z", "input") + CONNECTOR.format("acceleration_top_z", "output")
-    elements = "".join(
-        f'<ssd:Component name="{name}" type="application/x-fmu-sharedlibrary" source="resources/{name}.fmu">'
-        f"<ssd:Connectors>{ends}</ssd:Connectors></ssd:Component>"
-        for name in ("lower", "upper")
-    )
-    files = {f"resources/{name}.fmu": fmu.read_bytes() for name in ("lower", "upper")}
-    ssp = write_archive(tmp_path / "stack.ssp", files | {"SystemStructure.ssd": STRUCTURE.format(elements).encode()})
-    found = simulate_ssp(str(ssp), stop_time=0.0199, step_size=1e-3, input={"ground": lambda _: 30.0})
-    with instance(2, STAGES, STAGES_OPTIONS).begin() as lower, instance(2, STAGES, STAGES_OPTIONS).begin() as upper:
-        # Each sees what held at the end of the last step.
-        expected, ground, top = [], 0.0, 0.0
-        for k in range(20):
-            assert [lower.set(base_acceleration_z=ground), upper.set(base_acceleration_z=top)] == [OK, OK]
-            assert [each.go(1e-3 * k, 1e-3) for each in (lower, upper)] == [OK, OK]
-            (top,), ground = lower.get("acceleration_top_z"), 30.0
-            expected.append(upper.get("acceleration_top_z")[0])
-    assert np.abs(expected).max() > 1e-3
-    np.testing.assert_allclose(found["upper.acceleration_top_z"], expected, atol=1e-9 * np.abs(expected).max())
-
-
 # ---- the command ----------------------------------------------------------------------------------
 
 
