@@ -188,7 +188,7 @@ def rate_of_omega(p: SpringParameters, velocity: float, omega: float, direction:
     return float(p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * min(abs(omega), 1.0) ** p.n))
 
 
-def _force(p: SpringParameters, x: float, omega: float) -> float:
+def spring_force(p: SpringParameters, x: float, omega: float) -> float:
     """Paper eq. (10) of a polynomial FE within the range [N]."""
     elastic, amplifier = (sum(c * x**i for i, c in enumerate(cs)) for cs in (p.kE, p.kA))
     return elastic + p.kappa_omega * omega * amplifier
@@ -221,7 +221,7 @@ def shaken(
         z, v, *rest = state.tolist()
         omegas, stretches = rest[: len(parts)], rest[len(parts) :]
         x, speed = z / system.series - p.displacement_offset, v / system.series
-        force = sum(_force(one, x, omega) for one, omega in zip(parts, omegas, strict=True))
+        force = sum(spring_force(one, x, omega) for one, omega in zip(parts, omegas, strict=True))
         force += sum(b.stiffness * s for b, s in zip(branches, stretches, strict=True))
         push = system.static_load + strength * math.cos(circular * t) - system.damping * v - system.parallel * force
         of_omegas = [rate_of_omega(one, speed, omega) for one, omega in zip(parts, omegas, strict=True)]
@@ -279,7 +279,7 @@ def monolithic(
         displacements, omegas = plant.displacements(t, z[:n]).tolist(), z[2 * n : 2 * n + count].tolist()
         for p, x in zip(springs, displacements, strict=True):
             assert p.displacement_min <= x <= p.displacement_max, f"{x} m is outside the range"
-        return np.array([_force(p, x - p.displacement_offset, w)
+        return np.array([spring_force(p, x - p.displacement_offset, w)
                          for p, x, w in zip(springs, displacements, omegas, strict=True)])  # fmt: skip
 
     def rate(t: float, z: FloatArray, directions: FloatArray) -> FloatArray:
