@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tools import program, tool
 
@@ -35,16 +34,8 @@ _OUTSIDE = """() => [...document.querySelectorAll("main *")].filter((element) =>
   element.getBoundingClientRect().right > innerWidth + 0.5).map((element) => element.outerHTML.slice(0, 120))"""
 
 
-@dataclass(frozen=True)
-class Sight:
-    """What was seen of a page.
-
-    Attributes
-    ----------
-    page : Page
-    messages : list of str    Of the console, and errors of scripts.
-    requests : list of str    Addresses other than of the page itself.
-    """
+class Sight(NamedTuple):
+    """A page, messages of the console and errors of scripts, and addresses asked for other than of the page itself."""
 
     page: Page
     messages: list[str]
@@ -71,20 +62,17 @@ def chromium() -> Iterator[Browser]:
 
 
 @contextmanager
-def opened(browser: Browser, path: Path, width: int, scheme: str, *, scripts: bool = True) -> Iterator[Sight]:
+def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Sight]:
     """A page, all of it unfolded."""
-    context = browser.new_context(
-        viewport={"width": width, "height": 900}, color_scheme="dark" if scheme == "dark" else "light",
-        has_touch=width < 600, java_script_enabled=scripts,
-    )  # fmt: skip
-    page = context.new_page()
-    messages: list[str] = []
-    requests: list[str] = []
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
-    page.on("request", lambda request: requests.append(request.url))
+    options: Any = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme, "has_touch": width < 600}
+    page = browser.new_page(**options)
+    sight = Sight(page, [], [])
+    page.on("console", lambda message: sight.messages.append(message.text))
+    page.on("pageerror", lambda error: sight.messages.append(str(error)))
+    page.on("request", lambda request: sight.requests.append(request.url))
     page.goto(path.as_uri())
+    sight.requests.remove(path.as_uri())
     page.evaluate("() => [...document.querySelectorAll('details')].forEach((fold) => { fold.open = true; })")
     page.wait_for_timeout(100)  # the page answers to what is opened
-    yield Sight(page, messages, [url for url in requests if url != path.as_uri()])
-    context.close()
+    yield sight
+    page.close()
