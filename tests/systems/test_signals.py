@@ -181,8 +181,6 @@ def test_random_vibration_has_the_density_asked_for() -> None:
     narrow = LevelTable(((95.0, 1.0), (105.0, 1.0)))
     powers = [np.mean(RandomVibration(narrow, 1.0, seed).averages(1e-3, 1000) ** 2) for seed in range(400)]
     assert np.std(powers) / np.mean(powers) == pytest.approx(math.sqrt(0.1), rel=4.0 / math.sqrt(800.0))
-    first, other = (RandomVibration(EXPOSURE, 1.0, SEED + k).averages(1e-4, 10_000) for k in (0, 1))
-    assert abs(np.corrcoef(first, other)[0, 1]) < 0.1
 
 
 # ---- shock response spectra -----------------------------------------------------------------------
@@ -191,40 +189,40 @@ N = 2000
 HALF_SINE = np.sin(np.pi * np.arange(N + 1) / N)  # of a duration of 1 s: frequencies are the products f*T
 
 
-def smallwood(theta: float, zeta: float) -> tuple[list[float], list[float]]:
-    """Coefficients of the ramp-invariant filter for the absolute acceleration, as published in 1981."""
-    e, b = math.exp(-zeta * theta), theta * math.sqrt(1.0 - zeta**2)
-    c, ratio = e * math.cos(b), e * math.sin(b) / b
-    return [1.0 - ratio, 2.0 * (ratio - c), e * e - ratio], [1.0, -2.0 * c, e * e]
-
-
 def own_spectrum(samples: FloatArray, interval: float, frequencies: FloatArray, zeta: float) -> FloatArray:
-    """The largest responses; what is shaken is still after the samples, for two periods."""
+    """The largest responses by Smallwood's ramp-invariant filter for the absolute acceleration, as published in 1981;
+    what is shaken is still after the samples, for two periods.
+    """
     from scipy.signal import lfilter
 
     maxima = []
     for frequency in frequencies.tolist():
-        after = np.zeros(math.ceil(2.0 / (frequency * interval)))
-        response = lfilter(*smallwood(2.0 * math.pi * frequency * interval, zeta), np.append(samples, after))
+        theta, still = 2.0 * math.pi * frequency * interval, np.zeros(math.ceil(2.0 / (frequency * interval)))
+        e, b = math.exp(-zeta * theta), theta * math.sqrt(1.0 - zeta**2)
+        c, s = e * math.cos(b), e * math.sin(b) / b
+        response = lfilter([1.0 - s, 2.0 * (s - c), e * e - s], [1.0, -2.0 * c, e * e], np.append(samples, still))
         maxima.append(np.abs(response).max())
     return np.array(maxima)
 
 
+RISING = np.arange(N + 1) / N
+
+
 @pytest.mark.parametrize(
-    ("samples", "low", "high", "part", "expected"),
+    ("samples", "low", "high", "residual", "expected"),
     [
-        (HALF_SINE, 0.6, 1.0, "maximax", (0.809937, 1.768458)),
-        (HALF_SINE, 0.6, 1.0, "residual", (0.683622, 1.715509)),
-        (np.arange(N + 1) / N, 0.5, 0.8, "maximax", (0.650283, 1.259591)),
+        (HALF_SINE, 0.6, 1.0, False, (0.809937, 1.768458)),
+        (HALF_SINE, 0.6, 1.0, True, (0.683622, 1.715509)),
+        (RISING, 0.5, 0.8, False, (0.650283, 1.259591)),
     ],
 )
 def test_textbook_values_of_classical_pulses(
-    samples: FloatArray, low: float, high: float, part: str, expected: tuple[float, float]
+    samples: FloatArray, low: float, high: float, residual: bool, expected: tuple[float, float]
 ) -> None:
     """Without damping; the top is flat: its height is certain to 1e-6, its place to some 1e-4."""
     frequency = np.linspace(low, high, 4001)
     found = shock_spectrum(samples, 1.0 / N, frequency, 0.0)
-    spectrum = found.maximax if part == "maximax" else np.abs(found.extrema[2:]).max(axis=0)
+    spectrum = np.abs(found.extrema[2:]).max(axis=0) if residual else found.maximax
     assert (frequency[spectrum.argmax()], spectrum.max()) == pytest.approx(expected, abs=1e-4)
     with pytest.raises(MountedSystemError, match=r"natural frequency of 501 Hz.*end the spectrum at 500 Hz"):
         shock_spectrum(samples, 1.0 / N, [501.0])
@@ -275,7 +273,6 @@ def test_pyyeti_finds_the_same() -> None:
 
 
 STIFFNESS, PEAK = 1.0e4, 150.0
-ELASTIC = one_mass(MountAxis(elastic(0.0, STIFFNESS), UP, 0.0))
 
 
 def test_drawn_limits_with_notches_hold_an_own_spectrum() -> None:
@@ -292,6 +289,7 @@ def test_drawn_limits_with_notches_hold_an_own_spectrum() -> None:
     during = factor * (root * np.sin(rate * time) - rate * np.sin(root * time))
     after = -factor * rate * (np.sin(root * time) + np.sin(root * (time - D)))
     samples = np.where(time < D, during, after)
+    system = one_mass(MountAxis(elastic(0.0, STIFFNESS), UP, 0.0))
     case = LoadCase("case", "pulse", end, (LoadChannel(ChannelKind.BASE_ACCELERATION, HalfSine(PEAK, D), UP),))
     for _ in range(5):
         place, depth, flank = random.uniform(12.0, 150.0), random.uniform(0.1, 0.5), random.choice([1e-4, 0.01, 0.04])
@@ -299,7 +297,7 @@ def test_drawn_limits_with_notches_hold_an_own_spectrum() -> None:
         corners = ((10.0, low), (place * (1.0 - flank), low), (place, depth * low), (place * (1.0 + flank), high))
         limit = RequiredSpectrum(LevelTable((*corners, (200.0, high))), random.choice([8.0, 12.0, 100.0]))
         limits = Limits({FigureKind.SRS: {"mass": 1.0}}, {}, {"mass": limit})
-        (figure,) = answer_case("mass", ELASTIC, case, limits, Unknowns(draws=16)).figures_of(FigureKind.SRS)
+        (figure,) = answer_case("mass", system, case, limits, Unknowns(draws=16)).figures_of(FigureKind.SRS)
         points = np.array(limit.levels.points).T
         frequencies, own = np.append(np.geomspace(10.0, 200.0, 800), points[0]), 0.0
         for _ in range(2):
