@@ -6,15 +6,14 @@ Their FMUs are rows of the conformance table, tests/fmi; bodies on them are in t
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from branched_springs import BASE, BRANCHED, SECOND, uneven_motion
+from branched_springs import BASE, BRANCHED, uneven_motion
 from mounts_with_branches import two_rates
-from oracles import exact_maxwell, oracle_force, shaken
+from oracles import exact_maxwell, oracle_force
 from strandspring import (
     ModelError,
     RefinedOptions,
@@ -25,11 +24,10 @@ from strandspring import (
     identify,
 )
 from strandspring.core.branches import MaxwellBranch
-from strandspring.kernel.branches import as_times, maxwell_columns
+from strandspring.kernel.branches import maxwell_columns
 from strandspring.model.modelfile import model_of_text
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
-from tools import slow_but
+from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 
 pytestmark = pytest.mark.long
 
@@ -96,47 +94,10 @@ def test_a_saved_spring_is_loaded_as_it_was_and_refused_where_there_is_no_room(n
     assert any(slow in caution for caution in spring.info().cautions) == bool(p.branches)
 
 
-@pytest.mark.parametrize(
-    ("time", "sentence"),
-    [
-        ([0.0, 1.0], r"`time` must have shape \(3,\) as the displacement has, got shape \(2,\)"),
-        ([0.0, np.nan, 1.0], r"`time` must be finite \[s\], got nan at index 1"),
-        ([0.0, 1.0, 0.5], r"`time` must not fall \[s\], got 0.5 after 1.0 at index 2"),
-    ],
-)
-def test_times_that_are_refused(time: list[float], sentence: str) -> None:
-    with pytest.raises(ValueError, match=sentence):
-        as_times(time, 3)
-
-
 # ---- a mass: branches that bend the response at its resonance of 15 Hz, where omega*tau is 2 and 50 ---
 
 BENDING = (MaxwellBranch(4000.0, 0.02), MaxwellBranch(900.0, 0.5))
-SPRINGS = {
-    "second": replace(BASE, second=SECOND),
-    "branches": replace(BASE, branches=BENDING),
-    "both": replace(BASE, second=SECOND, branches=BENDING),
-}
 LEVEL, MASS, SHAKEN = 5e-4, 2.0, Excitation.BASE_DISPLACEMENT
-
-
-def mounted(p: SpringParameters) -> IsolatedMass:
-    """A mass that rests at the middle of the range, midway in the hysteresis."""
-    return IsolatedMass(p, MASS, float(Spring(replace(p, branches=())).response([0.05])[0]))
-
-
-@pytest.mark.parametrize("name", slow_but(SPRINGS, ("both",)))
-def test_the_steady_motion_is_that_of_a_simulation_in_time(name: str) -> None:
-    system = mounted(SPRINGS[name])
-    natural = static_equilibrium(system).frequency
-    columns = frequency_response(system, SHAKEN, LEVEL, natural * np.geomspace(0.3, 3.0, 25)).columns
-    place = int(np.argmax(columns["transmissibility"]))
-    for k in (place, place + 3):
-        exact = shaken(system, SHAKEN, LEVEL, float(columns["frequency"][k]), repeat=1e-5)
-        # The balance leaves out harmonics above its last: 1e-3 near a corner of the loop.
-        ratio = exact.relative / LEVEL + 1.0
-        assert columns["transmissibility"][k] == pytest.approx(abs(ratio), rel=3e-3)
-        assert columns["phase"][k] == pytest.approx(np.degrees(np.angle(ratio)), abs=0.3)
 
 
 def test_branches_alone_follow_the_transfer_function() -> None:

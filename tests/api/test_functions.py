@@ -16,7 +16,6 @@ from strandspring import (
     Spring,
     SpringParameters,
     identify,
-    info,
     isolate,
     predict,
     simulate,
@@ -28,7 +27,7 @@ from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
-from synthetic import MEAN, spring_of
+from synthetic import spring_of
 
 pytestmark = pytest.mark.long
 
@@ -86,23 +85,6 @@ def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors() -> No
     assert predict(SPRING, synthesize(SPRING, noise=0.02, seed=1)).rnl == pytest.approx(0.98, abs=1e-3)
     (sentence,) = predict(SPRING, synthesize(SPRING, [0.025])).cautions
     assert "outside the identified range 30 to 70 mm" in sentence
-
-
-def test_loops_of_a_record_stand_beside_those_of_its_model() -> None:
-    frame = info(SPRING, synthesize(SPRING, [0.01, 0.02], noise=0.005), amplitudes=[0.005]).to_frame()
-    assert frame["source"].tolist() == ["model", "<mount>", "model", "<mount>", "model"]
-    # 0.5 % noise; the mean over some cycles and hundreds of samples leaves less than 1 %.
-    for measured, model in ((1, 2), (3, 4)):
-        for figure in ("secant_stiffness", "energy_per_cycle", "loss_factor"):
-            assert frame.loc[measured, figure] == pytest.approx(frame.loc[model, figure], rel=0.01)
-    for row in frame.to_dict("records"):  # along one steady cycle
-        x = 0.5 * (row["high"] + row["low"]) + row["amplitude"] * np.sin(np.linspace(0.5, 8.5, 40001) * np.pi)
-        force = SPRING.response(x + info(SPRING).zero)[-10001:]
-        work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(x[-10001:]))
-        assert row["energy_per_cycle"] == pytest.approx(work, rel=0.01)
-        assert row["secant_stiffness"] == pytest.approx((force[5000] - force[0]) / (x[-5001] - x[-10001]), rel=0.01)
-    assert info(SPRING).zero == MEAN  # 0 lies outside the range
-    assert info(SPRING, zero=0.03).to_frame()["low"].iloc[-1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_curve_is_that_of_the_balance_and_peaks_are_resolved() -> None:

@@ -34,25 +34,6 @@ def vector(*components: float) -> Vector:
     return float(x), float(y), float(z)
 
 
-def turned(R: FloatArray, v: Vector) -> Vector:
-    """A vector rotated."""
-    return vector(*(R @ np.array(v)))
-
-
-def rotated(system: MountedSystem, R: FloatArray) -> MountedSystem:
-    """With all places, directions, moments of inertia and weights rotated about the origin."""
-    bodies, mounts = [], []
-    for body in system.bodies:
-        inertia = tuple(vector(*row) for row in R @ np.array(body.inertia) @ R.T)
-        direction = unit(*turned(R, body.direction))
-        bodies.append(replace(body, center=turned(R, body.center), inertia=inertia, direction=direction))  # type: ignore[arg-type]
-    for mount in system.mounts:
-        axes = tuple(replace(axis, direction=unit(*turned(R, axis.direction))) for axis in mount.axes)
-        mounts.append(replace(mount, place=turned(R, mount.place), axes=axes))
-    points = tuple(replace(point, place=turned(R, point.place)) for point in system.points)
-    return replace(system, bodies=tuple(bodies), mounts=tuple(mounts), points=points, gravity=turned(R, system.gravity))
-
-
 def elastic(*kE: float, half: float = 1.0) -> SpringParameters:
     """A spring with the elastic coefficients kE, and a hysteretic force of 1e-12 N that no test can see."""
     return SpringParameters(kE, (1.0,), 1e-12, 1.0 / half, 1.0, 1.0, 0.0, -half, half)

@@ -12,14 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 import reports
-from springs import MOUNT
-from strandspring import Finding, Identification, Outcome, Record, Spring, StrandspringError, select
+from strandspring import Finding, Identification, Outcome, StrandspringError
 from strandspring.report import figure
 from strandspring.report.content.blocks import Level, Notice, PageContent
 from strandspring.report.content.chart import Axis, Chart, ChartForm, Role, Trace, visible
 from strandspring.report.content.quantities import MM, NUMBER
 from strandspring.report.details import ReportDetails
-from strandspring.report.record_page import overview
 from strandspring.report.rendering.palette import DARK, LIGHT
 from strandspring.report.rendering.panels import Panel, panels_of
 from strandspring.report.rendering.report_path import check_report_path
@@ -149,21 +147,6 @@ def test_the_report_begins_with_the_verdict_and_keeps_the_words_of_every_caution
     every = content_of(replace(reports.plain(), findings=tuple(Finding(outcome) for outcome in Outcome)))
     said = [words(notice.text, notice.advice or "") for notice in blocks_of(every, Notice)]
     assert [outcome.name for outcome in Outcome if words(outcome.value) not in said] == []
-
-
-def test_an_overview_of_a_record_counts_cycles_and_what_is_left_out() -> None:
-    time = np.arange(0.0, 12.0, 0.0025)
-    path = 0.05 + 0.025 * np.sin(2.0 * np.pi * time)
-    force = Spring(MOUNT).response(path)
-    force[1000] += 5000.0
-    record = Record(path, force, time)
-    seen = overview(record)
-    assert len(seen.cycles) == 11
-    for number, cycle in enumerate(seen.cycles, 1):
-        assert (cycle.figures.amplitude, cycle.frequency) == pytest.approx((0.025, 1.0), rel=1e-2)
-        part = select(record, cycles=(number, number))
-        np.testing.assert_array_equal(part.force, record.force[cycle.first_sample : cycle.last_sample + 1])
-    assert {reason: samples.tolist() for reason, samples in seen.left_out.items()} == {"spikes": [1000]}
 
 
 def test_figures_for_papers_and_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -344,22 +344,6 @@ def test_a_rollback_journal_that_names_another_file_is_not_followed(half_done: P
     assert precious.read_text() == "mine"
 
 
-def test_one_journal_is_used_by_one_program_at_a_time_and_may_be_a_link(
-    results: Path, half_done: Path, expected: bytes, tmp_path: Path
-) -> None:
-    elsewhere = tmp_path / "elsewhere"
-    journal_path(half_done).rename(elsewhere)
-    journal_path(half_done).symlink_to(elsewhere)
-
-    def begin_again() -> None:
-        with pytest.raises(IsolationError, match="is in use by another run of the same command; wait until"):
-            run_study(CHEAP, results, Local(1))
-
-    run_study(CHEAP, results, Local(1), Counter(40, begin_again))
-    assert results.read_bytes() == expected
-    assert not elsewhere.exists()
-
-
 @pytest.mark.parametrize("kind", [os.mkfifo, Path.mkdir, lambda path: path.symlink_to("/dev/zero")])
 @pytest.mark.parametrize("suffix", ["", "-wal", "-journal"])
 def test_a_journal_must_be_a_regular_file(suffix: str, kind: Callable[[Path], object], results: Path) -> None:

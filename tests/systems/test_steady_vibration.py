@@ -55,11 +55,15 @@ def test_a_linear_spring_is_the_textbook(excitation: Excitation, level: float) -
     assert resonance.isolation_frequency == pytest.approx(np.sqrt(stiffness) / (2.0 * np.pi), rel=3e-4)
 
 
+STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)
+ADDED = replace(STRAIGHT, second=Mechanism((1.0, 5.0), 8.0, 1500.0, 0.9, 1.4),
+                branches=(MaxwellBranch(2e3, 0.01), MaxwellBranch(1e6, 2e-6)))  # fmt: skip
 ALONE = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0)
 SHAKEN = {
     "base displacement": (ALONE, BASE, 1e-3, (4.0, 10.4)),
     "base acceleration, 4 x 2 springs": (IsolatedMass(MOUNT, 30.0, None, 4, 2, 60.0), ACCELERATION, 1.0, (5.0, 6.0)),
     "force": (ALONE, FORCE, 20.0, (11.0, 11.5)),
+    "second mechanism, branches": (IsolatedMass(ADDED, 2.5, 0.0), BASE, 5e-4, (9.0, 10.5)),
 }
 
 
@@ -134,9 +138,6 @@ def test_the_rest_carries_the_load() -> None:
 # ---- bodies on mounts -----------------------------------------------------------------------------
 
 
-STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)
-ADDED = replace(STRAIGHT, second=Mechanism((1.0, 5.0), 8.0, 1500.0, 0.9, 1.4),
-                branches=(MaxwellBranch(2e3, 0.01), MaxwellBranch(1e6, 2e-6)))  # fmt: skip
 PLACE, LEANING = (0.05, -0.1, 0.1), (0.6, 0.0, 0.8)
 SOFT, STAGES, BRANCHED = (
     system.with_springs(lambda _, spring=spring: spring)
