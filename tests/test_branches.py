@@ -14,15 +14,7 @@ import pytest
 from branched_springs import BASE, BRANCHED, uneven_motion
 from mounts_with_branches import two_rates
 from oracles import exact_maxwell, oracle_force
-from strandspring import (
-    ModelError,
-    RefinedOptions,
-    Spring,
-    SpringParameters,
-    StrandspringError,
-    compare,
-    identify,
-)
+from strandspring import ModelError, RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.branches import maxwell_columns
 from strandspring.model.modelfile import model_of_text

@@ -69,8 +69,7 @@ def on_terminal(command: list[str], **environment: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("number", "word"),
-    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+    ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")]
 )
 def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
     command = [sys.executable, "-c", SHORT.format(body=WAITING)]

@@ -273,10 +273,7 @@ def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) 
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (
-            {"draws": 19, "load": 20.0},
-            r"\(draws 20 instead of 19, load null instead of 20.0\); finish that one",
-        ),
+        ({"draws": 19, "load": 20.0}, r"\(draws 20 instead of 19, load null instead of 20.0\); finish that one"),
         ({"spring": replace(SPRING, rho=1.01 * SPRING.rho)}, r"\(another model\)"),
     ],
 )

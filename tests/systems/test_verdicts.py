@@ -22,10 +22,7 @@ from strandspring.vibration.bodies.parts import MotionKind, Vector, scaled
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
 from strandspring.vibration.description.named_files import FilesOfFolder, HeldFiles
-from strandspring.vibration.description.system_file import (
-    read_description,
-    system_of_content,
-)
+from strandspring.vibration.description.system_file import read_description, system_of_content
 from strandspring.vibration.signals.pulses import HalfSine
 from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
 from strandspring.vibration.verdicts.case_cautions import CautionKind
