@@ -130,7 +130,6 @@ def test_ranges_that_lie_apart_are_refused_or_aligned_and_a_moved_zero_is_suspec
         compare(a, b)
     comparison = compare(a, b, align="middle", draws=DRAWS)
     assert comparison.verdict is ComparisonVerdict.NOT_FOUND
-    assert "each counted from the middle of its own range" in comparison.summary()
     assert (comparison.low, comparison.high) == pytest.approx((-AMPLITUDE, AMPLITUDE), rel=1e-3)
     comparison = compare(a, identified(25.0, 2, zero=0.004), draws=DRAWS)
     assert comparison.verdict is ComparisonVerdict.DIFFERENT

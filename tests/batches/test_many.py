@@ -16,7 +16,7 @@ from journal_content import execute
 from many_springs import measured, one_of, write, write_batch
 from strandspring import ManyResult, RecordError, Spring, TwoStageOptions, identify_many
 from strandspring.campaigns.batches import sources
-from strandspring.campaigns.batches.batch import Tally, identify_batch
+from strandspring.campaigns.batches.batch import identify_batch
 from strandspring.campaigns.batches.figures_in_batch import modified_z
 from strandspring.campaigns.batches.sources import SpringFile, find_springs
 from strandspring.campaigns.batches.spring_row import BatchWork, Finished
@@ -203,12 +203,10 @@ def test_a_damaged_journal_and_other_files_are_refused(few: Path) -> None:
                 identify_many(few, models, workers=1, options=FAST)
 
     identify_many(few, models, workers=1, options=FAST, progress=begin_again)
-    cut_off, notes = journal.read_bytes()[:-5000], b"my notes\n"
-    for damaged, told in ((cut_off, "is damaged: .*; remove it to start again"), (notes, "is not the journal of a")):
-        journal.write_bytes(damaged)
-        with pytest.raises(JobError, match=told):
-            identify_many(few, models, workers=1, options=FAST)
-        assert journal.read_bytes() == damaged
+    journal.write_bytes(b"my notes\n")
+    with pytest.raises(JobError, match="is not the journal of a"):
+        identify_many(few, models, workers=1, options=FAST)
+    assert journal.read_bytes() == b"my notes\n"
     with pytest.raises(JobError, match="No scheduler answers"):
         identify_many(few, few / "new" / "nested", scheduler="nowhere")
     assert not (few / "new").exists()
@@ -272,8 +270,3 @@ def test_the_rule_flags_as_few_of_a_clean_batch_as_it_says() -> None:
         ([-1.0] * 20, []),
     ):
         assert np.flatnonzero(np.abs(modified_z(np.array(values))) > 3.5).tolist() == outliers
-    kinds = Tally()
-    for k in range(3000):
-        kinds.add(str(k), [f"{'x' * k} in line {k}"])
-    assert len(kinds.kinds) <= 1001
-    assert kinds.lines(3000)[0].startswith("2000 files: other sentences")

@@ -12,26 +12,7 @@ from tools import program, tool
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-# Texts of one figure that lie over each other, in words.
-_OVERLAPS = """() => [...document.querySelectorAll("figure")].flatMap((figure) => {
-  const texts = [...figure.querySelectorAll("svg text, .legend button, h3, select, figcaption")]
-    .filter((text) => text.textContent.trim() && text.checkVisibility({ opacityProperty: true }))
-    .map((text) => [text.textContent.trim().slice(0, 40), text.getBoundingClientRect()])
-    .filter(([, box]) => box.width > 0 && box.height > 0);
-  return texts.flatMap(([text, a], k) => texts.slice(k + 1)
-    .filter(([, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5
-                    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2.5)
-    .map(([other]) => `${figure.id}: ${text} / ${other}`));
-})"""
-# Figures without a single drawn line, dot, bar or area.
-_EMPTY = """() => [...document.querySelectorAll("figure")].filter((figure) =>
-  ![...figure.querySelectorAll(".data g path")].some((shape) => {
-    const box = shape.getBoundingClientRect();
-    return box.width + box.height > 2;
-  })).map((figure) => figure.id)"""
-# Figures and texts that reach beyond the page.
-_OUTSIDE = """() => [...document.querySelectorAll("main *")].filter((element) =>
-  element.getBoundingClientRect().right > innerWidth + 0.5).map((element) => element.outerHTML.slice(0, 120))"""
+FAULTS = Path(__file__).with_name("browser.js").read_text(encoding="utf-8")
 
 
 class Sight(NamedTuple):
@@ -43,9 +24,7 @@ class Sight(NamedTuple):
 
     def faults(self) -> list[str]:
         """All that is wrong: messages, requests, empty figures, texts that overlap, elements beyond the page."""
-        found = [*self.messages, *self.requests]
-        for script in (_EMPTY, _OVERLAPS, _OUTSIDE):
-            found += self.page.evaluate(script)
+        found = [*self.messages, *self.requests, *self.page.evaluate(FAULTS)]
         width: int = self.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
         return found + ([f"scrolls by {width} px"] if width > 0 else [])
 

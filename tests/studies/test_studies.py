@@ -361,16 +361,3 @@ def test_a_full_disk_costs_nothing_that_is_finished(limit: int, expected: bytes,
     kept = rows_in(journal_path(results))
     assert kept > 0 or limit < 30000
     goes_on(results, kept, expected)
-
-
-def test_results_that_cannot_be_written_are_refused_before_the_runs(results: Path, tmp_path: Path) -> None:
-    results.symlink_to(results)
-    (tmp_path / "file").touch()
-    for path, told in (
-        (results, "cannot be written: it is a link that leads to itself"),
-        (tmp_path, "it is a folder or a device; give the path of a file"),
-        (tmp_path / "file" / "results.csv", "cannot be written"),
-    ):
-        with pytest.raises(IsolationError, match=told):
-            run_study(CHEAP, path, Local(1), Counter(0, lambda: pytest.fail("runs have begun")))
-    assert len(list(tmp_path.iterdir())) == 2

@@ -120,17 +120,6 @@ def described(group: str, text: str, folder: Path) -> Any:
         return str(refusal)
 
 
-def test_axes_at_once_are_uncorrelated_and_have_their_own_density(folder: Path) -> None:
-    """180 Hz for 60 s are some 2e4 independent values."""
-    flat = [[20, "0.01 g^2/Hz"], [200, "0.01 g^2/Hz"]]
-    psds = {"x": flat, "y": [[20, "0.04 g^2/Hz"], [200, "0.04 g^2/Hz"]]}
-    random = {"psd": psds, "duration": "60 s", "grms": {"x": "1.34 g"}}
-    (two,) = loaded(BASES["box"] | {"case": [{"name": "case", "random": random}]}, folder).cases
-    values = np.array([channel.signal.averages(2e-4, 300_000) for channel in two.channels])
-    assert np.abs(np.corrcoef(values) - np.eye(2)).max() < 0.04
-    assert values.std(axis=1) / G == pytest.approx([1.342, 2.683], rel=0.02)
-
-
 def changed(base: str, changes: str) -> Content:
     """A description with its changes."""
     content = copy.deepcopy(BASES[base])
