@@ -388,15 +388,15 @@ class BodiesMotion(NamedTuple):
 
 
 class _Springs:
-    """Paper eqs. (8)-(11) of all axes at once."""
+    """Paper eqs. (8)-(11) of all axes at once, of which those of each slice act together."""
 
-    def __init__(self, parameters: Sequence[SpringParameters]) -> None:
-        rows = {name: [getattr(p, name) for p in parameters] for name in ("kE", "kA")}
-        self.kE, self.kA = (np.array([(*c, *[0.0] * (8 - len(c))) for c in each]).T for each in rows.values())
-        self.kappa, self.rho, self.sigma, self.n, self.offset, self.low, self.high = (
-            np.array([getattr(p, name) for p in parameters])
-            for name in ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "x_min", "x_max")
-        )
+    def __init__(self, parameters: Sequence[SpringParameters], together: Sequence[slice]) -> None:
+        names = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "x_min", "x_max")
+        values = np.array([[getattr(p, name) for p in parameters] for name in names])
+        self.kappa, self.rho, self.sigma, self.n, self.offset, self.low, self.high = values
+        rows = [p.kE for p in parameters], [p.kA for p in parameters]
+        self.kE, self.kA = (np.array([(*c, *[0.0] * (8 - len(c))) for c in each]).T for each in rows)
+        self.together = together
 
     def force(self, position: FloatArray, omega: FloatArray) -> FloatArray:
         x = position - self.offset
@@ -405,16 +405,16 @@ class _Springs:
         elastic = polyval(inside, self.kE, tensor=False) + slope * (x - inside)
         return np.asarray(elastic + self.kappa * omega * polyval(inside, self.kA, tensor=False))
 
-    def omega_rate(self, rate: FloatArray, omega: FloatArray, together: Sequence[slice]) -> FloatArray:
+    def omega_rate(self, rate: FloatArray, omega: FloatArray) -> FloatArray:
         """Eq. (11); for axes that act `together` s - |omega|^(n - 2)*omega*[sigma*sum(|s*omega|) +
         (1 - sigma)*sum(s*omega)] with s = rho*x': Park, Wen and Ang (1986) for n = 2 and sigma = 1/2.
         """
         slip = self.rho * rate
-        if not together:
+        if not self.together:
             weight = self.sigma * np.sign(rate) * np.sign(omega) - self.sigma + 1.0
             return np.asarray(slip * (1.0 - weight * np.minimum(np.abs(omega), 1.0) ** self.n))
         result = slip.copy()
-        for own in together:
+        for own in self.together:
             work, length = slip[own] * omega[own], max(float(np.linalg.norm(omega[own])), 1e-300)
             sums = self.sigma[own] * abs(work).sum() + (1.0 - self.sigma[own]) * work.sum()
             result[own] -= min(length, 1.0) ** self.n[own] * omega[own] / length**2 * sums
@@ -432,15 +432,13 @@ class _Equations:
         self.system, self.case, self.gravity = system, case, np.array(system.gravity)
         axes, mounts, n = system.axes, system.axis_mounts, len(system.bodies)
         springs = [axis.spring for axis in axes]
-        self.first = _Springs(springs)
-        self.second = _Springs([replace(p.mechanisms[-1], kE=(0.0,)) for p in springs])
-        self.second.kappa = self.second.kappa * [p.second is not None for p in springs]
-        branches = [
-            [*((b.stiffness, 1.0 / b.time_constant) for b in p.branches), *[(0.0, 0.0)] * 3][:3] for p in springs
-        ]
-        self.branch, self.decay = np.array(branches).T
         firsts = np.cumsum([0, *(len(mount.axes) for mount in system.mounts)]).tolist()
-        self.together = [slice(*ends) for ends in pairwise(firsts)] if system.coupled else []
+        together = [slice(*ends) for ends in pairwise(firsts)] if system.coupled else []
+        self.first = _Springs(springs, together)
+        self.second = _Springs([replace(p.mechanisms[-1], kE=(0.0,)) for p in springs], together)
+        self.second.kappa = self.second.kappa * [p.second is not None for p in springs]
+        pairs = [[*((b.stiffness, 1.0 / b.time_constant) for b in p.branches), *[(0.0, 0.0)] * 3][:3] for p in springs]
+        self.branch, self.decay = np.array(pairs).T
         self.on = np.array([mount.body for mount in mounts])
         self.under = np.array([n if mount.support == BASE else mount.support for mount in mounts])
         self.centers = np.array([*(body.center for body in system.bodies), (0.0, 0.0, 0.0)])
@@ -453,8 +451,13 @@ class _Equations:
         stops = [(s.low, s.high, s.stiffness) if (s := axis.stops) else (-np.inf, np.inf, 0.0) for axis in axes]
         self.low, self.high, self.stop = np.array(stops).T
         self.mass, self.inertia = (np.array([getattr(b, name) for b in system.bodies]) for name in ("mass", "inertia"))
-        freedoms = [_freedom(b.motion, np.array(b.direction)) for b in system.bodies]
-        self.moves, self.turns = np.array(freedoms).swapaxes(0, 1)
+        ways, free, none = [], np.eye(3), np.zeros((3, 3))
+        for body in system.bodies:
+            along = np.outer(body.direction, body.direction)
+            ways.append({
+                MotionKind.SIX: (free, free), MotionKind.PLANE: (free - along, along), MotionKind.AXIS: (along, none)
+            }[body.motion])  # fmt: skip
+        self.moves, self.turns = np.array(ways).swapaxes(0, 1)  # projections of translations and rotations
         self.mobility = np.linalg.pinv(self.turns @ self.inertia @ self.turns)
 
     def parts(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -506,19 +509,11 @@ class _Equations:
         vectors, scalars = moving[:, 6:9], moving[:, 9:10]
         turning = 0.5 * np.hstack([scalars * W + np.cross(vectors, W), -(vectors * W).sum(axis=1, keepdims=True)])
         of_axes = [
-            self.first.omega_rate(slip, omega, self.together), held * rate,
-            self.second.omega_rate(slip, second, self.together), *(slip - elongations * self.decay),
+            self.first.omega_rate(slip, omega), held * rate,
+            self.second.omega_rate(slip, second), *(slip - elongations * self.decay),
         ]  # fmt: skip
         of_bodies = np.hstack([v[:-1], linear, turning[:-1], angular])
         return np.concatenate([of_bodies.ravel(), turning[-1], *of_axes]), linear, angular, d, f, base
-
-
-def _freedom(motion: MotionKind, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Projections of translations and rotations."""
-    one, along = np.eye(3), np.outer(n, n)
-    return {
-        MotionKind.SIX: (one, one), MotionKind.PLANE: (one - along, along), MotionKind.AXIS: (along, 0.0 * one)
-    }[motion]  # fmt: skip
 
 
 def _turned(R: FloatArray, vectors: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from synthetic import record_of, sine, spring_of
 
 pytestmark = pytest.mark.long
 
-KEPT = Path(__file__).resolve().parents[1] / "cli"  # model files
+KEPT = Path(__file__).resolve().parents[1] / "cli" / "inputs"  # model files
 CRADLE = SYSTEMS / "gun_cradle.toml"
 TINY = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "tiny")
 

@@ -55,7 +55,7 @@ from studies import (
 from terminal import Terminal
 
 if TYPE_CHECKING:
-    from distributed import LocalCluster
+    pass
 
 pytestmark = pytest.mark.long
 
@@ -191,14 +191,10 @@ def goes_on(results: Path, kept: int | None, expected: bytes) -> list[str]:
     return notes
 
 
-def local_cluster(**options: Any) -> LocalCluster:
+def test_processes_and_a_cluster_that_loses_a_worker_give_the_same_bytes(expected: bytes, tmp_path: Path) -> None:
     from distributed import LocalCluster
 
-    return LocalCluster(threads_per_worker=1, dashboard_address=":0", **options)
-
-
-def test_processes_and_a_cluster_that_loses_a_worker_give_the_same_bytes(expected: bytes, tmp_path: Path) -> None:
-    with local_cluster(n_workers=2, processes=True) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
         victim = cluster.workers[0].process.pid
         runners: list[tuple[Runner, Counter]] = [
             (Local(2), Counter()),
@@ -217,22 +213,15 @@ def test_processes_and_a_cluster_that_loses_a_worker_give_the_same_bytes(expecte
         assert found[0] == found[1]
 
 
-@pytest.mark.parametrize("lost", ["worker process", pytest.param("cluster", marks=pytest.mark.slow)])
-def test_what_is_lost_costs_no_finished_run(lost: str, expected: bytes, results: Path) -> None:
-    if lost == "cluster":
-        with local_cluster(n_workers=1, processes=False) as cluster:
-            runner = Cluster(cluster.scheduler_address)
-            with pytest.raises(IsolationError, match=r"was lost; .*; \d+ of 60 runs are kept in .*part.sqlite"):
-                run_study(CHEAP, results, runner, Counter(20, cluster.close))
-    else:
-        others = multiprocessing.active_children()
+def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, results: Path) -> None:
+    others = multiprocessing.active_children()
 
-        def kill_one() -> None:
-            next(child for child in multiprocessing.active_children() if child not in others).kill()
+    def kill_one() -> None:
+        next(child for child in multiprocessing.active_children() if child not in others).kill()
 
-        with pytest.raises(IsolationError, match=r"A worker process died, .*; \d+ of 60 runs are kept"):
-            run_study(CHEAP, results, Local(2), Counter(20, kill_one))
-        assert multiprocessing.active_children() == others
+    with pytest.raises(IsolationError, match=r"A worker process died, .*; \d+ of 60 runs are kept in .*part.sqlite"):
+        run_study(CHEAP, results, Local(2), Counter(20, kill_one))
+    assert multiprocessing.active_children() == others
     goes_on(results, None, expected)
 
 
