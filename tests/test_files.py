@@ -31,8 +31,7 @@ with replacing(Path(sys.argv[1])) as part:
 
 def in_child(program: str, file: Path) -> str:
     """Standard error of a program that writes the file."""
-    imports = "import os, signal, sys\nfrom pathlib import Path\n"
-    imports += "from strandspring.ground.files import replacing, write_text\n"
+    imports = "import os, signal, sys\nfrom pathlib import Path\nfrom strandspring.ground.files import *\n"
     command = [sys.executable, "-c", imports + program, str(file)]
     return subprocess.run(command, stderr=subprocess.PIPE, text=True, check=False).stderr
 

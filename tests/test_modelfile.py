@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from springs import EXAMPLES, TABLE, springs
-from strandspring import ModelError, Spring, SpringParameters, StrandspringError, model_schema
+from strandspring import ModelError, Spring, SpringParameters, model_schema
 from strandspring.model.file_tables import Certificate, Start
-from strandspring.model.modelfile import MAXIMUM_BYTES, ModelFile, load_model, save_model, saved_model
+from strandspring.model.modelfile import ModelFile, load_model, save_model, saved_model
 
 # Files are rewritten example by example, so that one folder per test is enough.
 LAW = settings(max_examples=50, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
@@ -150,18 +149,6 @@ TEXTS: dict[str | bytes, str] = {
 @pytest.mark.parametrize("text", TEXTS, ids=lambda text: repr(text[:20]))
 def test_text_that_is_no_model_file_is_refused(text: str | bytes, tmp_path: Path) -> None:
     assert TEXTS[text] in refusal(written(tmp_path, text))
-
-
-def test_places_that_hold_no_model_file(tmp_path: Path) -> None:
-    assert refusal(tmp_path) == ": is a folder; give the path of a model file (JSON)."
-    path = written(tmp_path, "{}")
-    os.truncate(path, MAXIMUM_BYTES + 1)
-    assert refusal(path).startswith(f": has {MAXIMUM_BYTES + 1} bytes, and a model file (JSON) may have at most ")
-    with pytest.raises(ModelError, match="not a possible path"):
-        load_model("a\0b.json")
-    for place in (path / "model.json", tmp_path):
-        with pytest.raises(StrandspringError, match="cannot be written: "):
-            save_model(place, MODEL)
 
 
 @pytest.mark.parametrize("field", ["fit", "uncertainty", "provenance"])

@@ -124,17 +124,6 @@ def test_standard_output_that_cannot_be_written_is_one_sentence() -> None:
         assert early.stderr.read() == b""
 
 
-def test_odd_names_and_modules_beside_records(terminal: Terminal) -> None:
-    for argument in ("x" * 100_000, "a\nb", "\udcff.json", "/" * 5000):
-        terminal("info", argument, status=1)
-        terminal("isolate", "mount.json", "--mass", argument, status=2)
-    for name in ("numpy", "attrs", "click"):
-        Path(f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
-    done = ran("info", "mount.json", "--save", b"\xff.json")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "Model file: \\udcff.json" in done.stdout
-
-
 def test_a_terminal_shows_what_is_being_done_and_a_pipe_does_not(tmp_path: Path) -> None:
     record = ["identify", str(bundled_record()), "--reverse", "displacement", "-o", str(tmp_path / "spring.json")]
     shown = on_terminal([*PROGRAM, *record])

@@ -108,14 +108,14 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
     folder, authority = tmp_path_factory.mktemp("certificates"), trustme.CA()
     client = authority.issue_cert("dask.example")
-    files = {name: folder / f"{name}.pem" for name in ("ca", "cert", "key", "other", "empty", "locked", "none")}
-    authority.cert_pem.write_to_path(files["ca"])
-    client.cert_chain_pems[0].write_to_path(files["cert"])
-    client.private_key_pem.write_to_path(files["key"])
-    trustme.CA().cert_pem.write_to_path(files["other"])
-    files["empty"].touch()
-    files["locked"].write_text("-----BEGIN ENCRYPTED PRIVATE KEY-----\nMIIB\n-----END ENCRYPTED PRIVATE KEY-----\n")
-    return {name: str(path) for name, path in files.items()}
+    locked = b"-----BEGIN ENCRYPTED PRIVATE KEY-----\nMIIB\n-----END ENCRYPTED PRIVATE KEY-----\n"
+    contents = {
+        "ca": authority.cert_pem.bytes(), "cert": client.cert_chain_pems[0].bytes(),
+        "key": client.private_key_pem.bytes(), "other": trustme.CA().cert_pem.bytes(), "empty": b"", "locked": locked,
+    }  # fmt: skip
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
+    return {name: str(folder / name) for name in (*contents, "none")}
 
 
 @pytest.mark.slow
@@ -152,13 +152,11 @@ def test_certificates_and_addresses_that_cannot_be_used_are_refused(
     certificates: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for words, names in {
-        "no such file": ("ca", "cert", "none"),
-        r"cannot be used \(": ("empty", "cert", "key"),
-        "have no passphrase": ("ca", "cert", "locked"),
-        "must belong to the certificate": ("ca", "other", "key"),
-    }.items():
+        "no such file": ("ca", "cert", "none"), r"cannot be used \(": ("empty", "cert", "key"),
+        "have no passphrase": ("ca", "cert", "locked"), "must belong to the certificate": ("ca", "other", "key"),
+    }.items():  # fmt: skip
         with pytest.raises(IsolationError, match=words):
-            run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *(certificates[name] for name in names)))
+            run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *map(certificates.get, names)))
     with pytest.raises(JobError, match=r"Certificates need a scheduler with TLS, .*begins with tls://"):
         Cluster("tcp://127.0.0.1:1", certificates["ca"])
     monkeypatch.setattr(cluster_module, "_CONNECTING", 0.2)
