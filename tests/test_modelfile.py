@@ -149,15 +149,3 @@ TEXTS: dict[str | bytes, str] = {
 @pytest.mark.parametrize("text", TEXTS, ids=lambda text: repr(text[:20]))
 def test_text_that_is_no_model_file_is_refused(text: str | bytes, tmp_path: Path) -> None:
     assert TEXTS[text] in refusal(written(tmp_path, text))
-
-
-@pytest.mark.parametrize("field", ["fit", "uncertainty", "provenance"])
-def test_free_fields_hold_what_json_can(field: str) -> None:
-    deep: Any = 1.0
-    for depth in range(210):
-        deep = [deep]
-        if depth == 190:
-            assert getattr(ModelFile("a", PARAMETERS, **{field: {"a": deep}}), field) == {"a": deep}
-    for value in (float("nan"), object(), 10**400, 10**5000, deep):
-        with pytest.raises(ModelError, match=f"{field}.*finite"):
-            ModelFile("a", PARAMETERS, **{field: {"a": value}})
