@@ -72,10 +72,8 @@ def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors() -> No
     assert np.std(noisy.force / clean.force - 1.0) == pytest.approx(0.02, rel=0.05)
     assert noisy.notes[0] == "noise level 0.02, seed 4"
     assert "outside the identified range" in noisy.notes[1]
-    plain, coarse = (
-        synthesize(SPRING),
-        synthesize(SPRING, drift=0.02, displacement_resolution=2e-5, force_resolution=0.5),
-    )
+    plain = synthesize(SPRING)
+    coarse = synthesize(SPRING, drift=0.02, displacement_resolution=2e-5, force_resolution=0.5)
     assert np.max(np.abs(coarse.displacement - plain.displacement)) <= 1e-5 * (1.0 + 1e-9)  # half a step
     growth = 1.0 + 0.02 * np.arange(len(plain)) / len(plain)
     assert np.max(np.abs(coarse.force - growth * plain.force)) <= 0.25 * (1.0 + 1e-9)
