@@ -32,10 +32,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
@@ -46,8 +46,6 @@ from strandspring.vibration.bodies.parts import BASE, MotionKind
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
 
 if TYPE_CHECKING:
-    import mpmath
-
     from strandspring import SpringParameters
     from strandspring.core.branches import MaxwellBranch
     from strandspring.cosimulation import Plant
@@ -69,41 +67,29 @@ def _solved(*problem: Any, **options: Any) -> Any:
 
 
 class OracleSpring:
-    """A spring from the parameters of a model file.
-
-    Parameters
-    ----------
-    parameters : mapping   Field `parameters` of the file.
-    rtol, atol : float     Of the solver. With these omega errs by less than 1e-6, where n is small; else by 1e-8.
-    """
+    """A spring from the field `parameters` of its model file; omega errs by 1e-6 where n is small, else by 1e-8."""
 
     def __init__(self, parameters: Mapping[str, Any], rtol: float = 1e-9, atol: float = 1e-11) -> None:
-        from scipy.interpolate import CubicSpline
-
-        self.values = dict(parameters)
-        self.tolerances = {"rtol": rtol, "atol": atol}
-        self._spline = None
-        if "FE_knots" in parameters:
-            self._spline = CubicSpline(parameters["FE_knots"], parameters["FE_forces"], bc_type="not-a-knot")
+        self.values, self.tolerances = dict(parameters), {"rtol": rtol, "atol": atol}
 
     def elastic(self, displacement: FloatArray) -> FloatArray:
         """FE along a path [N]."""
+        from scipy.interpolate import CubicSpline
+
         inside, p = self._inside(displacement), self.values
-        if self._spline is not None:
-            force, slope = self._spline(inside), self._spline(inside, 1)
+        if "FE_knots" in p:
+            spline = CubicSpline(p["FE_knots"], p["FE_forces"], bc_type="not-a-knot")
+            force, slope = spline(inside), spline(inside, 1)
         else:
             x = inside - p["displacement_offset"]
             force, slope = polyval(x, p["kE"]), polyval(x, polyder(p["kE"]))
         return np.asarray(force + slope * (displacement - inside))
 
-    def amplifier(self, displacement: FloatArray) -> FloatArray:
-        """FA along a path [-]."""
-        return np.asarray(polyval(self._inside(displacement) - self.values["displacement_offset"], self.values["kA"]))
-
     def force(self, displacement: FloatArray, omega_start: float, time: FloatArray | None = None) -> FloatArray:
         """Force along a path that starts with this omega in each mechanism, and without force in branches [N]."""
-        hysteretic = self.values["kappa_omega"] * self.omega(displacement, omega_start)
-        force = self.elastic(displacement) + hysteretic * self.amplifier(displacement)
+        amplifier = polyval(self._inside(displacement) - self.values["displacement_offset"], self.values["kA"])
+        hysteretic = self.values["kappa_omega"] * self.omega(displacement, omega_start) * amplifier
+        force = self.elastic(displacement) + hysteretic
         if second := self.values.get("second"):
             place = {name: value for name, value in self.values.items() if name.startswith("displacement_")}
             other = OracleSpring({"kE": [0.0], **place, **second}, **self.tolerances)
@@ -159,25 +145,21 @@ class OracleSpring:
         return np.clip(displacement, self.values["displacement_min"], self.values["displacement_max"])
 
 
-def maxwell(stiffness: float, tau: float, displacement: FloatArray, time: FloatArray) -> FloatArray:
+def maxwell(stiffness: Any, tau: Any, displacement: FloatArray, time: FloatArray, numbers: Any = np) -> FloatArray:
     """dr/dt = stiffness*dx/dt - r/tau, at constant velocity between samples [N]."""
-    forces = [0.0]
+    forces = [0.0 * stiffness]
     for h, d in zip(np.diff(time).tolist(), np.diff(displacement).tolist(), strict=True):
-        held = np.exp(-h / tau)
-        forces.append(forces[-1] * held + stiffness * d * (1.0 if h == 0.0 else -np.expm1(-h / tau) * tau / h))
+        mean = 1.0 if h == 0.0 else -numbers.expm1(-h / tau) * tau / h
+        forces.append(forces[-1] * numbers.exp(-h / tau) + stiffness * d * mean)
     return np.array(forces)
 
 
-def exact_maxwell(branch: MaxwellBranch, path: FloatArray, time: FloatArray) -> list[mpmath.mpf]:
+def exact_maxwell(branch: MaxwellBranch, path: FloatArray, time: FloatArray) -> FloatArray:
     """The same with 60 digits."""
     import mpmath
 
     with mpmath.workdps(60):
-        tau, forces = mpmath.mpf(branch.time_constant), [mpmath.mpf(0)]
-        for h, d in zip(np.diff(time).tolist(), np.diff(path).tolist(), strict=True):
-            mean = mpmath.mpf(1) if h == 0.0 else -tau / h * mpmath.expm1(-h / tau)
-            forces.append(forces[-1] * mpmath.exp(-h / tau) + mpmath.mpf(branch.stiffness) * d * mean)
-        return forces
+        return maxwell(mpmath.mpf(branch.stiffness), mpmath.mpf(branch.time_constant), path, time, mpmath)
 
 
 def oracle_force(p: SpringParameters, path: FloatArray, time: FloatArray, starts: Sequence[float]) -> FloatArray:
@@ -186,7 +168,7 @@ def oracle_force(p: SpringParameters, path: FloatArray, time: FloatArray, starts
     for mechanism, start in zip(p.mechanisms, starts, strict=False):
         force += OracleSpring(mechanism.as_dict(), rtol=3e-14, atol=1e-15).force(path, start)
     for branch in p.branches:
-        force += np.array([float(value) for value in exact_maxwell(branch, path, time)])
+        force += exact_maxwell(branch, path, time).astype(float)
     return force
 
 
@@ -206,21 +188,16 @@ def rate_of_omega(p: SpringParameters, velocity: float, omega: float, direction:
     return float(p.rho * velocity * (1.0 - (p.sigma * sign - p.sigma + 1.0) * min(abs(omega), 1.0) ** p.n))
 
 
-def _force(p: SpringParameters, x: float, omega: float) -> float:
+def spring_force(p: SpringParameters, x: float, omega: float) -> float:
     """Paper eq. (10) of a polynomial FE within the range [N]."""
-    elastic = amplifier = 0.0
-    for coefficient in reversed(p.kE):
-        elastic = elastic * x + coefficient
-    for coefficient in reversed(p.kA):
-        amplifier = amplifier * x + coefficient
+    elastic, amplifier = (sum(c * x**i for i, c in enumerate(cs)) for cs in (p.kE, p.kA))
     return elastic + p.kappa_omega * omega * amplifier
 
 
 # ---- masses on springs ----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Shaken:
+class Shaken(NamedTuple):
     """A steady period: first harmonic of the relative motion as a cos + b sin (a - i b) and half the stroke [m], and
     the largest acceleration of the mass, not relative to the base [m/s^2].
     """
@@ -228,7 +205,6 @@ class Shaken:
     relative: complex
     amplitude: float
     acceleration: float
-    periods: int
 
 
 def shaken(
@@ -236,116 +212,92 @@ def shaken(
 ) -> Shaken:
     """Integrate a mass on springs from rest until three periods repeat within a share of the motion."""
     p, m, circular = system.spring, system.mass, 2.0 * math.pi * frequency
-    strength = {
-        Excitation.BASE_DISPLACEMENT: m * circular**2 * level,
-        Excitation.BASE_ACCELERATION: -m * level,
-        Excitation.FORCE: level,
-    }[excitation]
     parts, branches = p.mechanisms, p.branches
+    of_base = {Excitation.BASE_DISPLACEMENT: -(circular**2) * level, Excitation.BASE_ACCELERATION: level}
+    base = of_base.get(excitation, 0.0)  # amplitude of its acceleration
+    strength = level if excitation is Excitation.FORCE else -m * base
 
     def rate(t: float, state: FloatArray) -> list[float]:
         z, v, *rest = state.tolist()
         omegas, stretches = rest[: len(parts)], rest[len(parts) :]
         x, speed = z / system.series - p.displacement_offset, v / system.series
-        force = sum(_force(one, x, omega) for one, omega in zip(parts, omegas, strict=True))
+        force = sum(spring_force(one, x, omega) for one, omega in zip(parts, omegas, strict=True))
         force += sum(b.stiffness * s for b, s in zip(branches, stretches, strict=True))
         push = system.static_load + strength * math.cos(circular * t) - system.damping * v - system.parallel * force
         of_omegas = [rate_of_omega(one, speed, omega) for one, omega in zip(parts, omegas, strict=True)]
-        return [
-            v,
-            push / m,
-            *of_omegas,
-            *(speed - s / b.time_constant for b, s in zip(branches, stretches, strict=True)),
-        ]
+        decays = [speed - s / b.time_constant for b, s in zip(branches, stretches, strict=True)]
+        return [v, push / m, *of_omegas, *decays]
 
     period, count = 1.0 / frequency, 512
     times = period * np.arange(count + 1) / count
     weights, last, agreed = np.exp(-1j * circular * times[:-1]) * 2.0 / count, 0.0j, 0
     state = np.zeros(2 + len(parts) + len(branches))
     state[0] = system.series * static_equilibrium(system).displacement
-    for k in range(2000):
+    for _ in range(2000):
         run = _solved(rate, (0.0, period), state, "LSODA", times, rtol=1e-8, atol=1e-11, max_step=period / 50)
         state = run.y[:, -1]
         relative = complex(run.y[0, :-1] @ weights)
         agreed = agreed + 1 if abs(relative - last) <= repeat * abs(relative) else 0
         last = relative
         if agreed == 3:
-            of_base = 0.0 if excitation is Excitation.FORCE else strength / m * np.cos(circular * times)
-            found = np.array([rate(t, one)[1] for t, one in zip(times, run.y.T, strict=True)]) - of_base
-            return Shaken(relative, 0.5 * float(np.ptp(run.y[0])), float(np.abs(found).max()), k + 1)
+            found = np.array([rate(t, one)[1] for t, one in zip(times, run.y.T, strict=True)])
+            acceleration = np.abs(found + base * np.cos(circular * times)).max()
+            return Shaken(relative, 0.5 * float(np.ptp(run.y[0])), float(acceleration))
     raise AssertionError(f"no steady motion at {frequency} Hz")
 
 
-@dataclass(frozen=True, eq=False)
-class Reference:
+class Reference(NamedTuple):
     """Solution at K times, with the names and shapes of `strandspring.cosimulation.Motion`."""
 
-    q: np.ndarray
-    velocity: np.ndarray
-    displacement: np.ndarray
-    force: np.ndarray
-    absorbed_energy: np.ndarray
+    q: FloatArray
+    velocity: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    absorbed_energy: FloatArray
     reversals: int
-
-
-@dataclass(frozen=True, eq=False)
-class Equilibrium:
-    """Plant coordinates q, and omega and absorbed energy of each spring."""
-
-    q: np.ndarray
-    omega: np.ndarray
-    energy: np.ndarray
 
 
 def monolithic(
     plant: Plant,
     springs: Sequence[SpringParameters],
-    times: np.ndarray,
+    times: FloatArray,
     *,
     base_velocities: Sequence[Callable[[float], float]] | None = None,
-    equilibrium: Equilibrium | None = None,
     velocity: Sequence[float] | None = None,
     rtol: float = 1e-9,
 ) -> Reference:
-    """Solve for rising `times` from the first of them.
-
-    Parameters
-    ----------
-    base_velocities   d base_j/dt; zero by default.
-    equilibrium       Initial state; q = 0 with omega = 0 by default.
-    """
+    """Solve for rising `times` from the first of them, from q = 0 with omega = 0."""
     n, count = plant.coordinates, len(springs)
     velocities = [lambda _: 0.0] * count if base_velocities is None else base_velocities
     inverse = np.linalg.inv(plant.M)
     pulls, damping, stiffness = inverse @ (plant.G * plant.counts), inverse @ plant.C, inverse @ plant.K
 
-    def slips(t: float, v: np.ndarray) -> np.ndarray:
+    def slips(t: float, v: FloatArray) -> FloatArray:
         return plant.G.T @ v - [s(t) for s in velocities]
 
-    def forces(t: float, z: np.ndarray) -> np.ndarray:
+    def forces(t: float, z: FloatArray) -> FloatArray:
         displacements, omegas = plant.displacements(t, z[:n]).tolist(), z[2 * n : 2 * n + count].tolist()
         for p, x in zip(springs, displacements, strict=True):
             assert p.displacement_min <= x <= p.displacement_max, f"{x} m is outside the range"
-        return np.array([_force(p, x - p.displacement_offset, w)
+        return np.array([spring_force(p, x - p.displacement_offset, w)
                          for p, x, w in zip(springs, displacements, omegas, strict=True)])  # fmt: skip
 
-    def rate(t: float, z: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    def rate(t: float, z: FloatArray, directions: FloatArray) -> FloatArray:
         v, slip, force = z[n : 2 * n], slips(t, z[n : 2 * n]), forces(t, z)
         rows = zip(springs, slip.tolist(), z[2 * n : 2 * n + count].tolist(), directions.tolist(), strict=True)
         acceleration = inverse @ plant.load_at(t) - damping @ v - stiffness @ z[:n] - pulls @ force
         return np.concatenate([v, acceleration, [rate_of_omega(*row) for row in rows], force * slip])
 
-    def turning(place: int, direction: float) -> Callable[[float, np.ndarray], float]:
-        def event(t: float, z: np.ndarray) -> float:
+    def turning(place: int, direction: float) -> Callable[[float, FloatArray], float]:
+        def event(t: float, z: FloatArray) -> float:
             return float(direction * slips(t, z[n : 2 * n])[place])
 
         event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
         return event
 
-    begin = equilibrium or Equilibrium(np.zeros(n), np.zeros(count), np.zeros(count))
-    state = np.concatenate([begin.q, np.zeros(n) if velocity is None else velocity, begin.omega, begin.energy])
+    state = np.concatenate([np.zeros(n), np.zeros(n) if velocity is None else velocity, np.zeros(2 * count)])
     now, stop = float(times[0]), float(times[-1])
-    # In equilibrium, the direction of each spring is that of its motion shortly after.
+    # At rest, the direction of each spring is that of its motion shortly after.
     soon = now + 1e-9 * (stop - now)
     first = rate(now, state, np.ones(count))
     directions = np.sign(slips(soon, state[n : 2 * n] + (soon - now) * first[n : 2 * n]))
@@ -370,39 +322,32 @@ def monolithic(
     return Reference(z[:, :n], z[:, n : 2 * n], displacement, force, z[:, 2 * n + count :], reversals)
 
 
-def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequence[int]) -> Equilibrium:
-    """Static equilibrium of the plant if its load grows slowly from the force of the springs at q = 0, for springs of
-    which each moves in one of the `directions` (+1 or -1) only; refused where one does not.
+def loaded(plant: Plant, springs: Sequence[SpringParameters], directions: Sequence[int]) -> FloatArray:
+    """q in static equilibrium of the plant if its load grows slowly from the force of the springs at q = 0, for springs
+    of which each moves in one of the `directions` (+1 or -1) only; refused where one does not.
     """
-    from scipy.integrate import simpson
     from scipy.optimize import root
 
     oracles = [OracleSpring(p.as_dict(), 1e-12, 1e-14) for p in springs]
     start = plant.displacements(0.0, np.zeros(plant.coordinates))
 
-    def ways(q: FloatArray, count: int = 2) -> FloatArray:
-        return np.linspace(start, plant.displacements(0.0, q), count)
+    def ways(q: FloatArray) -> FloatArray:
+        return np.linspace(start, plant.displacements(0.0, q), 2)
 
     def missing(q: FloatArray) -> FloatArray:
         forces = [one.force(way, 0.0)[-1] for one, way in zip(oracles, ways(q).T, strict=True)]
         return plant.load_at(0.0) + plant.generalized_force(np.array(forces)) - plant.K @ q
 
     found = root(missing, np.zeros(plant.coordinates), tol=1e-13)
-    paths = ways(found.x, 4001)
     assert np.abs(found.fun).max() < 1e-8 * np.abs(plant.load_at(0.0)).max(), found.message
-    assert ((paths[-1] - start) * directions > 0.0).all(), "a spring turns while the load grows"
-    forces, omega = (
-        np.array([each(way, 0.0) for each, way in zip(of_all, paths.T, strict=True)])
-        for of_all in ([one.force for one in oracles], [one.omega for one in oracles])
-    )
-    return Equilibrium(found.x, omega[:, -1], simpson(forces, paths.T, axis=1))
+    assert ((ways(found.x)[-1] - start) * directions > 0.0).all(), "a spring turns while the load grows"
+    return np.asarray(found.x)
 
 
 # ---- bodies on mounts -----------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Course:
+class Course(NamedTuple):
     """A load as a function of time, known with its antiderivative: a `Signal`, and a value for the oracle."""
 
     value: Callable[[float], float]
@@ -431,8 +376,7 @@ def sine(amplitude: float, frequency: float, phase: float = 0.0) -> Course:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class BodiesMotion:
+class BodiesMotion(NamedTuple):
     """Solution at K times for A axes and Q points: displacements d and forces f of the axes (K, A), accelerations of
     the points in the frame of the base, but not relative to it (K, Q, 3), and energies absorbed (K, A).
     """
@@ -444,15 +388,15 @@ class BodiesMotion:
 
 
 class _Springs:
-    """Paper eqs. (8)-(11) of all axes at once."""
+    """Paper eqs. (8)-(11) of all axes at once, of which those of each slice act together."""
 
-    def __init__(self, parameters: Sequence[SpringParameters]) -> None:
-        rows = {name: [getattr(p, name) for p in parameters] for name in ("kE", "kA")}
-        self.kE, self.kA = (np.array([(*c, *[0.0] * (8 - len(c))) for c in each]).T for each in rows.values())
-        self.kappa, self.rho, self.sigma, self.n, self.offset, self.low, self.high = (
-            np.array([getattr(p, name) for p in parameters])
-            for name in ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "x_min", "x_max")
-        )
+    def __init__(self, parameters: Sequence[SpringParameters], together: Sequence[slice]) -> None:
+        names = ("kappa_omega", "rho", "sigma", "n", "displacement_offset", "x_min", "x_max")
+        values = np.array([[getattr(p, name) for p in parameters] for name in names])
+        self.kappa, self.rho, self.sigma, self.n, self.offset, self.low, self.high = values
+        rows = [p.kE for p in parameters], [p.kA for p in parameters]
+        self.kE, self.kA = (np.array([(*c, *[0.0] * (8 - len(c))) for c in each]).T for each in rows)
+        self.together = together
 
     def force(self, position: FloatArray, omega: FloatArray) -> FloatArray:
         x = position - self.offset
@@ -461,16 +405,16 @@ class _Springs:
         elastic = polyval(inside, self.kE, tensor=False) + slope * (x - inside)
         return np.asarray(elastic + self.kappa * omega * polyval(inside, self.kA, tensor=False))
 
-    def omega_rate(self, rate: FloatArray, omega: FloatArray, together: Sequence[slice]) -> FloatArray:
+    def omega_rate(self, rate: FloatArray, omega: FloatArray) -> FloatArray:
         """Eq. (11); for axes that act `together` s - |omega|^(n - 2)*omega*[sigma*sum(|s*omega|) +
         (1 - sigma)*sum(s*omega)] with s = rho*x': Park, Wen and Ang (1986) for n = 2 and sigma = 1/2.
         """
         slip = self.rho * rate
-        if not together:
+        if not self.together:
             weight = self.sigma * np.sign(rate) * np.sign(omega) - self.sigma + 1.0
             return np.asarray(slip * (1.0 - weight * np.minimum(np.abs(omega), 1.0) ** self.n))
         result = slip.copy()
-        for own in together:
+        for own in self.together:
             work, length = slip[own] * omega[own], max(float(np.linalg.norm(omega[own])), 1e-300)
             sums = self.sigma[own] * abs(work).sum() + (1.0 - self.sigma[own]) * work.sum()
             result[own] -= min(length, 1.0) ** self.n[own] * omega[own] / length**2 * sums
@@ -488,15 +432,13 @@ class _Equations:
         self.system, self.case, self.gravity = system, case, np.array(system.gravity)
         axes, mounts, n = system.axes, system.axis_mounts, len(system.bodies)
         springs = [axis.spring for axis in axes]
-        self.first = _Springs(springs)
-        self.second = _Springs([replace(p.mechanisms[-1], kE=(0.0,)) for p in springs])
-        self.second.kappa = self.second.kappa * [p.second is not None for p in springs]
-        branches = [
-            [*((b.stiffness, 1.0 / b.time_constant) for b in p.branches), *[(0.0, 0.0)] * 3][:3] for p in springs
-        ]
-        self.branch, self.decay = np.array(branches).T
         firsts = np.cumsum([0, *(len(mount.axes) for mount in system.mounts)]).tolist()
-        self.together = [slice(*ends) for ends in pairwise(firsts)] if system.coupled else []
+        together = [slice(*ends) for ends in pairwise(firsts)] if system.coupled else []
+        self.first = _Springs(springs, together)
+        self.second = _Springs([replace(p.mechanisms[-1], kE=(0.0,)) for p in springs], together)
+        self.second.kappa = self.second.kappa * [p.second is not None for p in springs]
+        pairs = [[*((b.stiffness, 1.0 / b.time_constant) for b in p.branches), *[(0.0, 0.0)] * 3][:3] for p in springs]
+        self.branch, self.decay = np.array(pairs).T
         self.on = np.array([mount.body for mount in mounts])
         self.under = np.array([n if mount.support == BASE else mount.support for mount in mounts])
         self.centers = np.array([*(body.center for body in system.bodies), (0.0, 0.0, 0.0)])
@@ -509,8 +451,13 @@ class _Equations:
         stops = [(s.low, s.high, s.stiffness) if (s := axis.stops) else (-np.inf, np.inf, 0.0) for axis in axes]
         self.low, self.high, self.stop = np.array(stops).T
         self.mass, self.inertia = (np.array([getattr(b, name) for b in system.bodies]) for name in ("mass", "inertia"))
-        freedoms = [_freedom(b.motion, np.array(b.direction)) for b in system.bodies]
-        self.moves, self.turns = np.array(freedoms).swapaxes(0, 1)
+        ways, free, none = [], np.eye(3), np.zeros((3, 3))
+        for body in system.bodies:
+            along = np.outer(body.direction, body.direction)
+            ways.append({
+                MotionKind.SIX: (free, free), MotionKind.PLANE: (free - along, along), MotionKind.AXIS: (along, none)
+            }[body.motion])  # fmt: skip
+        self.moves, self.turns = np.array(ways).swapaxes(0, 1)  # projections of translations and rotations
         self.mobility = np.linalg.pinv(self.turns @ self.inertia @ self.turns)
 
     def parts(self, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -562,19 +509,11 @@ class _Equations:
         vectors, scalars = moving[:, 6:9], moving[:, 9:10]
         turning = 0.5 * np.hstack([scalars * W + np.cross(vectors, W), -(vectors * W).sum(axis=1, keepdims=True)])
         of_axes = [
-            self.first.omega_rate(slip, omega, self.together), held * rate,
-            self.second.omega_rate(slip, second, self.together), *(slip - elongations * self.decay),
+            self.first.omega_rate(slip, omega), held * rate,
+            self.second.omega_rate(slip, second), *(slip - elongations * self.decay),
         ]  # fmt: skip
         of_bodies = np.hstack([v[:-1], linear, turning[:-1], angular])
         return np.concatenate([of_bodies.ravel(), turning[-1], *of_axes]), linear, angular, d, f, base
-
-
-def _freedom(motion: MotionKind, n: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Projections of translations and rotations."""
-    one, along = np.eye(3), np.outer(n, n)
-    return {
-        MotionKind.SIX: (one, one), MotionKind.PLANE: (one - along, along), MotionKind.AXIS: (along, 0.0 * one)
-    }[motion]  # fmt: skip
 
 
 def _turned(R: FloatArray, vectors: FloatArray) -> FloatArray:

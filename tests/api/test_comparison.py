@@ -33,12 +33,11 @@ def identified(kappa_omega: float, seed: int, degrees: tuple[int, int] | None = 
     return identify(moved, options=RefinedOptions(degrees=degrees)).spring()
 
 
-def by_hand(p: SpringParameters, deviation: float, root: Any = None, **uncertainty: Any) -> Spring:
+def by_hand(p: SpringParameters, deviation: float, root: Any = None) -> Spring:
     """A model whose coefficients err independently by so many of their sizes, or by a root of a covariance."""
-    elastic = getattr(p, p.elastic_name)
+    elastic, values = getattr(p, p.elastic_name), {name: getattr(p, name) for name in HYSTERETIC_UNITS}
     if root is None:
         root = np.diag(deviation * np.array([*(abs(c) for c in (*elastic, *p.kA[1:])), 1.0, 1.0, 1.0, 1.0]))
-    values = {name: getattr(p, name) for name in HYSTERETIC_UNITS}
     content = {
         **{name: deviation * value for name, value in values.items()},
         "interval_95": {n: [(1 - 1.96 * deviation) * v, (1 + 1.96 * deviation) * v] for n, v in values.items()},
@@ -47,7 +46,7 @@ def by_hand(p: SpringParameters, deviation: float, root: Any = None, **uncertain
             "root": [row[: k + 1].tolist() for k, row in enumerate(root)],
         },
     }
-    return Spring.from_model(ModelFile("hand", p, uncertainty={**content, **uncertainty}))
+    return Spring.from_model(ModelFile("hand", p, uncertainty=content))
 
 
 def test_a_known_difference_is_found_with_its_size() -> None:
@@ -72,19 +71,6 @@ def test_a_known_difference_is_found_with_its_size() -> None:
     assert compare(b, a, draws=DRAWS).to_frame()["change"].dropna().iloc[0] > 0.0  # kappa_omega grows the other way
 
 
-@pytest.mark.slow
-def test_one_spring_identified_twice_rarely_differs() -> None:
-    # 20 pairs of records of one spring, degrees chosen from each. With an error of 5 % four or more alarms come in
-    # 1.6 % of such series (binomial); 150 pairs with other seeds gave 5 alarms, 3.3 %.
-    alarms = 0
-    for seed in range(100, 140, 2):
-        comparison = compare(identified(25.0, seed, None), identified(25.0, seed + 1, None), draws=100)
-        alarms += comparison.verdict is ComparisonVerdict.DIFFERENT
-        if comparison.verdict is ComparisonVerdict.NOT_FOUND:
-            assert "could not have been seen" in comparison.sentence
-    assert alarms <= 3
-
-
 def test_degrees_chosen_differently_are_no_difference_of_the_springs() -> None:
     # Without the common form the energy at 5 mm differs by 25 % and z = 5.
     rich, plain = identified(25.0, 1052), identified(25.0, 1053, (3, 1))
@@ -92,21 +78,6 @@ def test_degrees_chosen_differently_are_no_difference_of_the_springs() -> None:
     assert comparison.verdict is ComparisonVerdict.NOT_FOUND
     assert "FA of degree 2, B FE of degree 3 and FA of degree 1" in comparison.notes[0]
     assert compare(rich, identified(20.0, 1053, (3, 1)), draws=DRAWS).verdict is ComparisonVerdict.DIFFERENT
-
-
-def test_errors_are_those_of_both_models() -> None:
-    deviation = 0.01
-    p = replace(TRUE, kA=(1.0,), kE=(5.0, 3000.0))
-    a, b = by_hand(p, deviation), by_hand(replace(p, kappa_omega=25.2), deviation)
-    comparison = compare(a, b, draws=400, amplitudes=[AMPLITUDE])
-    # Independent errors of 1 % each and the allowance for the choice of degrees.
-    expected = np.log(25.2 / 25.0) / (1.15 * np.sqrt(2.0) * deviation)
-    assert comparison.parameters[0].z == pytest.approx(expected, rel=1e-9)
-    energy = comparison.figures[1]
-    ends = [loop_figures(replace(p, kappa_omega=k), MEAN, [AMPLITUDE])[0, 1] for k in (25.0, 25.2)]
-    assert energy.change == pytest.approx(ends[1] / ends[0] - 1.0, rel=1e-6)
-    # Had both models been given the same draws, the scatter would all but vanish.
-    assert energy.high - energy.low > 2.0 * 1.6 * deviation
 
 
 def test_the_joint_test_is_the_quadratic_form() -> None:
@@ -134,15 +105,11 @@ def test_parameters_are_judged_together_and_compared_at_one_displacement() -> No
     assert [told[name] for name in ("kappa_omega", "loss_factor", "energy_per_cycle")] == [None, None, True]
     assert content["hysteresis_test"]["differs"]
     moved = 0.005
-    kA, kE = np.polynomial.Polynomial(TRUE.kA), np.polynomial.Polynomial(TRUE.kE)
-    shift, scale = np.polynomial.Polynomial([moved, 1.0]), float(kA(moved))
+    kA, kE = (np.polynomial.Polynomial(c)(np.polynomial.Polynomial([moved, 1.0])).coef for c in (TRUE.kA, TRUE.kE))
     other = replace(
-        TRUE,
-        kE=tuple(kE(shift).coef),
-        kA=(1.0, *(kA(shift).coef[1:] / scale)),
-        kappa_omega=TRUE.kappa_omega * scale,
+        TRUE, kE=tuple(kE), kA=(1.0, *(kA[1:] / kA[0])), kappa_omega=TRUE.kappa_omega * kA[0],
         displacement_offset=MEAN + moved,
-    )
+    )  # fmt: skip
     assert PathSolver(other).force(PATH) == pytest.approx(PathSolver(TRUE).force(PATH), rel=1e-9, abs=1e-9)
     comparison = compare(by_hand(TRUE, 0.01), by_hand(other, 0.01), draws=DRAWS)
     assert comparison.parameters[0].change == pytest.approx(0.0, abs=1e-12)
@@ -151,14 +118,10 @@ def test_parameters_are_judged_together_and_compared_at_one_displacement() -> No
 
 def test_a_model_is_the_same_as_itself_and_a_seed_gives_one_result() -> None:
     a, b = identified(25.0, 1), identified(22.5, 2)
-    comparison = compare(a, a, draws=DRAWS)
-    assert comparison.verdict is ComparisonVerdict.IDENTICAL
-    assert comparison.loop_difference == (0.0, 0.0)
+    assert compare(a, a, draws=DRAWS).verdict is ComparisonVerdict.IDENTICAL
     first, second, other = (compare(a, b, draws=20, seed=seed).to_frame() for seed in (3, 3, 4))
     assert first.equals(second)
     assert not first.equals(other)
-    alike = by_hand(TRUE, 0.0), by_hand(replace(TRUE, kappa_omega=24.0), 0.0)
-    assert "are all alike" in compare(*alike, draws=20).sentence
 
 
 def test_ranges_that_lie_apart_are_refused_or_aligned_and_a_moved_zero_is_suspected() -> None:
@@ -167,7 +130,6 @@ def test_ranges_that_lie_apart_are_refused_or_aligned_and_a_moved_zero_is_suspec
         compare(a, b)
     comparison = compare(a, b, align="middle", draws=DRAWS)
     assert comparison.verdict is ComparisonVerdict.NOT_FOUND
-    assert "each counted from the middle of its own range" in comparison.summary()
     assert (comparison.low, comparison.high) == pytest.approx((-AMPLITUDE, AMPLITUDE), rel=1e-3)
     comparison = compare(a, identified(25.0, 2, zero=0.004), draws=DRAWS)
     assert comparison.verdict is ComparisonVerdict.DIFFERENT

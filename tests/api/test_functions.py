@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,21 +16,18 @@ from strandspring import (
     Spring,
     SpringParameters,
     identify,
-    info,
     isolate,
     predict,
-    read_record,
     simulate,
     synthesize,
     synthesize_ni,
 )
 from strandspring.examples.system_models import SYSTEMS
-from strandspring.fmu.related_files import HASHES, REFERENCE, STIMULI, sealed
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
-from synthetic import MEAN, sine, spring_of
+from synthetic import spring_of
 
 pytestmark = pytest.mark.long
 
@@ -46,14 +42,11 @@ def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None
     x, force = NI.displacement, NI.force
     NI.save(tmp_path / "ni.csv", "m")
     frame = pd.DataFrame({"stroke": x, "other": np.ones_like(x), "load": force})
-    in_mm = pd.DataFrame({"stroke [mm]": 1e3 * x, "load [kN]": 1e-3 * force})
     expected = predict(SPRING, NI).fits[0]
     for prediction in (
-        predict(SPRING, x, force),
         predict(SPRING, displacement=x.tolist(), force=pd.Series(force)),
-        predict(SPRING, frame),
         predict(SPRING, frame, displacement="stroke", force="load"),
-        predict(SPRING, in_mm),
+        predict(SPRING, pd.DataFrame({"stroke [mm]": 1e3 * x, "load [kN]": 1e-3 * force})),
         predict(SPRING, 1e3 * x, 1e-3 * force, units={"displacement": "mm", "force": "kN"}),
         predict(SPRING, -x, force, reverse="displacement"),
         predict(SPRING, str(tmp_path / "ni.csv")),
@@ -68,7 +61,7 @@ def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None
     assert record.time == pytest.approx(0.5 * np.arange(x.size))
 
 
-def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors(tmp_path: Path) -> None:
+def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors() -> None:
     record = synthesize(SPRING, amplitudes=[0.01, 0.02], cycles=2, samples=100, frequency=0.5)
     assert record.force == pytest.approx(SPRING.response(record.displacement), rel=1e-12, abs=1e-10)  # of 1 ulp in mm
     assert np.ptp(record.displacement) == pytest.approx(0.04, rel=1e-12)
@@ -86,51 +79,10 @@ def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors(tmp_pat
     assert np.max(np.abs(coarse.force - growth * plain.force)) <= 0.25 * (1.0 + 1e-9)
     # 248.2 N in each row of the paper's Table 1; n was chosen to reproduce it, with three digits.
     assert np.sqrt(np.mean(synthesize_ni(noise=0.0).force ** 2)) == pytest.approx(248.2, rel=1e-3)
-    for kept in (noisy, Record(np.array([0.1, 1 / 3, -7e-5]) + MEAN, [1e-7, 2 / 3, 3e5])):
-        kept.save(tmp_path / "record.csv")
-        read = read_record(tmp_path / "record.csv")
-        for name in ("displacement", "force", "time"):
-            assert np.array_equal(getattr(read, name), getattr(kept, name))
-
-
-def test_noise_is_all_that_is_left_of_a_record_of_the_spring() -> None:
-    prediction = predict(SPRING, synthesize(SPRING, noise=0.02, seed=1))
-    force = prediction.records[0].force
-    # Multiplicative noise of 2 %: rmse is 2 % of the rms force, within 5 % for 3001 samples; RNL is 1 - 0.02.
-    assert prediction.rmse == pytest.approx(0.02 * np.sqrt(np.mean(force**2)), rel=0.05)
-    assert prediction.rnl == pytest.approx(0.98, abs=1e-3)
-    assert prediction.cautions == ()
+    # Multiplicative noise of 2 % is all that is left of it: RNL is 1 - 0.02.
+    assert predict(SPRING, synthesize(SPRING, noise=0.02, seed=1)).rnl == pytest.approx(0.98, abs=1e-3)
     (sentence,) = predict(SPRING, synthesize(SPRING, [0.025])).cautions
     assert "outside the identified range 30 to 70 mm" in sentence
-    assert np.isfinite(predict(SPRING, np.full(50, MEAN), np.ones(50)).rmse)
-
-
-def test_the_path_is_the_displacement_as_recorded() -> None:
-    clean = sine(6, 3000)
-    jitter = clean + 2e-4 * np.random.default_rng(0).standard_normal(clean.size)  # 0.5 % of the range
-    stiff = Spring(replace(SPRING.parameters, rho=5000.0), "stiff")
-    prediction = predict(stiff, jitter, stiff.response(clean))
-    (fit,) = prediction.fits
-    np.testing.assert_allclose(fit.predicted, stiff.response(jitter, fit.omega_start), rtol=0.0, atol=1e-9)
-    turning = MEAN + 0.02 * np.array([0.0, 1.0, -1.0, 0.5, -0.5, 0.25, -0.3, 1.0] * 3)
-    assert predict(SPRING, turning, SPRING.response(turning)).rnl > 0.99999  # a path that jumps
-
-
-def test_loops_of_a_record_stand_beside_those_of_its_model() -> None:
-    frame = info(SPRING, synthesize(SPRING, [0.01, 0.02], noise=0.005), amplitudes=[0.005]).to_frame()
-    assert frame["source"].tolist() == ["model", "<mount>", "model", "<mount>", "model"]
-    # 0.5 % noise; the mean over some cycles and hundreds of samples leaves less than 1 %.
-    for measured, model in ((1, 2), (3, 4)):
-        for figure in ("secant_stiffness", "energy_per_cycle", "loss_factor"):
-            assert frame.loc[measured, figure] == pytest.approx(frame.loc[model, figure], rel=0.01)
-    for row in frame.to_dict("records"):  # along one steady cycle
-        x = 0.5 * (row["high"] + row["low"]) + row["amplitude"] * np.sin(np.linspace(0.5, 8.5, 40001) * np.pi)
-        force = SPRING.response(x + info(SPRING).zero)[-10001:]
-        work = np.sum(0.5 * (force[1:] + force[:-1]) * np.diff(x[-10001:]))
-        assert row["energy_per_cycle"] == pytest.approx(work, rel=0.01)
-        assert row["secant_stiffness"] == pytest.approx((force[5000] - force[0]) / (x[-5001] - x[-10001]), rel=0.01)
-    assert info(SPRING).zero == MEAN  # 0 lies outside the range
-    assert info(SPRING, zero=0.03).to_frame()["low"].iloc[-1] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_the_curve_is_that_of_the_balance_and_peaks_are_resolved() -> None:
@@ -140,8 +92,6 @@ def test_the_curve_is_that_of_the_balance_and_peaks_are_resolved() -> None:
     result = isolate(Spring(MOUNT), 5.1, base_displacement=[3e-4, 6e-4], band=(2.6, 57.0), zero="rig")
     resolved = result.models[0].responses[1]
     assert resolved.resonance.transmissibility == pytest.approx(plain.resonance.transmissibility, rel=1e-9)
-    asked = [[point.amplitude for point in response.points if point.requested] for response in (resolved, plain)]
-    assert asked[0] == pytest.approx(asked[1])
     near = [np.log([p.amplitude for p in response.points if 3.6 < p.frequency < 4.0]) for response in (resolved, plain)]
     # No corner is left in the superharmonic peak that 200 points show as a needle.
     assert len(near[0]) >= 15
@@ -154,7 +104,6 @@ def test_a_range_beyond_its_limit_fails(tmp_path: Path) -> None:
 
     file = load_system_file(CRADLE)
     cradle = simulate(CRADLE, "one round", draws=16, seed=4)
-    assert simulate(CRADLE, "one round", draws=16, seed=4, workers=1).to_frame().equals(cradle.to_frame())
     ranges = [answer.worst(FigureKind.SWAY) for answer in cradle.answers]
     low, high = (sorted(getattr(sway, end) for sway in ranges if sway) for end in ("low", "high"))
     for limit, verdict in (
@@ -165,21 +114,10 @@ def test_a_range_beyond_its_limit_fails(tmp_path: Path) -> None:
         tight = replace(file, limits=Limits({FigureKind.SWAY: {"breech": limit}}))
         found = simulate(tight, "one round", courses=False, draws=16, seed=4)
         assert {answer.verdict for answer in found.answers} == {verdict}
-    written = cradle.save_histories(tmp_path / "new" / "folder")
+    written, figure = cradle.save_histories(tmp_path / "new"), cradle.answers[0].worst(FigureKind.ACCELERATION)
     assert [path.name for path in written] == ["four_springs_one_round.csv", "five_springs_one_round.csv"]
-    figure = cradle.answers[0].worst(FigureKind.ACCELERATION)
     assert figure is not None
     assert figure.low <= pd.read_csv(written[0])["breech acceleration x [m/s^2]"].abs().max() <= figure.high
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.toml")), ids=lambda path: path.stem)
-def test_every_example_is_answered_in_full(path: Path) -> None:
-    file = load_system_file(path)
-    found = simulate(file, courses=False, draws=16)
-    assert len(found.answers) == len(file.candidates) * len(file.cases)
-    assert not {answer.verdict for answer in found.answers} & {CaseVerdict.REFUSED, CaseVerdict.OUTSIDE}
-    assert all(run.energies.relative_residual < 1e-2 for answer in found.answers for run in answer.runs)
 
 
 def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) -> None:
@@ -195,32 +133,3 @@ def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) 
     assert [str(one.message) for one in said] == list(identify(path).cautions)
     assert built.name == "a_loop.fmu"
     assert strandspring.verify(built).ok
-
-
-def changed(fmu: Path, **files: bytes) -> Path:
-    """A copy of an FMU with other files, to which its hashes fit."""
-    with zipfile.ZipFile(fmu) as archive:
-        contents = {name: archive.read(name) for name in archive.namelist()}
-    contents = {name: content for name, content in {**contents, **files}.items() if name != HASHES}
-    copy = fmu.with_name("changed.fmu")
-    with zipfile.ZipFile(copy, "w") as archive:
-        for name, content in sealed(contents).items():
-            archive.writestr(name, content)
-    return copy
-
-
-def test_what_was_changed_in_an_fmu_is_found(tmp_path: Path) -> None:
-    fmu = Spring(MOUNT, "mount").build_fmu(tmp_path)
-    assert strandspring.verify(changed(fmu)).ok
-    for name in (STIMULI, REFERENCE):
-        for rows in (b"", b"0,nan,0,0\n0,1,0,0\n", b"0\n", b'"', b"a,b,c,d\n", b"x" * 200_000):
-            table = b"time,displacement,force,absorbed_energy\n" + rows
-            (finding,) = strandspring.verify(changed(fmu, **{name: table})).problems
-            assert "is not a table of finite numbers; build the FMU again" in finding.text
-    with zipfile.ZipFile(fmu) as archive:
-        text = archive.read("modelDescription.xml").decode()
-    for head in ('<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/hostname">]>', '<!DOCTYPE a [<!ENTITY x "x">]>'):
-        entity = text.replace("?>", "?>" + head, 1).replace('description="', 'description="&x;', 1)
-        for encoding in ("utf-8", "utf-16"):
-            (finding,) = strandspring.verify(changed(fmu, **{"modelDescription.xml": entity.encode(encoding)})).problems
-            assert finding.text.startswith("modelDescription.xml must be UTF-8 text without a document type")

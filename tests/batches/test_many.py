@@ -4,29 +4,24 @@ from __future__ import annotations
 
 import csv
 import os
-import signal
-import subprocess
-import sys
-import time
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from journal_content import execute, rows_in, written
-from many_springs import DAMAGES, DeadlyWork, measured, one_of, write, write_batch, write_damaged
+from journal_content import execute
+from many_springs import measured, one_of, write, write_batch
 from strandspring import ManyResult, RecordError, Spring, TwoStageOptions, identify_many
 from strandspring.campaigns.batches import sources
-from strandspring.campaigns.batches.batch import Tally, identify_batch
+from strandspring.campaigns.batches.batch import identify_batch
 from strandspring.campaigns.batches.figures_in_batch import modified_z
-from strandspring.campaigns.batches.sources import find_springs
+from strandspring.campaigns.batches.sources import SpringFile, find_springs
+from strandspring.campaigns.batches.spring_row import BatchWork, Finished
 from strandspring.campaigns.jobs.runners import JobError, Local
 from strandspring.loops.selection import Wanted
-
-if TYPE_CHECKING:
-    pass
 
 pytestmark = pytest.mark.long
 
@@ -35,13 +30,55 @@ COUNT = 9
 FAST = TwoStageOptions(degrees=(3, 2))  # where the method is of no matter
 
 
+# The status that a damaged file gets, and a part of the reason.
+DAMAGES = {
+    "empty": ("unreadable", "the file is empty"), "binary": ("unreadable", ""),
+    "truncated": ("refused", "does not go back and forth"), "swapped": ("refused", "wrong way round"),
+    "constant": ("unreadable", "the force must change, found 0"), "nan": ("unreadable", "line 52"),
+    "folder": ("unreadable", "is a folder"), "forbidden": ("unreadable", "cannot be read"),
+    "unit": ("unreadable", "is the unit mm?"), "snap": ("refused", "snap-through"),
+}  # fmt: skip
+
+
+def write_damaged(folder: Path) -> None:
+    """A file of each damage."""
+    files = {name: folder / f"damaged_{name}.csv" for name in DAMAGES}
+    table = measured(0, ROWS)
+    files["empty"].touch()
+    files["binary"].write_bytes(np.random.default_rng(0).bytes(4000))
+    files["folder"].mkdir()
+    files["forbidden"].symlink_to(files["forbidden"])  # root may read any other
+    write(files["unit"], table, "time [s],displacement [m],force [N]")
+    collapsed = np.where(table[:, 1] > 60.0, -1.0, 1.0)[:, None]  # beyond half the largest amplitude
+    blank = np.where(np.arange(ROWS) == 50, np.nan, 1.0)[:, None]
+    for name, damaged in (
+        ("truncated", table[: ROWS // 20]), ("swapped", table[:, [0, 2, 1]]), ("constant", table * [1.0, 1.0, 0.0]),
+        ("nan", table * np.hstack([blank**0, blank**0, blank])),
+        ("snap", table * np.hstack([collapsed**2, collapsed**2, collapsed])),
+    ):  # fmt: skip
+        write(files[name], damaged)
+
+
+class DeadlyWork(BatchWork):
+    """Dies of every file called deadly, always or, where its folder holds "once", once."""
+
+    def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
+        for spring in tasks:
+            once = Path(spring.path).with_name("once")
+            if spring.name.startswith("deadly") and not (once.exists() and once.read_text()):
+                if once.exists():
+                    once.write_text("died")
+                os._exit(9)
+        return super().rows(tasks)
+
+
 @pytest.fixture(scope="module")
 def springs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of good records, of which one spring is twice as stiff as the others, and of ten damaged ones."""
     folder = tmp_path_factory.mktemp("springs")
     write_batch(folder, COUNT, ROWS)
     write(folder / "stiff.csv", measured(100, ROWS, stiffness=2.0))
-    write_damaged(folder, ROWS)
+    write_damaged(folder)
     return folder
 
 
@@ -64,15 +101,14 @@ def content(folder: Path) -> dict[str, bytes]:
 
 
 def test_every_file_is_identified_or_named_with_the_reason(serial: ManyResult) -> None:
-    frame = serial.to_frame()
+    frame, summary = serial.to_frame(), serial.summary()
     assert (len(frame), list(frame["file"])) == (COUNT + 1 + len(DAMAGES), sorted(frame["file"]))
     by_name = frame.set_index(frame["file"].map(lambda file: Path(file).stem))
-    for name, (_, status, reason) in DAMAGES.items():
+    for name, (status, reason) in DAMAGES.items():
         row = by_name.loc[f"damaged_{name}"]
-        assert row["status"] == status, name
-        assert reason in row["reason"], name
+        assert (row["status"], reason in row["reason"]) == (status, True), name
         assert not (serial.folder / f"damaged_{name}.json").exists()
-        assert f"damaged_{name}.csv: " in serial.summary()
+        assert f"damaged_{name}.csv: " in summary
     assert frame["status"].tolist().count("identified") == COUNT + 1
     assert serial.problem == (
         f"{len(DAMAGES)} of {len(frame)} springs are not identified (3 refused, 7 unreadable); springs.csv says why."
@@ -81,7 +117,6 @@ def test_every_file_is_identified_or_named_with_the_reason(serial: ManyResult) -
     # 9*3*0.02 = 0.5 are expected to be flagged by chance; with these seeds there is none.
     assert frame[frame["outlier"].notna()]["model"].tolist() == ["stiff.json"]
     assert "secant stiffness" in by_name.loc["stiff", "outlier"]
-    assert "Outliers: 1 (robust z" in serial.summary()
 
 
 def test_a_row_tells_what_the_model_file_does(serial: ManyResult) -> None:
@@ -101,9 +136,7 @@ def test_a_row_tells_what_the_model_file_does(serial: ManyResult) -> None:
     assert row["secant stiffness [N/m]"] == pytest.approx((loop[-1] - loop[399]) / (2 * amplitude[0]), rel=1e-9)
     assert row["energy per cycle [J]"] == pytest.approx(np.trapezoid(loop, amplitude), rel=1e-3)  # trapezia
     other = pd.read_parquet(serial.folder / "springs.parquet")
-    assert list(frame) == list(other)
-    for name in frame:
-        assert frame[name].where(frame[name].notna(), 0).tolist() == other[name].where(other[name].notna(), 0).tolist()
+    assert frame.astype(object).fillna(0).equals(other.astype(object).fillna(0))
 
 
 def test_processes_and_a_cluster_give_the_same_bytes(serial: ManyResult, springs: Path, tmp_path: Path) -> None:
@@ -138,12 +171,12 @@ def test_only_what_has_changed_is_identified_again(few: Path) -> None:
         forged = values[:20] + values[20:].replace(name, other, 1)
         execute(journal, "REPLACE INTO row VALUES (?, ?, ?)", key, zlib.crc32(forged, zlib.crc32(manifest)), forged)
     assert (earlier(), content(models)) == (0, before)
-    # Other data, a model that is gone, and other files.
+    # Other data, and a model that is gone; then another file alone.
     write(few / "spring_0001.csv", measured(7, ROWS))
     (models / "spring_0002.json").unlink()
     assert earlier() == 1
-    assert content(models)["spring_0001.json"] != before["spring_0001.json"]
-    assert content(models)["spring_0002.json"] == before["spring_0002.json"]
+    changed = [name for name, model in content(models).items() if name.endswith("json") and model != before[name]]
+    assert changed == ["spring_0001.json"]
     (few / "spring_0009.csv").write_bytes(b"")
     assert (earlier(source=few / "spring_0009.csv"), earlier()) == (0, 4)
     (few / "spring_0001.csv").write_bytes(b"")
@@ -166,73 +199,33 @@ def test_a_damaged_journal_and_other_files_are_refused(few: Path) -> None:
                 identify_many(few, models, workers=1, options=FAST)
 
     identify_many(few, models, workers=1, options=FAST, progress=begin_again)
-    cut_off, notes = journal.read_bytes()[:-5000], b"my notes\n"
-    for damaged, told in ((cut_off, "is damaged: .*; remove it to start again"), (notes, "is not the journal of a")):
-        journal.write_bytes(damaged)
-        with pytest.raises(JobError, match=told):
-            identify_many(few, models, workers=1, options=FAST)
-        assert journal.read_bytes() == damaged
+    journal.write_bytes(b"my notes\n")
+    with pytest.raises(JobError, match="is not the journal of a"):
+        identify_many(few, models, workers=1, options=FAST)
+    assert journal.read_bytes() == b"my notes\n"
     with pytest.raises(JobError, match="No scheduler answers"):
         identify_many(few, few / "new" / "nested", scheduler="nowhere")
     assert not (few / "new").exists()
-    for options, error, told in (
-        ({"colour": "red"}, TypeError, "colour"),
-        ({"amplitude": -1.0}, RecordError, "`amplitude` must be finite and > 0"),
-        ({"workers": 1, "scheduler": "tcp://a:1"}, TypeError, "exclude each other"),
-    ):
-        with pytest.raises(error, match=told):
-            identify_many(few, few / "models", **options)  # type: ignore[arg-type]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
-def test_a_run_that_is_ended_goes_on(end: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import psutil
-
-    many = 100  # so many that the signal comes before the last one
-    write_batch(tmp_path / "springs", many, ROWS)
-    monkeypatch.chdir(tmp_path)
-    command = ["identify-many", "springs", "-o", "models", "--method", "two-stage", "--degrees", "3,2"]
-    program = subprocess.Popen(
-        [sys.executable, "-m", "strandspring", *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    )
-    while written(tmp_path / "models" / sources.JOURNAL) < 60_000:
-        assert program.poll() is None, program.communicate()
-        workers = psutil.Process(program.pid).children(recursive=True)
-        time.sleep(0.005)
-    program.send_signal(end)
-    said, complained = program.communicate(timeout=60)
-    assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
-    kept = rows_in(tmp_path / "models" / sources.JOURNAL)
-    assert 5 <= kept < many
-    assert (said, "Traceback" in complained) == ("", False)
-    if end is signal.SIGKILL:
-        for part in (tmp_path / "models").glob(".*.part"):
-            part.unlink()  # as a later command does, but not within a minute
-    else:
-        assert program.returncode == 128 + end
-        assert f"{kept} of {many} files are kept in models/springs.journal.sqlite; the same command" in complained
-    again = identify_many("springs", "models", workers=1, options=FAST)
-    identify_many("springs", "whole", workers=1, options=FAST)
-    assert again.batch.earlier == kept
-    assert content(Path("models")) == content(Path("whole"))
+    with pytest.raises(RecordError, match="`amplitude` must be finite and > 0"):
+        identify_many(few, few / "models", amplitude=-1.0)
 
 
 @pytest.mark.parametrize("dies_once", [False, True])
 def test_a_worker_that_dies_costs_its_file_only(few: Path, dies_once: bool) -> None:
     write(few / "deadly.csv", measured(5, ROWS))
     if dies_once:
-        (few / "once").write_text("")
+        (few / "once").touch()
     found, _ = find_springs([few], few / "models")
     summary = identify_batch(found, few / "models", DeadlyWork(FAST, Wanted()), Local(2))
     assert dict(summary.statuses) == ({"identified": 4} if dies_once else {"identified": 3, "failed": 1})
-    assert [(Path(file).name, reason.split(",")[0]) for file, _, reason in summary.problems] == (
-        [] if dies_once else [("deadly.csv", "The process that identified it died")]
-    )
+    if not dies_once:
+        ((file, _, reason),) = summary.problems
+        assert Path(file).name == "deadly.csv"
+        assert reason.startswith("The process that identified it died")
 
 
 def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    table, folder = measured(0, ROWS), tmp_path / "-springs"
+    folder, models = tmp_path / "-springs", tmp_path / "models"
     (folder / "more").mkdir(parents=True)
     names = [
         "=HYPERLINK(1).csv", "-c.csv", "@sum.csv", "+1.csv", "con.csv", "a\nb,c\".csv", "\x1b[31m.csv", "..csv",
@@ -240,21 +233,20 @@ def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         "more/con.csv", os.fsdecode(b"\xff\xfe.csv"),
     ]  # fmt: skip
     for name in names:
-        write(folder / name, table)
+        write(folder / name, measured(0, ROWS))
     monkeypatch.chdir(folder)
-    many = identify_many([*names, "12.csv"], tmp_path / "models", workers=1, options=FAST)
-    again = identify_many(names, tmp_path / "models", workers=1, options=FAST)
-    assert (many.is_complete, again.batch.earlier) == (True, len(names))
+    many = identify_many([*names, "12.csv"], models, workers=1, options=FAST)
+    assert many.is_complete
+    assert identify_many(names, models, workers=1, options=FAST).batch.earlier == len(names)
     assert many.left_out == ("1 file given more than once, first: 12.csv",)
-    models = many.to_frame()["model"]
-    assert models.str.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}\.json").all()
-    assert len({name.lower() for name in models}) == len(names)
-    assert {path.name for path in (tmp_path / "models").glob("*.json")} == set(models)
+    written = many.to_frame()["model"]
+    assert written.str.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}\.json").all()
+    assert len({name.lower() for name in written}) == len(names)
+    assert {path.name for path in models.glob("*.json")} == set(written)
     with many.batch.table.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert not [row for row in rows if row["file"][0] in "=+-@" or not row["file"].isprintable()]
     assert rows[0]["file"] == "'=HYPERLINK(1).csv"
-    assert [float(row["rmse [N]"]) for row in rows] == many.to_frame()["rmse [N]"].tolist()  # numbers stay numbers
     assert "\x1b" not in many.summary()
 
 
@@ -275,8 +267,3 @@ def test_the_rule_flags_as_few_of_a_clean_batch_as_it_says() -> None:
         ([-1.0] * 20, []),
     ):
         assert np.flatnonzero(np.abs(modified_z(np.array(values))) > 3.5).tolist() == outliers
-    kinds = Tally()
-    for k in range(3000):
-        kinds.add(str(k), [f"{'x' * k} in line {k}"])
-    assert len(kinds.kinds) <= 1001
-    assert kinds.lines(3000)[0].startswith("2000 files: other sentences")

@@ -56,27 +56,20 @@ def ran(*arguments: str | bytes, **options: Any) -> subprocess.CompletedProcess[
 
 def on_terminal(command: list[str], **environment: str) -> str:
     """What a program writes to a terminal of 80 columns."""
-    main, side = pty.openpty()
-    settings = {**os.environ, "TERM": "xterm-256color", "COLUMNS": "80", **environment}
-    with subprocess.Popen(command, stdout=side, stderr=side, stdin=side, env=settings) as process:
-        os.close(side)
-        content = b""
-        while True:
-            try:
-                part = os.read(main, 65536)
-            except OSError:  # Linux says so when nobody writes any more
-                break
-            content += part
-            if not part:
-                break
-    os.close(main)
-    assert process.returncode == 0, content
-    return content.decode().replace("\r\n", "\n")
+    shown: list[bytes] = []
+
+    def read(terminal: int) -> bytes:
+        shown.append(os.read(terminal, 65536))
+        return shown[-1]
+
+    settings = {"TERM": "xterm-256color", "COLUMNS": "80", **environment}
+    words = ["env", *(f"{name}={value}" for name, value in settings.items()), *command]
+    assert pty.spawn(words, read, lambda _: b"") == 0, shown
+    return b"".join(shown).decode().replace("\r\n", "\n")
 
 
 @pytest.mark.parametrize(
-    ("number", "word"),
-    [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")],
+    ("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated"), (signal.SIGHUP, "terminated")]
 )
 def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, number: int, word: str) -> None:
     command = [sys.executable, "-c", SHORT.format(body=WAITING)]
@@ -91,24 +84,23 @@ def test_a_signal_gives_the_status_of_shells_and_leaves_nothing(tmp_path: Path, 
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("fault", "sentence"),
-    [
-        ("OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))", "No space left on device; check the path"),
-        ("OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')", "a\ufffd[2Jb: Input/output error; "),
-        ("OSError()", "OSError; check the path"),
-        ("MemoryError()", "There is not enough memory for this; "),
-    ],
-)
-def test_whatever_the_system_refuses_is_a_sentence(fault: str, sentence: str) -> None:
+FAULTS = {
+    "OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))": "No space left on device; check the path",
+    "OSError(errno.EIO, os.strerror(errno.EIO), 'a\\x1b[2Jb')": "a\ufffd[2Jb: Input/output error; ",
+    "OSError()": "OSError; check the path",
+    "MemoryError()": "There is not enough memory for this; ",
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_whatever_the_system_refuses_is_a_sentence(fault: str) -> None:
     command = [sys.executable, "-c", SHORT.format(body=f"raise {fault}")]
     done = subprocess.run(command, capture_output=True, encoding="utf-8", check=False)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"strandspring: {sentence}")
-    assert done.stderr.count("\n") == 1
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert done.stderr.startswith(f"strandspring: {FAULTS[fault]}")
     error = json.loads(done.stdout)["error"]
     assert error["type"] == fault.partition("(")[0]
-    assert error["message"].startswith(sentence)
+    assert error["message"].startswith(FAULTS[fault])
 
 
 @pytest.mark.usefixtures("terminal")
@@ -130,17 +122,6 @@ def test_standard_output_that_cannot_be_written_is_one_sentence() -> None:
         assert early.stderr is not None
         early.stdout.close()  # a reader that leaves is no error to tell
         assert early.stderr.read() == b""
-
-
-def test_odd_names_and_modules_beside_records(terminal: Terminal) -> None:
-    for argument in ("x" * 100_000, "a\nb", "\udcff.json", "/" * 5000):
-        terminal("info", argument, status=1)
-        terminal("isolate", "mount.json", "--mass", argument, status=2)
-    for name in ("numpy", "attrs", "click"):
-        Path(f"{name}.py").write_text("raise SystemExit('a file beside the records was run')")
-    done = ran("info", "mount.json", "--save", b"\xff.json")
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "Model file: \\udcff.json" in done.stdout
 
 
 def test_a_terminal_shows_what_is_being_done_and_a_pipe_does_not(tmp_path: Path) -> None:

@@ -14,30 +14,16 @@ import pytest
 from terminal import Terminal
 
 HERE = Path(__file__).parent
-HEADER = "Displacement (mm),Force (N)\n"
-ROWS = "1,2\n2,3\n3,4\n2,2\n" * 9
 WITHOUT_JSON = ("synthesize", "docs", "nonsense", "identfy")
-BAD = {
-    "empty.csv": "",
-    "text.csv": HEADER + "1,2\n2,oops\n3,4\n4,5\n5,6\n6,7\n",
-    "nan.csv": HEADER + "1,2\n2,nan\n3,4\n4,5\n5,6\n6,7\n",
-    "one.csv": HEADER + "1,2\n",
-    "still.csv": HEADER + "1,2\n1,3\n1,4\n" * 9,
-    "swapped.csv": HEADER + ROWS,
-    "marks.csv": "x [mm];F [N]\n" + "".join(f"{k},5;{9 * k},25\n" for k in range(40)) + "0,5;1.013,25\n" * 9,
-}
 
 
 def rows() -> list[Any]:
     """Command, exit status and sentence of each row of refusals.txt."""
-    found, begin = [], ""
-    for line in (HERE / "refusals.txt").read_text(encoding="utf-8").splitlines():
-        if line.startswith("["):
-            begin = line[1:-1]
-        elif line and not line.startswith("#"):
-            rest, _, said = line.partition("=> ")
-            status, _, sentence = said.partition(" ")
-            command = f"{begin} {rest}".strip()
+    groups = (HERE / "refusals.txt").read_text(encoding="utf-8").split("\n[")
+    found = []
+    for begin, _, text in (group.partition("]\n") for group in groups):
+        for rest, said in (line.split("=> ", 1) for line in text.splitlines() if "=> " in line):
+            command, (status, _, sentence) = f"{begin} {rest}".strip(), said.partition(" ")
             found.append(pytest.param(command, int(status), sentence, id=command))
     return found
 
@@ -45,7 +31,7 @@ def rows() -> list[Any]:
 @pytest.fixture(scope="module")
 def folder(inputs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = Path(shutil.copytree(inputs, tmp_path_factory.mktemp("refusals"), dirs_exist_ok=True))
-    for name, text in BAD.items():
+    for name, text in json.loads((HERE / "bad.json").read_text(encoding="utf-8")).items():
         (folder / name).write_text(text, encoding="utf-8")
     table = np.loadtxt(folder / "new.csv", delimiter=",", skiprows=1)
     np.savetxt(folder / "bare.csv", table * [1.0, 0.01], delimiter=",")

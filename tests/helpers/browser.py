@@ -4,47 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tools import program, tool
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-# Texts of one figure that lie over each other, in words.
-_OVERLAPS = """() => [...document.querySelectorAll("figure")].flatMap((figure) => {
-  const texts = [...figure.querySelectorAll("svg text, .legend button, h3, select, figcaption")]
-    .filter((text) => text.textContent.trim() && text.checkVisibility({ opacityProperty: true }))
-    .map((text) => [text.textContent.trim().slice(0, 40), text.getBoundingClientRect()])
-    .filter(([, box]) => box.width > 0 && box.height > 0);
-  return texts.flatMap(([text, a], k) => texts.slice(k + 1)
-    .filter(([, b]) => Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1.5
-                    && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 2.5)
-    .map(([other]) => `${figure.id}: ${text} / ${other}`));
-})"""
-# Figures without a single drawn line, dot, bar or area.
-_EMPTY = """() => [...document.querySelectorAll("figure")].filter((figure) =>
-  ![...figure.querySelectorAll(".data g path")].some((shape) => {
-    const box = shape.getBoundingClientRect();
-    return box.width + box.height > 2;
-  })).map((figure) => figure.id)"""
-# Figures and texts that reach beyond the page.
-_OUTSIDE = """() => [...document.querySelectorAll("main *")].filter((element) =>
-  element.getBoundingClientRect().right > innerWidth + 0.5).map((element) => element.outerHTML.slice(0, 120))"""
+FAULTS = Path(__file__).with_name("browser.js").read_text(encoding="utf-8")
 
 
-@dataclass(frozen=True)
-class Sight:
-    """What was seen of a page.
-
-    Attributes
-    ----------
-    page : Page
-    messages : list of str    Of the console, and errors of scripts.
-    requests : list of str    Addresses other than of the page itself.
-    """
+class Sight(NamedTuple):
+    """A page, messages of the console and errors of scripts, and addresses asked for other than of the page itself."""
 
     page: Page
     messages: list[str]
@@ -52,9 +24,7 @@ class Sight:
 
     def faults(self) -> list[str]:
         """All that is wrong: messages, requests, empty figures, texts that overlap, elements beyond the page."""
-        found = [*self.messages, *self.requests]
-        for script in (_EMPTY, _OVERLAPS, _OUTSIDE):
-            found += self.page.evaluate(script)
+        found = [*self.messages, *self.requests, *self.page.evaluate(FAULTS)]
         width: int = self.page.evaluate("() => document.documentElement.scrollWidth - innerWidth")
         return found + ([f"scrolls by {width} px"] if width > 0 else [])
 
@@ -71,20 +41,17 @@ def chromium() -> Iterator[Browser]:
 
 
 @contextmanager
-def opened(browser: Browser, path: Path, width: int, scheme: str, *, scripts: bool = True) -> Iterator[Sight]:
+def opened(browser: Browser, path: Path, width: int, scheme: str) -> Iterator[Sight]:
     """A page, all of it unfolded."""
-    context = browser.new_context(
-        viewport={"width": width, "height": 900}, color_scheme="dark" if scheme == "dark" else "light",
-        has_touch=width < 600, java_script_enabled=scripts,
-    )  # fmt: skip
-    page = context.new_page()
-    messages: list[str] = []
-    requests: list[str] = []
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
-    page.on("request", lambda request: requests.append(request.url))
+    options: Any = {"viewport": {"width": width, "height": 900}, "color_scheme": scheme, "has_touch": width < 600}
+    page = browser.new_page(**options)
+    sight = Sight(page, [], [])
+    page.on("console", lambda message: sight.messages.append(message.text))
+    page.on("pageerror", lambda error: sight.messages.append(str(error)))
+    page.on("request", lambda request: sight.requests.append(request.url))
     page.goto(path.as_uri())
+    sight.requests.remove(path.as_uri())
     page.evaluate("() => [...document.querySelectorAll('details')].forEach((fold) => { fold.open = true; })")
     page.wait_for_timeout(100)  # the page answers to what is opened
-    yield Sight(page, messages, [url for url in requests if url != path.as_uri()])
-    context.close()
+    yield sight
+    page.close()

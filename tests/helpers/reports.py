@@ -9,8 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from strandspring import Identification, Record, RefinedOptions, TwoStageOptions, identify, read_record
-from strandspring.kernel.path import PathSolver
-from synthetic import MEAN, spring_of
+from synthetic import MEAN, record_of, spring_of
 
 ROOT = Path(__file__).resolve().parents[2]
 RTL, EMOJI = "\N{RIGHT-TO-LEFT OVERRIDE}\N{HEBREW LETTER ALEF}\N{HEBREW LETTER BET}", "\N{GRINNING FACE}"
@@ -18,13 +17,11 @@ HOSTILE = f"</script><script>alert(1)</script>&\"'`{{{{x}}}}$_$ {RTL} {EMOJI} {{
 FOLDER = "/srv/secret/customer"
 
 
-def sine_record(name: str, frequency: float, amplitude: float, seed: int, *, times: bool = True) -> Record:
+def sine_record(name: str, frequency: float, amplitude: float, seed: int) -> Record:
     """Four cycles of a known spring with 2 % of noise."""
     t = np.arange(1201) / (300.0 * frequency)
-    x = MEAN + amplitude * np.sin(2.0 * np.pi * frequency * t)
-    force = PathSolver(spring_of(0.6, 1.5)).force(x)
-    force = force * (1.0 + 0.02 * np.random.default_rng(seed).standard_normal(force.size))
-    return Record(x, force, t if times else None, path=f"{FOLDER}/{name}")
+    record = record_of(spring_of(0.6, 1.5), MEAN + amplitude * np.sin(2.0 * np.pi * frequency * t), 0.02, seed)
+    return replace(record, time=t, path=f"{FOLDER}/{name}")
 
 
 @functools.cache
@@ -45,8 +42,8 @@ def campaign() -> Identification:
 def hostile() -> Identification:
     """Records with names that break what is not escaped; one has no times."""
     names = ("x$_$y.csv", HOSTILE.replace("/", "\N{FRACTION SLASH}"), "n" * 200 + ".csv")
-    records = [sine_record(name, 1.0, 0.02 - 0.005 * k, k, times=k > 0) for k, name in enumerate(names)]
-    return identify(records, RefinedOptions((3, 2)))
+    records = [sine_record(name, 1.0, 0.02 - 0.005 * k, k) for k, name in enumerate(names)]
+    return identify([replace(records[0], time=None), *records[1:]], RefinedOptions((3, 2)))
 
 
 @functools.cache

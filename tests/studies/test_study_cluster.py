@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
-import tempfile
-import time
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -32,41 +31,25 @@ Process = subprocess.Popen[bytes]
 
 @contextmanager
 def dask(*arguments: str, ready: str) -> Iterator[tuple[Process, str]]:
-    """A process of dask, and the line of its log that says that it is ready."""
+    """A process of dask, and the last word of the line of its log that says that it is ready."""
     command = [sys.executable, "-m", "dask", *arguments, "--no-dashboard", "--host", "127.0.0.1"]
-    with tempfile.TemporaryFile("w+") as log:
-        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=log)
+    with subprocess.Popen(command, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
         try:
-            lines: list[str] = []
-            while not lines:
-                text = os.pread(log.fileno(), 1_000_000, 0).decode()
-                assert process.poll() is None, text
-                lines = [line for line in text.splitlines() if ready in line]
-                time.sleep(0.05)
-            yield process, lines[0]
+            line = next(line for line in process.stderr if ready.encode() in line)
+            threading.Thread(target=process.stderr.read, daemon=True).start()  # so that it never waits for us
+            yield process, line.decode().split()[-1]
         finally:
             process.kill()
-            process.wait()
-
-
-class Machines:
-    """A scheduler with workers, each a process."""
-
-    def __init__(self, stack: ExitStack, *options: str, protocol: str = "tcp") -> None:
-        self.stack, self.options, self.workers = stack, options, list[Process]()
-        given = ("scheduler", "--port", "0", "--protocol", protocol, *options)
-        self.scheduler, line = stack.enter_context(dask(*given, ready="Scheduler at:"))
-        self.address = line.split()[-1]
-
-    def start_worker(self) -> None:
-        given = ("worker", self.address, "--no-nanny", "--nthreads", "1", *self.options)
-        self.workers.append(self.stack.enter_context(dask(*given, ready="Registered to:"))[0])
 
 
 @pytest.fixture
-def machines() -> Iterator[Machines]:
+def machines() -> Iterator[tuple[Process, str, Process]]:
+    """A scheduler, its address, and a worker."""
     with ExitStack() as stack:
-        yield Machines(stack)
+        scheduler, address = stack.enter_context(dask("scheduler", "--port", "0", ready="Scheduler at:"))
+        given = ("worker", address, "--no-nanny", "--nthreads", "1")
+        yield scheduler, address, stack.enter_context(dask(*given, ready="Registered to:"))[0]
 
 
 @pytest.fixture(scope="module")
@@ -85,47 +68,33 @@ def hasty(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster_module, "_SILENCE", 8.0)  # of a busy machine
 
 
-def kill(machines: Machines) -> None:
-    machines.scheduler.kill()
-
-
-def suspend(machines: Machines) -> None:
-    machines.scheduler.send_signal(signal.SIGSTOP)
-
-
-def suspend_worker(machines: Machines) -> None:
-    machines.workers[0].send_signal(signal.SIGSTOP)
-
-
 @pytest.mark.slow
 @pytest.mark.usefixtures("hasty")
 @pytest.mark.parametrize(
-    ("disturb", "problem"),
+    ("is_worker", "end", "problem"),
     [
-        (kill, "The connection to the scheduler at {} was lost; start it and its workers again; "),
-        (suspend, "The scheduler at {} does not answer ("),
-        (suspend_worker, "1 of 1 workers of {} have given no sign of life for 8 s ("),
+        (False, signal.SIGKILL, "The connection to the scheduler at {} was lost; start it and its workers again; "),
+        (False, signal.SIGSTOP, "The scheduler at {} does not answer ("),
+        (True, signal.SIGSTOP, "1 of 1 workers of {} have given no sign of life for 8 s ("),
     ],
 )
 def test_a_study_gives_up_in_words_and_is_finished_elsewhere(
-    disturb: Callable[[Machines], None], problem: str, machines: Machines, expected: bytes, tmp_path: Path
+    is_worker: bool, end: signal.Signals, problem: str, machines: Any, expected: bytes, tmp_path: Path
 ) -> None:
-    machines.start_worker()
-    results, notes = tmp_path / "r.csv", list[str]()
-    cluster = Cluster(machines.address, patience=2.0, notify=notes.append)
+    scheduler, address, worker = machines
+    results, notes, counter = tmp_path / "r.csv", list[str](), Counter()
+    cluster = Cluster(address, patience=2.0, notify=notes.append)
+    disturb = Counter(20, lambda: (worker if is_worker else scheduler).send_signal(end))
     with pytest.raises(IsolationError) as refusal:
-        run_study(STUDY, results, cluster, Counter(20, lambda: disturb(machines)), cluster.notify)
-    said = str(refusal.value)
-    assert problem.format(machines.address) in said
-    if disturb is not kill:
+        run_study(STUDY, results, cluster, disturb, cluster.notify)
+    said, told = str(refusal.value), problem.format(address)
+    assert told in said
+    if end is signal.SIGSTOP:
         assert "given up after 2 s; " in said
-        assert [note.startswith(problem.format(machines.address)) for note in notes] == [True]
-    assert not results.exists()
-    assert journal_path(results).exists()
-    counter = Counter()
+        assert [note.startswith(told) for note in notes] == [True]
+    assert [results.exists(), journal_path(results).exists()] == [False, True]
     run_study(STUDY, results, Local(1), counter)
-    assert counter.first is not None
-    assert counter.first >= 20
+    assert (counter.first or 0) >= 20
     assert results.read_bytes() == expected
 
 
@@ -139,14 +108,14 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
     folder, authority = tmp_path_factory.mktemp("certificates"), trustme.CA()
     client = authority.issue_cert("dask.example")
-    files = {name: folder / f"{name}.pem" for name in ("ca", "cert", "key", "other", "empty", "locked", "none")}
-    authority.cert_pem.write_to_path(files["ca"])
-    client.cert_chain_pems[0].write_to_path(files["cert"])
-    client.private_key_pem.write_to_path(files["key"])
-    trustme.CA().cert_pem.write_to_path(files["other"])
-    files["empty"].touch()
-    files["locked"].write_text("-----BEGIN ENCRYPTED PRIVATE KEY-----\nMIIB\n-----END ENCRYPTED PRIVATE KEY-----\n")
-    return {name: str(path) for name, path in files.items()}
+    locked = b"-----BEGIN ENCRYPTED PRIVATE KEY-----\nMIIB\n-----END ENCRYPTED PRIVATE KEY-----\n"
+    contents = {
+        "ca": authority.cert_pem.bytes(), "cert": client.cert_chain_pems[0].bytes(),
+        "key": client.private_key_pem.bytes(), "other": trustme.CA().cert_pem.bytes(), "empty": b"", "locked": locked,
+    }  # fmt: skip
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
+    return {name: str(folder / name) for name in (*contents, "none")}
 
 
 @pytest.mark.slow
@@ -154,27 +123,28 @@ def certificates(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 def test_tls_by_options_and_by_the_configuration_of_dask(
     certificates: dict[str, str], expected: bytes, tmp_path: Path
 ) -> None:
+    import dask
+    from distributed import LocalCluster, Security
+
     ca, cert, key = (certificates[name] for name in ("ca", "cert", "key"))
-    notes: list[str] = []
-    with ExitStack() as stack:
-        options = ("--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", key)
-        machines = Machines(stack, *options, protocol="tls")
-        machines.start_worker()
-        assert machines.address.startswith("tls://")
-        run_study(STUDY, tmp_path / "r.csv", Cluster(machines.address, ca, cert, key, notify=notes.append))
-        assert notes == []
+    ends = {f"tls_{end}_{part}": path for end in ("scheduler", "worker", "client") for part, path in
+            (("cert", cert), ("key", key))}  # fmt: skip
+    options = {"processes": False, "n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
+    security = Security(tls_ca_file=ca, require_encryption=True, **ends)
+    with LocalCluster(protocol="tls://", host="127.0.0.1", security=security, **options) as machines:
+        address = machines.scheduler_address
+        assert address.startswith("tls://")
+        run_study(STUDY, tmp_path / "r.csv", Cluster(address, ca, cert, key))
         for cluster, told in (
-            (Cluster(machines.address), f"{machines.address} needs certificates: those of the authority"),
-            (Cluster(machines.address, certificates["other"], cert, key), "No scheduler answers"),
-            (Cluster(machines.address.replace("tls://", "tcp://")), "or tls://host:8786 if it has TLS"),
+            (Cluster(address), f"{address} needs certificates: those of the authority"),
+            (Cluster(address, certificates["other"], cert, key), "No scheduler answers"),
+            (Cluster(address.replace("tls://", "tcp://")), "or tls://host:8786 if it has TLS"),
         ):
             with pytest.raises(IsolationError, match=told):
                 run_study(STUDY, tmp_path / "none.csv", cluster)
-        import dask
-
         configured = {"ca-file": ca, "client.cert": cert, "client.key": key}
         with dask.config.set({f"distributed.comm.tls.{name}": path for name, path in configured.items()}):
-            run_study(STUDY, tmp_path / "s.csv", Cluster(machines.address))
+            run_study(STUDY, tmp_path / "s.csv", Cluster(address))
     assert (tmp_path / "r.csv").read_bytes() == (tmp_path / "s.csv").read_bytes() == expected
 
 
@@ -182,13 +152,11 @@ def test_certificates_and_addresses_that_cannot_be_used_are_refused(
     certificates: dict[str, str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for words, names in {
-        "no such file": ("ca", "cert", "none"),
-        r"cannot be used \(": ("empty", "cert", "key"),
-        "have no passphrase": ("ca", "cert", "locked"),
-        "must belong to the certificate": ("ca", "other", "key"),
-    }.items():
+        "no such file": ("ca", "cert", "none"), r"cannot be used \(": ("empty", "cert", "key"),
+        "have no passphrase": ("ca", "cert", "locked"), "must belong to the certificate": ("ca", "other", "key"),
+    }.items():  # fmt: skip
         with pytest.raises(IsolationError, match=words):
-            run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *(certificates[name] for name in names)))
+            run_study(CHEAP, tmp_path / "r.csv", Cluster("tls://127.0.0.1:1", *map(certificates.get, names)))
     with pytest.raises(JobError, match=r"Certificates need a scheduler with TLS, .*begins with tls://"):
         Cluster("tcp://127.0.0.1:1", certificates["ca"])
     monkeypatch.setattr(cluster_module, "_CONNECTING", 0.2)

@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import Phase, given, settings
-from hypothesis import strategies as st
 
 from exudyn_motion import exudyn_acceleration
 from mounted_examples import (
@@ -22,13 +20,11 @@ from mounted_examples import (
     kernel_motion,
     one_mass,
     plane_box,
-    rotated,
     three_axes,
-    turned,
     two_stages,
     unit,
 )
-from oracles import Course, bodies_motion, half_sine, rest_of, sine
+from oracles import bodies_motion, half_sine, rest_of, sine
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
@@ -145,61 +141,6 @@ def test_motion_is_that_of_exudyn() -> None:
     assert acceleration.shape == other.shape
     assert np.abs(other).max() > 4.0 * GRAVITY
     np.testing.assert_allclose(acceleration, other, atol=1e-5 * np.abs(other).max())
-
-
-def later(course: Course, delay: float) -> Course:
-    return Course(lambda _: 0.0, lambda t: course.integral(np.maximum(t - delay, 0.0)))
-
-
-def stored(spring: SpringParameters, displacement: float, force: float) -> float:
-    """Energy of one spring without an amplifier that can be had back: the integral of FE, and on unloading from omega
-    that of kappa*omega dx, dx = d omega/(rho (1 + (2 sigma - 1)|omega|^n)), by paper eq. (11).
-    """
-    from scipy.integrate import quad
-
-    elastic, x = np.polynomial.Polynomial(spring.kE), displacement - spring.displacement_offset
-    omega = abs(force - float(elastic(x))) / spring.kappa_omega
-    bend = 2.0 * spring.sigma - 1.0
-    unloading = quad(lambda u: u / (1.0 + bend * u**spring.n), 0.0, omega)[0]
-    return float(elastic.integ()(x)) + spring.kappa_omega / spring.rho * unloading
-
-
-@settings(max_examples=20, phases=[Phase.generate])
-@given(st.sampled_from([*CASES.values()]), st.integers(0, 2**31), st.integers(1, 100))
-def test_laws_of_motion(one: tuple[MountedSystem, LoadCase, float], seed: int, steps: int) -> None:
-    """All rotated moves as before, loads that come later move later, springs create no energy, and without loads all
-    is still: to the rounding of weights, a part in 1e10 of the acceleration of gravity.
-    """
-    from scipy.spatial.transform import Rotation
-
-    (system, case, omega), h = one, 2e-4
-    motion = kernel_motion(system, case, h, omega)
-    R = Rotation.random(random_state=seed).as_matrix()
-    channels = [replace(c, direction=unit(*R @ c.direction), place=turned(R, c.place)) for c in case.channels]
-    other = replace(case, channels=tuple(channels), velocity=turned(R, case.velocity))
-    found = kernel_motion(rotated(system, R), other, h, omega)
-    for name in ("acceleration", "sway", "force"):
-        right = getattr(motion.histories, name)
-        right = right if name == "force" else right @ R.T
-        np.testing.assert_allclose(getattr(found.histories, name), right, atol=1e-7 * np.abs(right).max(), err_msg=name)
-    still = kernel_motion(system, driven(), h, omega).figures.of_points
-    assert still[:, [0, 5]].max() < 1e-9
-    if not case.weightless and all(c.kind is not ChannelKind.BASE_ANGULAR_VELOCITY for c in case.channels):
-        # But for a base that turns, whose velocity at the edges of steps is found from averages over several.
-        channels = [replace(c, signal=later(c.signal, steps * h)) for c in case.channels]  # type: ignore[arg-type]
-        late = replace(case, duration=case.duration + steps * h, channels=tuple(channels))
-        found, right = kernel_motion(system, late, h, omega), motion.histories.sway
-        np.testing.assert_allclose(found.histories.sway[steps:], right, atol=1e-7 * np.abs(right).max())
-    bare = replace(system, mounts=tuple(
-        replace(mount, axes=tuple(replace(axis, damping=0.0, stops=None) for axis in mount.axes))
-        for mount in system.mounts
-    )).with_springs(lambda spring: replace(spring, kA=(1.0,), second=None, branches=()))  # fmt: skip
-    motion = kernel_motion(bare, case, 0.5 * h, omega)
-    absorbed, histories = motion.figures.of_axes[:, 5], motion.histories
-    for number, axis in enumerate(bare.axes):
-        forces, places = histories.force[:, number] / axis.parallel, histories.displacement[:, number]
-        before, after = (stored(axis.spring, places[k], forces[k]) for k in (0, -1))
-        assert absorbed[number] >= axis.parallel * axis.series * (after - before) - 1e-9 * abs(absorbed).max()
 
 
 # ---- errors that are printed ----------------------------------------------------------------------

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, two_stages, unit, vector
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, unit, vector
 from springs import EXAMPLES, MOUNT
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
@@ -20,7 +20,6 @@ from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
 from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
-from strandspring.vibration.bodies.rest import mount_loads, rest
 from strandspring.vibration.bodies.small_motion import SmallMotion
 
 UNIT = np.eye(3)
@@ -40,7 +39,7 @@ def guided(axis: MountAxis, mass: float) -> MountedSystem:
     return MountedSystem((body,), (Mount("foot", 0, ORIGIN, (axis,)),), gravity=NO_WEIGHT)
 
 
-def test_published_frequencies_of_a_box_a_chain_and_a_pendulum() -> None:
+def test_published_frequencies_of_a_box_and_a_pendulum() -> None:
     mounts = tuple(mount(f"corner {k}", place, (9000.0, 12000.0, 20000.0)) for k, place in enumerate(CORNERS))
     box = MountedSystem((RigidBody("box", 20.0, inertia=INERTIA),), mounts, gravity=NO_WEIGHT)
     found = modes(SmallMotion.about_nominal(box))
@@ -50,16 +49,6 @@ def test_published_frequencies_of_a_box_a_chain_and_a_pendulum() -> None:
     assert [mode.words.split(" ")[0] for mode in found] == ["y", "x", "z", "rz", "rx", "ry"]
     assert found[2].words == "z 100 %"
     assert [mode.shares.sum() for mode in found] == pytest.approx([1.0] * 6, rel=1e-12)
-    assert [mode.damping for mode in found] == pytest.approx([0.0] * 6, abs=1e-12)
-    # Masses of 3 and 1 kg on springs of 900 and 400 N/m, one on the other.
-    bodies = tuple(RigidBody(f"stage {k}", mass, motion=MotionKind.AXIS) for k, mass in enumerate((3.0, 1.0)))
-    axes = [(MountAxis(elastic(0.0, k), UP, 0.0, damping=2.0),) for k in (900.0, 400.0)]
-    chain = (Mount("lower", 0, ORIGIN, axes[0]), Mount("upper", 1, (0.1, 0.0, 0.0), axes[1], support=0))
-    found = modes(SmallMotion.about_nominal(MountedSystem(bodies, chain)))
-    circular = np.sqrt(np.linalg.eigvals(np.array([[1300.0 / 3.0, -400.0 / 3.0], [-400.0, 400.0]])))
-    assert [mode.frequency for mode in found] == pytest.approx(np.sort(circular) / (2.0 * np.pi), rel=1e-10)
-    assert found[0].words == "stage 1 z 54 %, stage 0 z 46 %"
-    assert all(0.0 < mode.damping < 0.2 for mode in found)
     # A body that hangs, and one that stands on the same place.
     height, stiff, weight = 0.4, 1e9, 20.0 * GRAVITY
     top = mount("top", (0.0, 0.0, height), (stiff, stiff, stiff))
@@ -82,7 +71,6 @@ def test_damping_of_one_axis_by_tangent_and_secant() -> None:
     assert tangent.frequency == pytest.approx(math.sqrt(stiffness / 5.0) / (2.0 * math.pi), rel=1e-12)
     assert tangent.damping == pytest.approx(40.0 / (2.0 * math.sqrt(stiffness * 5.0)), rel=1e-12)
     loop = steady_loop(PathSolver(MOUNT), 0.05 - 0.006, 0.05 + 0.006).figures
-    assert 0.2 * system.laws.free_travel(motion.springs) == pytest.approx([0.012], rel=1e-12)
     (secant,) = modes(motion, system.laws.secants(motion.springs, np.array([0.012])))
     k = 1.5 * loop.secant_stiffness
     assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
@@ -149,15 +137,11 @@ def test_the_step_of_one_axis_by_hand_and_the_steepest_slope() -> None:
     assert SmallMotion.about_nominal(across).stable_step() == np.inf
     for name, one in EXAMPLES.items():
         bound = float(guided(MountAxis(one, UP, one.displacement_offset), 1.0).laws.steepest[0])
-        path = np.random.default_rng(5).uniform(one.displacement_min, one.displacement_max, 20_000)
         solver, way = PathSolver(one), 1e-12 * (one.displacement_max - one.displacement_min)
-        assert solver.stiffness(path).max() <= bound, name
-        just_turned = [
-            float(solver.stiffness(np.array([x, x - omega * way]), omega)[1])
-            for x in np.linspace(one.displacement_min + way, one.displacement_max - way, 401)
-            for omega in (-1.0, 1.0)
-        ]
-        assert 0.9 * bound <= max(just_turned) <= bound, name
+        places = np.linspace(one.displacement_min + way, one.displacement_max - way, 401)
+        turns = [(np.array([x, x - omega * way]), omega) for x in places for omega in (-1.0, 1.0)]
+        just_turned = max(float(solver.stiffness(turn, omega)[1]) for turn, omega in turns)
+        assert 0.9 * bound <= just_turned <= bound, name
 
 
 # ---- rest -----------------------------------------------------------------------------------------
@@ -204,14 +188,3 @@ def test_rest_is_found_and_balanced_at_any_scale_of_force(
     body = replace(system.bodies[0], mass=factor * 20.0, inertia=tuple(map(tuple, factor * np.array(ASYMMETRIC))))
     again = replace(scaled, bodies=(body,)).solver.rest(np.array(gravity), omega)[0]
     np.testing.assert_array_equal(again, pose)
-
-
-def test_loads_of_mounts_balance_weights() -> None:
-    """Of a box on a frame that stands askew on unequal feet, so that the axes of the box' mounts have turned."""
-    plain = two_stages()
-    feet = tuple(replace(foot, place=(foot.place[0] + 0.03, *foot.place[1:])) for foot in plain.mounts[4:])
-    system = replace(plain, mounts=(*plain.mounts[:4], *feet))
-    pose = rest(system)
-    loads, weights = mount_loads(system, pose), np.array([[0.0, 0.0, -body.mass * GRAVITY] for body in system.bodies])
-    assert np.linalg.norm(pose.rotations[1] - np.eye(3)) > 1e-3
-    np.testing.assert_allclose([loads[:4].sum(axis=0), loads[4:].sum(axis=0)], np.cumsum(weights, axis=0), atol=1e-9)
