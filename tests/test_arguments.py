@@ -25,9 +25,15 @@ X, F = 0.01 * np.sin(np.arange(40.0)), np.arange(40.0)
 @pytest.fixture(scope="module")
 def names() -> dict[str, Any]:
     """What the rows of arguments.txt may name."""
+    import pandas as pd
+
     names = {name: getattr(strandspring, name) for name in strandspring.__all__}
     checks = {check.__name__: check for check in (flag, limits, number, numbers, whole)}
-    return names | checks | {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE, "X": X, "F": F, "nan": float("nan")}
+    return (
+        names
+        | checks
+        | {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE, "X": X, "F": F, "nan": float("nan"), "pd": pd}
+    )
 
 
 def test_numbers_of_any_kind_are_taken_and_nothing_else() -> None:
