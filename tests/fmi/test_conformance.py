@@ -7,6 +7,7 @@ test_fmi_parameters.py, and what is refused in test_fmi_refusals.py.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from ctypes import byref
@@ -125,22 +126,6 @@ def test_a_state_taken_is_a_state_kept(name: str) -> None:
         assert form.python or state.value is None
 
 
-@pytest.mark.parametrize("name", rows())
-def test_states_from_before_and_after_initialization(name: str) -> None:
-    form = FORMS[name]
-    with form.instance() as one:
-        one.enter_initialization()
-        assert one.set(displacement=form.spring.displacement_offset, kappa_omega=30.0) == OK
-        before = one.snapshot()
-        assert one.ExitInitializationMode() == OK
-        after = one.snapshot()
-        for state, mode_ends in ((before, OK), (after, form.refusal)):
-            assert one.SetFMUstate(state) == OK
-            assert one.get("kappa_omega") == [30.0]
-            assert one.ExitInitializationMode() == mode_ends
-            assert one.FreeFMUstate(byref(state)) == OK
-
-
 @pytest.mark.parametrize("name", FORMS)
 def test_a_serialized_state_goes_on_in_another_instance_and_reset_returns_to_the_start(name: str) -> None:
     form = FORMS[name]
@@ -198,18 +183,16 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
     form = FORMS[name]
     with form.begun() as one:
         content = form.moved(one)
-        whole = json.loads(content)
-        damaged: list[Any] = [{**whole, "more": 1}, {**whole, "settings": [-1.0] * len(whole["settings"])}]
+        whole, damaged = json.loads(content), list[Any]()
         for key, value in whole.items():  # none left out, of another type, or with a part that cannot be
             damaged += [{k: v for k, v in whole.items() if k != key}, {**whole, key: "other"}, {**whole, key: [None]}]
             parts = value if isinstance(value, list) else []
-            damaged += [
-                {**whole, key: [*parts[:i], bad, *parts[i + 1 :]]} for i in range(len(parts)) for bad in (None, [])
-            ]
+            for i, bad in itertools.product(range(len(parts)), (None, [])):
+                damaged.append({**whole, key: [*parts[:i], bad, *parts[i + 1 :]]})
         first, *others = whole["memory"]
-        damaged += [
-            {**whole, "memory": [[[*first[0][:1], bad, *first[0][2:]], *first[1:]], *others]} for bad in (1.5, math.inf)
-        ]
+        for bad in (1.5, math.inf):
+            damaged.append({**whole, "memory": [[[*first[0][:1], bad, *first[0][2:]], *first[1:]], *others]})
+        damaged += [{**whole, "more": 1}, {**whole, "settings": [-1.0] * len(whole["settings"])}]
         texts = [json.dumps(one).encode() for one in damaged if one != whole]
         for state in (b"", b"\x80\x04junk", b"[]", b"[" * 100_000, content[:-1], content + b"}", *texts):
             assert one.restore(state) == form.refusal, state[:80]
@@ -223,15 +206,12 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3", "python", "states"])
 def test_instances_do_not_meet(name: str) -> None:
     """Of one FMU, and of another of the same name."""
-    form = FORMS[name]
-    stiffer = replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6))
-    starts = [0.01 + 0.001 * k for k in range(6)]
-    ones = [form.instance(stiffer if k % 2 else SPRING) for k in range(6)]
-    for one, start in zip(ones, starts, strict=True):
-        one.begin(displacement=start)
+    form, springs = FORMS[name], (SPRING, replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6)))
+    starts = [(springs[k % 2], 0.01 + 0.001 * k) for k in range(6)]
+    ones = [form.instance(spring).begin(displacement=start) for spring, start in starts]
     for one in () if form.has_states else ones:
         one.advance(0.03)
-    for k, (one, start) in enumerate(zip(ones, starts, strict=True)):
+    for one, (spring, start) in zip(ones, starts, strict=True):
         path = np.array([start] if form.has_states else [start, 0.03])
-        close(one.get("force"), PathSolver(stiffer if k % 2 else SPRING).force(path)[-1:])
+        close(one.get("force"), PathSolver(spring).force(path)[-1:])
         one.FreeInstance()

@@ -34,7 +34,6 @@ from strandspring.core.variables import start_values
 from strandspring.errors import StrandspringError
 from strandspring.fmu.checks.check import described_spring, examine_fmu
 from strandspring.fmu.description.fmi3_files import BUILD_DESCRIPTION, TERMINALS
-from strandspring.fmu.documentation import loops_svg
 from strandspring.fmu.native.native_fmu import build_native_fmu, native_contents
 from strandspring.fmu.python_backed import build_python_fmu, fmu_contents
 from strandspring.model.modelfile import ModelFile
@@ -175,15 +174,6 @@ def test_awkward_texts_reach_neither_c_nor_paths_nor_the_page(tmp_path: Path) ->
         assert not re.search("<b>bold|<i>rmse", page)
         assert "&lt;b&gt;bold" in page
         assert "{{ 7*7 }}" in page
-
-
-def test_loops_of_no_height_are_drawn() -> None:
-    for force in (0.0, 1e12, -1e-300):
-        svg = ElementTree.fromstring(loops_svg(replace(SPRING, kE=(force,), kappa_omega=1e-15)))
-        assert len(svg.findall("polyline")) == 3
-        assert "nan" not in ElementTree.tostring(svg, encoding="unicode")
-    texts = [text.text for text in ElementTree.fromstring(loops_svg(SPRING)).findall("text")]
-    assert texts[-3:] == ["±24.5 mm", "±16.3 mm", "±8.17 mm"]
 
 
 BUILDERS: dict[str, Callable[[ModelFile], dict[str, bytes]]] = {

@@ -191,25 +191,6 @@ def test_importers_get_the_motion_of_a_system(fmi: int, tmp_path: Path) -> None:
     assert np.abs(expected).max() > 1e-3
 
 
-ENDS = """
-import sys
-from pathsim_fmi.wrapper import FMUWrapper
-unused, ended = (FMUWrapper(sys.argv[1], mode="cosimulation") for _ in range(2))
-unused.instantiate()
-ended.initialize()
-ended.terminate()
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("fmi", [2, 3])
-def test_pathsim_ends_without_an_error_what_never_began_or_has_ended(fmi: int, tmp_path: Path) -> None:
-    """It terminates what it has when Python ends, whatever the state."""
-    command = [sys.executable, "-c", ENDS, str(NATIVE.build(HINGE, tmp_path, fmi))]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-
-
 def test_the_documentation_has_the_matrix() -> None:
     def cell(result: str) -> str:
         return result if result in TOLERANCES else f"- ({result})"
