@@ -21,7 +21,6 @@ from fmu_tools import SPRING
 from strandspring import Spring
 from strandspring.errors import StrandspringError
 from strandspring.ground import scratch
-from strandspring.ground.children import run
 from strandspring.ground.endings import kept_endings
 from strandspring.ground.scratch import TemporaryFolder
 
@@ -188,12 +187,6 @@ def test_programs_of_threads_end_with_the_process_that_started_them_or_on_reques
             parent.wait(PATIENCE)
         assert not psutil.wait_procs(left, PATIENCE)[1]
         parent.kill()
-
-
-def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) -> None:
-    program = "import os, sys; print(os.getcwd()); print(os.environ['MINE'], file=sys.stderr); sys.exit(3)"
-    done = run([sys.executable, "-c", program], tmp_path, {**os.environ, "MINE": "yours"})
-    assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
 
 
 # Signals: programs, the signals that they get, their possible ends, and what they print

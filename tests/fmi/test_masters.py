@@ -215,13 +215,6 @@ def test_leaving_the_identified_range_is_warned_of_once_a_run() -> None:
             assert f"in {rows} rows the force is extrapolated" in str(warning.message)
             assert warning.filename == __file__
         assert any("outside the identified range" in message for message in spring.messages)
-    spring = FmuSpring(fmu(Form(MOUNT)))
-    spring.start(MIDDLE)
-    with spring.rollback():
-        spring.commit(0.0, 1.0, 1.0)  # is no part of the path
-    spring.commit(0.0, 1.0, 0.09)
-    with pytest.warns(UserWarning, match=r"got 0\.09 m at index 1: in 1 of 2 rows"):
-        spring.close()
 
 
 # simulate_fmu

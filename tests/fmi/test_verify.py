@@ -20,7 +20,7 @@ import pytest
 
 from fmu_tools import SPRING, instance
 from forms import FORMS, Form
-from strandspring import BuildError, Record, Spring, SpringParameters, build_fmu, export, identify, verify
+from strandspring import Record, Spring, SpringParameters, export, identify, verify
 from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.errors import ModelError
 from strandspring.fmu.archive import write_archive
@@ -75,25 +75,23 @@ def problems(fmu: Path) -> list[str]:
     return [finding.text for finding in verify_fmu(fmu) if finding.is_problem]
 
 
-def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path) -> None:
     contents, description = contents_of(fmu), fmpy.read_model_description(str(fmu))
     assert (description.author, description.license) == ("A. Engineer & Söhne", "MIT")
     assert re.fullmatch(r"\d+\.\d+\.\d+\+[0-9a-f]{12}", description.version)
     assert (description.generationDateAndTime, float(description.defaultExperiment.tolerance)) == (None, 1e-6)
-    manifest = ElementTree.fromstring(contents[f"{RELATED}/fmi-ls-manifest.xml"])
-    related = list(manifest.iter("Related"))
+    related = list(ElementTree.fromstring(contents[f"{RELATED}/fmi-ls-manifest.xml"]).iter("Related"))
     assert {frozenset(one.attrib) for one in related} == {frozenset(("type", "source", "role", "description"))}
-    sources = {one.get("source") for one in related}
-    there = {name.removeprefix(f"{RELATED}/") for name in contents if name.startswith(RELATED)}
-    assert sources - {f"../../{MODEL_IN_FMU}"} == there - {"fmi-ls-manifest.xml"}
+    sources, there = {one.get("source") for one in related}, {name for name in contents if name.startswith(RELATED)}
+    assert {f"{RELATED}/{name}" for name in sources if name != f"../../{MODEL_IN_FMU}"} == there - {
+        f"{RELATED}/fmi-ls-manifest.xml"
+    }
     stimuli, reference = (
         np.genfromtxt(io.BytesIO(contents[name]), delimiter=",", names=True) for name in (STIMULI, REFERENCE)
     )
-    spring = placed(MOUNT, None)[0].parameters
-    path = stimuli["displacement"]
+    spring, path = placed(MOUNT, None)[0].parameters, stimuli["displacement"]
     for name in ("force", "stiffness", "absorbed_energy"):
-        expected = getattr(PathSolver(spring), name)(path)
-        np.testing.assert_allclose(reference[name], expected, rtol=1e-12, atol=1e-12)
+        assert reference[name] == pytest.approx(getattr(PathSolver(spring), name)(path), rel=1e-12, abs=1e-12)
     assert (path.min(), path.max()) == pytest.approx((spring.displacement_min, spring.displacement_max))
     ends: dict[str, dict[str, float]] = {"lower": {"kappa_omega": 20.0, "rho": 280.0, "n": 0.2}, "nominal": {}}
     ends["upper"] = {"kappa_omega": 23.0, "n": 0.25}
@@ -116,10 +114,7 @@ def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path, monkeypatc
     for provenance, stated in (
         ({"author": "B. Tester", "date": "2026-11-25"}, ("B. Tester", "2026-11-25T00:00:00Z")),
         ({"author": ["B"], "date": "last spring"}, (None, None)),
-        ({}, (None, "1970-01-02T00:00:00Z")),
     ):
-        if not provenance:
-            monkeypatch.setenv("SOURCE_DATE_EPOCH", "86400")
         dated = fmpy.read_model_description(str(build_native_fmu(replace(MOUNT, provenance=provenance), tmp_path)))
         assert (dated.author, dated.generationDateAndTime) == stated
     with pytest.raises(ModelError, match="its lower ends are no spring: `n` must be within"):
@@ -145,22 +140,18 @@ def test_verify_finds_good_what_is_good_and_any_change(fmu: Path, tmp_path: Path
         assert f"{name!a} has been changed, or its hash in {HASHES}." in [f.text for f in said if f.is_problem]
         assert "It was not run." in [f.text for f in said]
     assert problems(edited(fmu, tmp_path, lambda c: c.pop(NOTICE))) == [f"'{NOTICE}' is missing."]
-    added = edited(fmu, tmp_path, lambda c: c.update({"resources/x.txt": b"x"}))
-    assert problems(added) == [f"'resources/x.txt' has been added: it is not in {HASHES}."]
-    assert problems(edited(fmu, tmp_path, lambda c: c.pop(HASHES)))[0].startswith("It has no list of hashes")
-    unlisted = problems(edited(fmu, tmp_path, lambda c: c.update({HASHES: b"["})))
-    assert unlisted == [f"{HASHES} has been changed: it is no list of hashes."]
+    for content, says in (
+        ({"resources/x.txt": b"x"}, f"'resources/x.txt' has been added: it is not in {HASHES}."),
+        ({HASHES: b"["}, f"{HASHES} has been changed: it is no list of hashes."),
+    ):
+        assert problems(edited(fmu, tmp_path, lambda c, content=content: c.update(content))) == [says]  # type: ignore[misc]
     content = bytearray(fmu.read_bytes())
     with zipfile.ZipFile(fmu) as archive:
         entry = archive.getinfo("modelDescription.xml")
     content[entry.header_offset + 80 + entry.compress_size // 2] ^= 1
     (tmp_path / "damaged.fmu").write_bytes(content)
     assert len(problems(tmp_path / "damaged.fmu")) == 1
-    for bad, says in (
-        (b"", "It is not an FMU"),
-        (b"PK\x03\x04junk", "It cannot be unpacked"),
-        (b"no", "It is not an FMU"),
-    ):
+    for bad, says in ((b"", "It is not an FMU"), (b"PK\x03\x04junk", "It cannot be unpacked")):
         (tmp_path / "bad.fmu").write_bytes(bad)
         assert problems(tmp_path / "bad.fmu")[0].startswith(says)
         with pytest.raises(ModelError, match="cannot be read as an FMU"):
@@ -248,13 +239,10 @@ def test_the_whole_recorded_state_starts_in_all_forms_and_exports(name: str, tmp
     assert examine_fmu(fmu).problems == ()  # binary and description begin alike
     if name == "co-simulation":
         ssv, modelica = export(Spring.from_model(WHOLE), tmp_path, ssv=True, modelica=True)
-        (law,) = export(Spring.from_model(WHOLE), tmp_path, c=True)
         for one, value in (("omega_start", "-0.75"), ("second_omega_start", "0.25")):
             text = ssv.read_text(encoding="utf-8").split(f'name="{one}"')[1].split("</ssv:Parameter>")[0]
             assert f'value="{value}"' in text
             assert f"    {one}={value}" in modelica.read_text(encoding="utf-8")
-        header = " ".join(law.with_suffix(".h").read_text(encoding="utf-8").replace("\n *", "").split())
-        assert "begins with spring_start(0.0, -0.75) and spring_added_start(0.0, 0.25)" in header
 
 
 def test_the_command_checks_the_fmu_along_its_record(
@@ -274,9 +262,4 @@ def test_the_command_checks_the_fmu_along_its_record(
     Path("other.json").write_text(json.dumps(content), encoding="utf-8")
     terminal("build", "other.json", "--record", "rubber.csv", "-o", "other", status=1)
     assert "RNL along rubber.csv must be " in terminal.err
-    replace(record, force=record.force + 0.001).save("another.csv")
-    terminal("build", "rubber.json", "--record", "another.csv", "-o", "other", status=1)
-    assert "another.csv: the model rubber states no figures of this record" in terminal.err
-    with pytest.raises(BuildError, match="`record` is for a model"):
-        build_fmu("rubber.csv", record="rubber.csv")
     assert not Path("other").exists()
