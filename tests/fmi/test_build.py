@@ -35,7 +35,7 @@ from strandspring.errors import BuildError, ModelError
 from strandspring.fmu.archive import write_archive
 from strandspring.fmu.native.block import filled
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import PLATFORMS, chosen_platforms, default_platforms, host_folder
+from strandspring.fmu.native.platforms import chosen_platforms, host_folder
 from strandspring.fmu.related_files import BUILD, sealed
 from strandspring.model.modelfile import ModelFile
 from tools import tool
@@ -154,21 +154,6 @@ def test_the_platform_of_a_host(monkeypatch: pytest.MonkeyPatch) -> None:
         else:
             with pytest.raises(BuildError, match=host):
                 chosen_platforms("host")
-
-
-def test_platforms_are_chosen_by_the_names_of_both_versions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert [p.name for p in chosen_platforms("win64, linux64,win64")] == ["win64", "linux64"]
-    assert [p.name for p in chosen_platforms("all,win64")] == list(PLATFORMS)
-    assert chosen_platforms("linux64,x86_64-linux") == chosen_platforms("x86_64-linux") == chosen_platforms("linux64")
-    assert [len(p.targets) for p in chosen_platforms("x86_64-darwin")] == [1]
-    assert chosen_platforms("darwin64,x86_64-darwin") == chosen_platforms("darwin64")
-    assert host_folder(3) == fmpy.platform_tuple
-    monkeypatch.setattr("strandspring.fmu.native.platforms.PACKAGED", tmp_path)
-    for unit in images.OF_FMUS:  # by default those that the package carries
-        assert default_platforms() == chosen_platforms("host")
-        for target in FMU_TARGETS:
-            (tmp_path / unit.file_name(target)).touch()
-    assert [p.name for p in default_platforms()] == list(PLATFORMS)
 
 
 # Images of the C sources
