@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from ctypes import byref
 from dataclasses import replace
 from typing import Any
 
@@ -99,33 +98,6 @@ def test_the_start_follows_the_displacement_until_initialization_ends(name: str)
 # What is kept
 
 
-@pytest.mark.parametrize("name", [*PATHS, *SYSTEMS])
-def test_a_state_taken_is_a_state_kept(name: str) -> None:
-    """Until it is freed, for any instance of the FMU, whatever becomes of its maker."""
-    form = FORMS[name]
-    path, time = form.motion(80)
-    with form.instance() as other, form.begun(float(path[0])) as one:
-        one.along(path[:40], time[:40], *form.outputs)
-        if name not in SYSTEMS:
-            assert one.tune(displacement=float(path[30]), rho=0.9 * form.spring.rho) == OK
-        state, now, runs = one.snapshot(), one.time, []
-        at = state.value
-        for _ in range(2):
-            runs.append([one.get(*form.outputs), one.along(path[39:], time[39:], *form.outputs)])
-            assert one.SetFMUstate(state) == OK
-            one.time = now
-        if not form.python:  # which shares no states
-            assert one.GetFMUstate(byref(state)) == OK  # into memory given before
-            assert state.value == at
-            assert one.SetFMUstate(state) == OK
-            assert other.SetFMUstate(state) == OK
-            other.time = now
-            runs.append([other.get(*form.outputs), other.along(path[39:], time[39:], *form.outputs)])
-        assert runs[1:] == [runs[0]] * (len(runs) - 1)
-        assert one.FreeFMUstate(byref(state)) == OK
-        assert form.python or state.value is None
-
-
 @pytest.mark.parametrize("name", FORMS)
 def test_a_serialized_state_goes_on_in_another_instance_and_reset_returns_to_the_start(name: str) -> None:
     form = FORMS[name]
@@ -151,31 +123,18 @@ def test_a_serialized_state_goes_on_in_another_instance_and_reset_returns_to_the
 @pytest.mark.parametrize("name", rows(lambda form: not form.python) + SYSTEMS)
 def test_damaged_and_foreign_states_are_refused(name: str) -> None:
     form = FORMS[name]
-    with form.begun() as one:
+    with form.begun() as one, form.instance(OTHER) as other:
         content = form.moved(one)
-        for length in (0, 1, 7, 8, 27, 28, 65, 66, len(content) - 8, len(content) - 1):
-            assert one.restore(content[:length]) == ERROR
-            assert one.said.startswith("The serialized state ")
-        assert one.restore(content + b"\0") == ERROR
+        damaged = [content[:length] for length in (0, 7, 27, 66, len(content) - 1)]
         for place in range(0, len(content), 7 if name in SYSTEMS else 1):
-            damaged = bytearray(content)
-            damaged[place] ^= 1
-            assert one.restore(bytes(damaged)) == ERROR, place
-        newer = bytearray(content)
-        newer[8] += 1
-        assert one.restore(bytes(newer)) == ERROR
-        assert "the format of another version" in one.said
+            damaged.append(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        for state in (*damaged, content + b"\0"):
+            assert one.restore(state) == ERROR
+            assert one.said.startswith("The serialized state ")
         assert one.serialized() == content
-        with form.instance(OTHER) as other:
-            assert other.restore(content) == ERROR
-            assert other.said == "The serialized state is from another FMU."
-            assert other.SetFMUstate(one.snapshot()) == ERROR
-            assert "must come from an instance of the same FMU" in other.said
-        if form.options.keys() <= {"fmi"} and not form.spring.branches and name not in SYSTEMS:
-            with replace(form, exchange=not form.exchange).instance() as model:
-                kinds = ("co-simulation", "model exchange") if form.exchange else ("model exchange", "co-simulation")
-                assert model.restore(content) == ERROR
-                assert model.said == f"The state must be one of {kinds[0]}, but it is one of {kinds[1]}."
+        assert other.restore(content) == other.SetFMUstate(one.snapshot()) == ERROR
+        assert other.messages[0][2] == "The serialized state is from another FMU."
+        assert "must come from an instance of the same FMU" in other.said
 
 
 @pytest.mark.parametrize("name", ["python", "branches, python"])
