@@ -18,7 +18,6 @@ from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import fmpy
 import pytest
@@ -139,10 +138,6 @@ def test_files_of_fmi_3_follow_its_schemas(form: dict[str, bool]) -> None:
     ):  # fmt: skip
         checked = etree.XMLSchema(file=str(Path(str(files("fmpy"))) / "schema" / "fmi3" / f"{schema}.xsd"))
         assert checked.validate(etree.parse(BytesIO(contents[path]))), checked.error_log
-    (terminal,) = ElementTree.fromstring(contents[TERMINALS]).iter("Terminal")
-    for icon in ("icon", terminal[-1].get("iconBaseName")):
-        assert contents[f"terminalsAndIcons/{icon}.png"].startswith(b"\x89PNG")
-        assert ElementTree.fromstring(contents[f"terminalsAndIcons/{icon}.svg"]).tag.endswith("}svg")
     # Importers bring the headers of FMI.
     assert not [name for name in contents if name.startswith("sources/fmi3Func") or "PlatformTypes" in name]
     before = described(native_contents(MODEL, (), zero=0.0))

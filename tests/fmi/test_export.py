@@ -24,7 +24,7 @@ from fmpy.validation import validate_fmu
 
 from branched_springs import BRANCHED, uneven_motion
 from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING
-from oracles import OracleSpring, maxwell
+from forms import solved
 from pages import ROOT, TEXTS, blocks
 from portable_host import run
 from springs import TABLE, spring
@@ -45,14 +45,6 @@ from tools import program, slow_but, tool, ziglang
 
 pytestmark = pytest.mark.long
 HINGE = ROOT / "models" / "rubber_hinge.json"
-
-
-def solved(p: SpringParameters, path: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Force of mechanisms that start at omega = 0.2 and -0.4, by an ODE solver, and of branches [N]."""
-    parts = [maxwell(b.stiffness, b.time_constant, path, time) for b in p.branches]
-    for mechanism, start in zip(p.mechanisms, (0.2, -0.4), strict=False):
-        parts.append(OracleSpring(mechanism.as_dict(), rtol=1e-11, atol=1e-13).force(path, start))
-    return np.asarray(sum(parts))
 
 
 # SSP
@@ -201,7 +193,7 @@ def test_the_modelica_spring_follows_the_equations_and_holds_every_bit(name: str
     assert found["spring.displacement"] == pytest.approx(path[sampled], rel=1e-12)  # rounding of the sine
     outside = (path < low) | (path > high)
     assert np.array_equal(np.asarray(found["spring.extrapolating"]) > 0.5, outside[sampled])
-    expected = solved(replace(p, branches=()), path, every)[sampled]
+    expected = solved(replace(p, branches=()), path, every, (0.2, -0.4))[sampled]
     for branch in p.branches:
 
         def stretched(t: float, e: Any, tau: float = branch.time_constant) -> Any:
@@ -384,7 +376,7 @@ def test_the_exported_spring_answers_as_the_ode_and_the_package(name: str, tmp_p
     spring, starts = Spring(p), (0.2, -0.4) if p.second else 0.2
     size = np.abs(force).max()
     assert force == pytest.approx(spring.response(path, starts, time), abs=1e-12 * size)
-    assert force == pytest.approx(solved(p, path, time), abs=1e-8 * size)
+    assert force == pytest.approx(solved(p, path, time, (0.2, -0.4)), abs=1e-8 * size)
     work = spring.absorbed_energy(path, starts, time=time)
     assert energy == pytest.approx(work, abs=1e-11 * np.abs(work).max())  # rounding of sums
     if p.is_plain:

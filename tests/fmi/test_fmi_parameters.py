@@ -307,17 +307,6 @@ def test_input_derivatives_commit_the_path_through_its_turning_points(name: str)
         assert len(path) - 2 * len(steps) > 60  # so many turn inside
         # The FMU and this test round the vertices apart, by 1e-17 m.
         close_each(np.transpose(found), form.expected(np.array(path), np.zeros(len(path)), {})[:, ends], 1e-10)
-        # They hold for one step; excursions within it are reported.
-        low, high = form.spring.displacement_min, form.spring.displacement_max
-        one.advance(low)
-        one.messages.clear()
-        one.set_derivatives(4.0 * (high - low), -6.0 * (high - low))  # beyond the upper end and back
-        one.advance(low, 1.0)
-        outside = [] if form.is_real_time else [pytest.approx(low + 4.0 * (high - low) / 3.0)]
-        assert [float(text.split()[1]) for _, _, text in one.messages] == outside
-        assert one.get("displacement") == [pytest.approx(high, rel=1e-12)]
-        one.advance(low)
-        assert one.get("displacement") == [low]
 
 
 RANGE = SPRING.displacement_max - SPRING.displacement_min
@@ -396,21 +385,6 @@ def test_the_indicator_finds_turning_points(name: str) -> None:
         ]
         assert np.log2(np.array(missed[:-1]) / missed[1:]) == pytest.approx(4.0, abs=0.15)  # the next order
         assert missed[0] < 1e-6  # 1e-4 m is what the parabola without its vertex would miss
-
-
-def test_the_indicator_and_the_motion_belong_to_the_state() -> None:
-    form = FORMS["model exchange"]
-    with form.begun(0.02) as one, form.instance() as other:
-        for k, displacement in enumerate(wandering_path(SPRING, 100, seed=6)):  # a step begins without an event
-            assert one.indicator > 0.0
-            one.accept(0.1 * (k + 1), displacement)
-        one.event(0.02)
-        one.accept(20.1, 0.03)
-        one.accept(20.2, 0.035)
-        expected = one.at(20.3, 0.034).indicator
-        assert expected < 0.0
-        assert other.restore(one.serialized()) == OK
-        assert other.indicator == expected
 
 
 # The form with states

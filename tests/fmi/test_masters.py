@@ -239,13 +239,6 @@ def test_every_row_is_the_model_at_that_displacement(name: str) -> None:
     np.testing.assert_allclose(changed, spring.response([0.02, 0.03, 0.015], 0.3), rtol=1e-12)
 
 
-def test_rows_outside_the_identified_range_are_counted_in_a_warning() -> None:
-    low, high = SPRING.displacement_min, SPRING.displacement_max
-    simulate_fmu(fmu(FORMS["fmi3"]), [low, 1.001 * high, low])  # warnings are errors here
-    with pytest.warns(UserWarning, match=r"identified range.* at index 1: in 2 of 4 rows the force is extrapolated"):
-        simulate_fmu(fmu(FORMS["fmi3"]), [low, 2.0 * high - low, high, 2.0 * low - high])
-
-
 def test_fmus_parameters_and_paths_that_do_not_fit(capfd: Any) -> None:
     refused = tomllib.loads(Path(__file__).with_name("masters.toml").read_text("utf-8"))
     for case in refused["unfit"]:
