@@ -135,6 +135,8 @@ def test_damaged_and_foreign_states_are_refused(name: str) -> None:
         assert other.restore(content) == other.SetFMUstate(one.snapshot()) == ERROR
         assert other.messages[0][2] == "The serialized state is from another FMU."
         assert "must come from an instance of the same FMU" in other.said
+        # As fmusim 0.0.39 gives it: the state in place of its address.
+        assert form.fmi == 3 or one.FreeFMUstate(one.snapshot()) == OK
 
 
 @pytest.mark.parametrize("name", ["python", "branches, python"])

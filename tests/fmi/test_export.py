@@ -72,11 +72,8 @@ def test_the_system_holds_what_its_structure_names_and_fmpy_moves_it_as_our_own_
 ) -> None:
     from strandspring.examples import ssp_system
 
-    ssp, again = tmp_path / "system.ssp", tmp_path / "again.ssp"
-    for path in (ssp, again):
-        said = Terminal(capsys)("export", str(HINGE), "--ssp", "--mass", str(MASS), "-o", str(path))
-        assert said.endswith(f"SSP system: {path}\n")
-    assert again.read_bytes() == ssp.read_bytes()
+    ssp = tmp_path / "system.ssp"
+    Terminal(capsys)("export", str(HINGE), "--ssp", "--mass", str(MASS), "-o", str(ssp))
     system = read_ssd(str(ssp)).system  # checked by the schema of SSP 1.0
     with zipfile.ZipFile(ssp) as archive:
         names, structure = set(archive.namelist()), archive.read("SystemStructure.ssd")

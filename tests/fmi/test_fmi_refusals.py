@@ -1,9 +1,8 @@
 """What FMUs refuse, how they say so, and what they log: arguments, and impossible springs.
 
-Calls in a wrong mode, null pointers and crafted states are refused in tests/fuzz. `calls.toml` holds bad arguments,
-`refused.json` holds the sentences that a person last
-read, by form and call; `python tests/fmi/test_fmi_refusals.py` writes them anew. That nothing changes with what is
-refused is asserted of each.
+Instances, calls in a wrong mode, null pointers and crafted states are refused in tests/fuzz. `calls.toml` holds bad
+arguments; `refused.json` holds the sentences that a person last read, by form and call, and
+`python tests/fmi/test_fmi_refusals.py` writes them anew. That nothing changes with what is refused is asserted of each.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1] / folder) for folder in (".", "helpers")]
 
 from forms import FORMS, STEPPED, SYSTEMS, Form
-from native_tools import CO_SIMULATION, DISCARD, ERROR, OK, WARNING, Native, Native3
+from native_tools import CO_SIMULATION, DISCARD, ERROR, OK, WARNING, Native
 
 pytestmark = pytest.mark.long
 KEPT = Path(__file__).with_name("refused.json")
@@ -132,26 +131,6 @@ def test_steps_go_to_the_stop_time_as_it_rounds(name: str) -> None:
         one.advance(0.03, 0.1)  # 0.30000000000000004 s
         assert one.go(0.3, 1e-3) == ERROR
         assert one.said == "The step of 0.001 s at time 0.3 s must not go beyond the stop time 0.3 s."
-
-
-def test_instances_that_are_refused() -> None:
-    form = FORMS["co-simulation"]
-    for given, text in (
-        ({"guid": "{%s%n}"}, "The GUID must be {"), ({"guid": "{%s%n}"}, "got {%s%n}."),
-        ({"name": ""}, "The name of an instance must not be empty."), ({"kind": 2}, "got 2."),
-    ):  # fmt: skip
-        one = Native(form.library(), **given)  # type: ignore[arg-type]
-        assert one.component is None
-        assert one.messages[-1][:2] == (ERROR, "logStatusError")
-        assert text in one.said
-    formats = Native(form.library(), guid="{%s%n}", as_formats=True)
-    assert formats.said == Native(form.library(), guid="{%s%n}").said.replace("%", "%%")
-    of = form.library()
-    assert of.functions.fmi2Instantiate(b"one", 1, of.guid.encode(), of.resources, None, 0, 0) is None
-    assert Native(FORMS["states"].library()).component is None
-    for given in ({"guid": "{x}"}, {"name": ""}, {"events": True}):
-        for name in ("fmi3", "system, fmi3"):
-            assert Native3(FORMS[name].library(), **given).component is None  # type: ignore[arg-type]
 
 
 # What is logged

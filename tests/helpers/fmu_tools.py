@@ -58,16 +58,15 @@ def _logger(environment: int | None, _name: bytes, status: int, category: bytes,
     _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
 
 
-def callbacks_into(messages: list[tuple[int, str, str]], as_formats: bool = False) -> fmi2CallbackFunctions:
-    """Callbacks of an instance whose messages come into a list; as formats as a logger in Python alone gets them."""
+def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
+    """Callbacks of an instance whose messages come into a list."""
     environment = next(_numbers)
     _messages[environment] = messages
     callbacks = fmi2CallbackFunctions(
         _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
     )
-    if not as_formats:
-        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-        addLoggerProxy(byref(callbacks))
+    # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
+    addLoggerProxy(byref(callbacks))
     return callbacks
 
 

@@ -103,27 +103,20 @@ class Native:
     of : Library      That of SPRING by default.
     kind : int        CO_SIMULATION or MODEL_EXCHANGE.
 
-    Attributes
-    ----------
-    component : int or None                     None if fmi2Instantiate refused.
-    messages : list of (int, str, str)          Status, category and text.
-    time : float                                How far its path has come.
-    input : str                                 Which moves along a path.
-    found : array                               Of the last directional derivatives.
+    `messages` are of status, category and text; `found` has the last directional derivatives.
     """
 
-    time, input = 0.0, "displacement"
+    time, input = 0.0, "displacement"  # how far its path has come, and what moves along it
 
     def __init__(
-        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None,
-        logging: bool = True, as_formats: bool = False,
-    ) -> None:  # fmt: skip
+        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None
+    ) -> None:
         self.library, self.kind = of or library(), kind
         self.messages: list[tuple[int, str, str]] = []
-        self._callbacks: Any = callbacks_into(self.messages, as_formats)
+        self._callbacks: Any = callbacks_into(self.messages)
         self.component = self.library.functions.fmi2Instantiate(
             name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
-            byref(self._callbacks), 0, logging,
+            byref(self._callbacks), 0, 1,
         )  # fmt: skip
 
     def __enter__(self: Self) -> Self:
@@ -325,9 +318,7 @@ OTHERWISE: dict[str, tuple[str, list[tuple[int, int]]]] = {
 class Native3(Native):
     """The same of FMI 3.0: its calls are understood by their names and arguments of FMI 2.0."""
 
-    def __init__(
-        self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None, events: bool = False
-    ) -> None:  # fmt: skip
+    def __init__(self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None) -> None:
         self.library, self.kind, self.messages = of, kind, []
         self._logger = fmi3LogMessageCallback(
             lambda _, status, category, text: self.messages.append((status, category.decode(), text.decode()))
@@ -337,7 +328,7 @@ class Native3(Native):
             self.component = of.functions.fmi3InstantiateModelExchange(*begin, None, self._logger)
         else:
             self.component = of.functions.fmi3InstantiateCoSimulation(
-                *begin, c_bool(events), c_bool(True), None, c_size_t(0), None, self._logger, None
+                *begin, c_bool(False), c_bool(True), None, c_size_t(0), None, self._logger, None
             )
         self._experiment: tuple[Any, ...] = (c_bool(False), c_double(0.0), c_double(0.0), c_bool(False), c_double(0.0))
 
