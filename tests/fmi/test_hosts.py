@@ -12,27 +12,19 @@ import shutil
 import subprocess
 import sys
 from _ctypes import dlclose
-from ctypes import byref, c_double, c_long, c_size_t, c_void_p, cast
+from ctypes import byref, c_double, c_long, c_size_t, c_void_p
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from fmpy.fmi2 import (
-    calloc,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-    free,
-)
 
 from branched_springs import BRANCHED
 from fmu_tools import OTHER, SPRING, wandering_path
 from forms import FORMS, SYSTEMS
 from kernel_tools import build_folder, compiled
-from native_tools import ERROR, FUNCTIONS, HEADERS, OK, Library, Native, close
+from native_tools import FUNCTIONS, HEADERS, OK, Library, Native, close
 from portable_host import ENVIRONMENT, host, responses, run
 from strandspring.compiled.images import KERNEL, OF_FMUS
 from strandspring.compiled.sources import PACKAGE
@@ -122,39 +114,6 @@ def test_steps_in_real_time_allocate_nothing_and_no_allocation_that_fails_does_h
     failing.value = 0
     assert answers == [OK] * 6
     assert form.is_real_time or fails > 3
-
-
-def test_memory_of_the_host_is_asked_for_instances_alone_and_given_back(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever is shared outlives the host of the first, whose functions may be gone, as may be its logger."""
-
-    def instance(asked: list[int], fails: bool = False, half: bool = False) -> Native:
-        def allocate(many: int, size: int) -> int | None:
-            asked[0] += 1
-            return None if fails else calloc(many, size)
-
-        def release(block: int) -> None:
-            asked[1] += 1
-            free(block)
-
-        made = fmi2CallbackFunctions(cast(None, fmi2CallbackLoggerTYPE), fmi2CallbackAllocateMemoryTYPE(allocate))
-        if not half:
-            made.freeMemory = fmi2CallbackFreeMemoryTYPE(release)
-        monkeypatch.setattr("native_tools.callbacks_into", lambda *_: made)
-        return Native(NATIVE.library())
-
-    of_half, of_poor, of_first, of_second = ([0, 0] for _ in range(4))
-    assert [instance(of_half, half=True).component, instance(of_poor, fails=True).component] == [None, None]
-    first, second = instance(of_first).begin(), instance(of_second).begin()
-    state = first.snapshot()
-    first.advance(0.03)
-    first.FreeInstance()
-    assert second.SetFMUstate(state) == second.FreeFMUstate(byref(state)) == second.Reset() == OK
-    second.begin()
-    for x in wandering_path(SPRING, 80, seed=1).tolist():
-        second.advance(x)
-        assert second.set(displacement=float("nan")) == ERROR
-    second.FreeInstance()
-    assert [of_half, of_poor, of_first, of_second] == [[0, 0], [1, 0], [1, 1], [1, 1]]
 
 
 # In C
