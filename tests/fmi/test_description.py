@@ -26,8 +26,10 @@ from fmpy.validation import validate_fmu
 if __name__ == "__main__":
     sys.path[:0] = [str(Path(__file__).parents[1] / folder) for folder in (".", "helpers")]
 
-from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING, run_python
+from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING
 from forms import FORMS, rows
+from kernel_tools import HERE
+from portable_host import run
 from strandspring import BuildError, SpringParameters
 from strandspring.core.variables import start_values
 from strandspring.errors import StrandspringError
@@ -207,7 +209,8 @@ for form in ({}, {"with_states": True}, {"fmi": 3}):
 def test_same_bytes_in_other_processes_and_nothing_else(tmp_path: Path) -> None:
     found = set()
     for seed in ("1", "2"):
-        run_python(BUILD_FOUR, tmp_path / seed, environment={**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"})
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "TZ": f"UTC{seed}"}
+        run([sys.executable, "-W", "error", "-c", BUILD_FOUR, tmp_path / seed], cwd=HERE, env=environment)
         fmus = sorted((tmp_path / seed).iterdir())
         found.add(tuple(hashlib.sha256(fmu.read_bytes()).hexdigest() for fmu in fmus))
         for fmu in fmus:
