@@ -109,12 +109,6 @@ def test_the_system_holds_what_its_structure_names_and_fmpy_moves_it_as_our_own_
 
 BENCH = """within ;
 package Bench
-  model Ground
-    Modelica.Mechanics.Translational.Interfaces.Flange_b flange;
-  equation
-    flange.s = 0;
-  end Ground;
-
   model Mover
     parameter Real middle=0, reach=1;
     Modelica.Mechanics.Translational.Interfaces.Flange_b flange;
@@ -123,7 +117,7 @@ package Bench
   end Mover;
 
   model System
-    Ground ground;
+    Modelica.Mechanics.Translational.Components.Fixed ground;
     {system}
   end System;
 end Bench;
