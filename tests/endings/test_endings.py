@@ -17,12 +17,8 @@ from types import ModuleType
 import psutil
 import pytest
 
-from fmu_tools import SPRING
-from strandspring import Spring
 from strandspring.errors import StrandspringError
 from strandspring.ground import scratch
-from strandspring.ground.children import run
-from strandspring.ground.endings import kept_endings
 from strandspring.ground.scratch import TemporaryFolder
 
 pytestmark = pytest.mark.long
@@ -190,12 +186,6 @@ def test_programs_of_threads_end_with_the_process_that_started_them_or_on_reques
         parent.kill()
 
 
-def test_a_program_that_ends_by_itself_is_as_without_a_keeper(tmp_path: Path) -> None:
-    program = "import os, sys; print(os.getcwd()); print(os.environ['MINE'], file=sys.stderr); sys.exit(3)"
-    done = run([sys.executable, "-c", program], tmp_path, {**os.environ, "MINE": "yours"})
-    assert (done.returncode, done.stdout, done.stderr) == (3, f"{tmp_path}\n", "yours\n")
-
-
 # Signals: programs, the signals that they get, their possible ends, and what they print
 
 BUSY = """
@@ -262,39 +252,3 @@ def test_signals_at_any_time_are_answered_and_do_not_disturb_the_ending(
         time.sleep(0.05)
     assert process.communicate(timeout=PATIENCE)[0] == printed
     assert process.returncode in ends
-
-
-def test_a_kept_signal_follows_the_block_that_did_not_look() -> None:
-    before, done = signal.getsignal(TERM), []
-
-    def block() -> None:
-        with kept_endings():
-            signal.raise_signal(TERM)
-            done.append("the block")
-
-    with pytest.raises(KeyboardInterrupt) as end:
-        block()
-    assert (done, end.value.args, signal.getsignal(TERM)) == (["the block"], (TERM,), before)
-
-
-INTERRUPTED_CHECK = """
-import signal
-from strandspring.fmu.checks import check
-by_steps = check._by_steps
-
-def interrupting(*arguments):
-    signal.raise_signal(signal.SIGINT)
-    yield from by_steps(*arguments)
-
-check._by_steps = interrupting
-from strandspring.cli.main import main
-main(["build", "mount.json", "-o", "dist", "--backend", "python"])
-"""
-
-
-def test_an_interrupt_while_an_fmu_is_checked_is_not_its_fault(tmp_path: Path) -> None:
-    Spring(SPRING, "mount").save(tmp_path / "mount.json")
-    command = [sys.executable, "-c", INTERRUPTED_CHECK]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-    assert (done.returncode, done.stderr.strip()) == (130, "strandspring: interrupted; no output file is half written.")
-    assert [path.name for path in tmp_path.iterdir()] == ["mount.json"]

@@ -14,7 +14,7 @@ import numpy as np
 from branched_springs import BRANCHED
 from fmu_tools import SPRING, wandering_path
 from native_tools import CO_SIMULATION, ERROR, FATAL, MODEL_EXCHANGE, OK, Library, Native, Native3, library, unpacked
-from oracles import OracleSpring
+from oracles import OracleSpring, maxwell
 from springs import TABLE
 from strandspring import Spring, SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -124,10 +124,6 @@ class Form:
         }
         return np.array([rows[name] for name in self.outputs])
 
-    def solved_force(self) -> np.ndarray:
-        """Force along `motion(60)` by an ODE solver, from `starts` [N]."""
-        return _solved_force(self.spring)
-
 
 class SystemForm(Form):
     """That of a system of bodies, whose base is shaken."""
@@ -165,18 +161,12 @@ def _of_python(spring: SpringParameters) -> Library:
     return unpacked(lambda folder: build_python_fmu(ModelFile("spring", spring), folder, zero=0.0))
 
 
-@functools.cache
-def _solved_force(p: SpringParameters) -> np.ndarray:
-    path, time = Form(p).motion(60)
-    tight = {"rtol": 1e-11, "atol": 1e-13}
-    first = OracleSpring(p.mechanisms[0].as_dict(), **tight).force(path, 0.3)
-    parts = [OracleSpring(m.as_dict(), **tight).force(path, -0.2) for m in p.mechanisms[1:]]
-    if p.branches:
-        of_branches = {"kE": [0.0], "kA": [1.0], "kappa_omega": 0.0, "rho": 1.0, "sigma": 1.0, "n": 1.0}
-        place = {name: getattr(p, name) for name in ("displacement_offset", "displacement_min", "displacement_max")}
-        listed = [{"stiffness": b.stiffness, "time_constant": b.time_constant} for b in p.branches]
-        parts.append(OracleSpring({**of_branches, **place, "branches": listed}).force(path, 0.0, time))
-    return np.asarray(first + sum(parts))
+def solved(p: SpringParameters, path: np.ndarray, time: np.ndarray, omegas: tuple[float, ...]) -> np.ndarray:
+    """Force of mechanisms by an ODE solver, and of branches [N]."""
+    parts = [maxwell(b.stiffness, b.time_constant, path, time) for b in p.branches]
+    for mechanism, start in zip(p.mechanisms, omegas, strict=False):
+        parts.append(OracleSpring(mechanism.as_dict(), rtol=1e-11, atol=1e-13).force(path, start))
+    return np.asarray(sum(parts))
 
 
 FORMS: dict[str, Form] = {

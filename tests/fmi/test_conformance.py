@@ -7,9 +7,9 @@ test_fmi_parameters.py, and what is refused in test_fmi_refusals.py.
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
-from ctypes import byref
 from dataclasses import replace
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from fmu_tools import OTHER, SPRING
-from forms import FORMS, PATHS, SYSTEMS, rows
+from forms import FORMS, PATHS, SYSTEMS, rows, solved
 from native_tools import ERROR, OK, close, close_each
 from strandspring import Spring
 from strandspring.kernel.path import PathSolver
@@ -41,7 +41,7 @@ def test_values_along_a_path(name: str) -> None:
                 found.append(one.get(*form.outputs))
         close_each(np.transpose(found), form.expected(path, time, form.starts), rounding)
         if samples == 60:  # the solver's tolerance, over its strokes
-            close(np.array(found)[:, 0], form.solved_force(), 1e-8)
+            close(np.array(found)[:, 0], solved(form.spring, path, time, tuple(form.starts.values())), 1e-8)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -98,49 +98,6 @@ def test_the_start_follows_the_displacement_until_initialization_ends(name: str)
 # What is kept
 
 
-@pytest.mark.parametrize("name", [*PATHS, *SYSTEMS])
-def test_a_state_taken_is_a_state_kept(name: str) -> None:
-    """Until it is freed, for any instance of the FMU, whatever becomes of its maker."""
-    form = FORMS[name]
-    path, time = form.motion(80)
-    with form.instance() as other, form.begun(float(path[0])) as one:
-        one.along(path[:40], time[:40], *form.outputs)
-        if name not in SYSTEMS:
-            assert one.tune(displacement=float(path[30]), rho=0.9 * form.spring.rho) == OK
-        state, now, runs = one.snapshot(), one.time, []
-        at = state.value
-        for _ in range(2):
-            runs.append([one.get(*form.outputs), one.along(path[39:], time[39:], *form.outputs)])
-            assert one.SetFMUstate(state) == OK
-            one.time = now
-        if not form.python:  # which shares no states
-            assert one.GetFMUstate(byref(state)) == OK  # into memory given before
-            assert state.value == at
-            assert one.SetFMUstate(state) == OK
-            assert other.SetFMUstate(state) == OK
-            other.time = now
-            runs.append([other.get(*form.outputs), other.along(path[39:], time[39:], *form.outputs)])
-        assert runs[1:] == [runs[0]] * (len(runs) - 1)
-        assert one.FreeFMUstate(byref(state)) == OK
-        assert form.python or state.value is None
-
-
-@pytest.mark.parametrize("name", rows())
-def test_states_from_before_and_after_initialization(name: str) -> None:
-    form = FORMS[name]
-    with form.instance() as one:
-        one.enter_initialization()
-        assert one.set(displacement=form.spring.displacement_offset, kappa_omega=30.0) == OK
-        before = one.snapshot()
-        assert one.ExitInitializationMode() == OK
-        after = one.snapshot()
-        for state, mode_ends in ((before, OK), (after, form.refusal)):
-            assert one.SetFMUstate(state) == OK
-            assert one.get("kappa_omega") == [30.0]
-            assert one.ExitInitializationMode() == mode_ends
-            assert one.FreeFMUstate(byref(state)) == OK
-
-
 @pytest.mark.parametrize("name", FORMS)
 def test_a_serialized_state_goes_on_in_another_instance_and_reset_returns_to_the_start(name: str) -> None:
     form = FORMS[name]
@@ -166,31 +123,20 @@ def test_a_serialized_state_goes_on_in_another_instance_and_reset_returns_to_the
 @pytest.mark.parametrize("name", rows(lambda form: not form.python) + SYSTEMS)
 def test_damaged_and_foreign_states_are_refused(name: str) -> None:
     form = FORMS[name]
-    with form.begun() as one:
+    with form.begun() as one, form.instance(OTHER) as other:
         content = form.moved(one)
-        for length in (0, 1, 7, 8, 27, 28, 65, 66, len(content) - 8, len(content) - 1):
-            assert one.restore(content[:length]) == ERROR
-            assert one.said.startswith("The serialized state ")
-        assert one.restore(content + b"\0") == ERROR
+        damaged = [content[:length] for length in (0, 7, 27, 66, len(content) - 1)]
         for place in range(0, len(content), 7 if name in SYSTEMS else 1):
-            damaged = bytearray(content)
-            damaged[place] ^= 1
-            assert one.restore(bytes(damaged)) == ERROR, place
-        newer = bytearray(content)
-        newer[8] += 1
-        assert one.restore(bytes(newer)) == ERROR
-        assert "the format of another version" in one.said
+            damaged.append(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
+        for state in (*damaged, content + b"\0"):
+            assert one.restore(state) == ERROR
+            assert one.said.startswith("The serialized state ")
         assert one.serialized() == content
-        with form.instance(OTHER) as other:
-            assert other.restore(content) == ERROR
-            assert other.said == "The serialized state is from another FMU."
-            assert other.SetFMUstate(one.snapshot()) == ERROR
-            assert "must come from an instance of the same FMU" in other.said
-        if form.options.keys() <= {"fmi"} and not form.spring.branches and name not in SYSTEMS:
-            with replace(form, exchange=not form.exchange).instance() as model:
-                kinds = ("co-simulation", "model exchange") if form.exchange else ("model exchange", "co-simulation")
-                assert model.restore(content) == ERROR
-                assert model.said == f"The state must be one of {kinds[0]}, but it is one of {kinds[1]}."
+        assert other.restore(content) == other.SetFMUstate(one.snapshot()) == ERROR
+        assert other.messages[0][2] == "The serialized state is from another FMU."
+        assert "must come from an instance of the same FMU" in other.said
+        # As fmusim 0.0.39 gives it: the state in place of its address.
+        assert form.fmi == 3 or one.FreeFMUstate(one.snapshot()) == OK
 
 
 @pytest.mark.parametrize("name", ["python", "branches, python"])
@@ -198,18 +144,16 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
     form = FORMS[name]
     with form.begun() as one:
         content = form.moved(one)
-        whole = json.loads(content)
-        damaged: list[Any] = [{**whole, "more": 1}, {**whole, "settings": [-1.0] * len(whole["settings"])}]
+        whole, damaged = json.loads(content), list[Any]()
         for key, value in whole.items():  # none left out, of another type, or with a part that cannot be
             damaged += [{k: v for k, v in whole.items() if k != key}, {**whole, key: "other"}, {**whole, key: [None]}]
             parts = value if isinstance(value, list) else []
-            damaged += [
-                {**whole, key: [*parts[:i], bad, *parts[i + 1 :]]} for i in range(len(parts)) for bad in (None, [])
-            ]
+            for i, bad in itertools.product(range(len(parts)), (None, [])):
+                damaged.append({**whole, key: [*parts[:i], bad, *parts[i + 1 :]]})
         first, *others = whole["memory"]
-        damaged += [
-            {**whole, "memory": [[[*first[0][:1], bad, *first[0][2:]], *first[1:]], *others]} for bad in (1.5, math.inf)
-        ]
+        for bad in (1.5, math.inf):
+            damaged.append({**whole, "memory": [[[*first[0][:1], bad, *first[0][2:]], *first[1:]], *others]})
+        damaged += [{**whole, "more": 1}, {**whole, "settings": [-1.0] * len(whole["settings"])}]
         texts = [json.dumps(one).encode() for one in damaged if one != whole]
         for state in (b"", b"\x80\x04junk", b"[]", b"[" * 100_000, content[:-1], content + b"}", *texts):
             assert one.restore(state) == form.refusal, state[:80]
@@ -223,15 +167,12 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3", "python", "states"])
 def test_instances_do_not_meet(name: str) -> None:
     """Of one FMU, and of another of the same name."""
-    form = FORMS[name]
-    stiffer = replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6))
-    starts = [0.01 + 0.001 * k for k in range(6)]
-    ones = [form.instance(stiffer if k % 2 else SPRING) for k in range(6)]
-    for one, start in zip(ones, starts, strict=True):
-        one.begin(displacement=start)
+    form, springs = FORMS[name], (SPRING, replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6)))
+    starts = [(springs[k % 2], 0.01 + 0.001 * k) for k in range(6)]
+    ones = [form.instance(spring).begin(displacement=start) for spring, start in starts]
     for one in () if form.has_states else ones:
         one.advance(0.03)
-    for k, (one, start) in enumerate(zip(ones, starts, strict=True)):
+    for one, (spring, start) in zip(ones, starts, strict=True):
         path = np.array([start] if form.has_states else [start, 0.03])
-        close(one.get("force"), PathSolver(stiffer if k % 2 else SPRING).force(path)[-1:])
+        close(one.get("force"), PathSolver(spring).force(path)[-1:])
         one.FreeInstance()

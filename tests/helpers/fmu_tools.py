@@ -1,17 +1,10 @@
-"""Shared by the tests of FMUs: springs, paths, callbacks that keep the log, and processes."""
+"""Shared by the tests of FMUs: springs, paths, and callbacks that keep the log."""
 
 from __future__ import annotations
 
 import itertools
-import subprocess
-import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from ctypes import byref
-from pathlib import Path
-from typing import Any
 
-import fmpy
 import numpy as np
 from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
 from fmpy.logging import addLoggerProxy
@@ -58,35 +51,13 @@ def _logger(environment: int | None, _name: bytes, status: int, category: bytes,
     _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
 
 
-def callbacks_into(messages: list[tuple[int, str, str]], as_formats: bool = False) -> fmi2CallbackFunctions:
-    """Callbacks of an instance whose messages come into a list; as formats as a logger in Python alone gets them."""
+def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
+    """Callbacks of an instance whose messages come into a list."""
     environment = next(_numbers)
     _messages[environment] = messages
     callbacks = fmi2CallbackFunctions(
         _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
     )
-    if not as_formats:
-        # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-        addLoggerProxy(byref(callbacks))
+    # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
+    addLoggerProxy(byref(callbacks))
     return callbacks
-
-
-@contextmanager
-def instance(path: Path, folder: Path) -> Iterator[Any]:
-    """A `native_tools.Native` of an FMU that is or becomes unpacked in a folder."""
-    from native_tools import Library, Native
-
-    if not (folder / "modelDescription.xml").exists():
-        fmpy.extract(str(path), unzipdir=str(folder))
-    with Native(Library(folder)) as one:
-        yield one
-
-
-def run_python(code: str, *arguments: object, environment: dict[str, str] | None = None) -> str:
-    """Standard output of a fresh Python process that sees the helpers' folder."""
-    command = [sys.executable, "-W", "error", "-c", code, *map(str, arguments)]
-    done = subprocess.run(
-        command, capture_output=True, text=True, cwd=Path(__file__).parent, env=environment, timeout=120, check=False
-    )
-    assert done.returncode == 0, f"exit status {done.returncode}: {done.stderr}"
-    return done.stdout

@@ -55,21 +55,6 @@ def doubles(values: Iterable[float]) -> ctypes.Array[c_double]:
     return (c_double * len(given))(*given)
 
 
-def write_native(folder: Path, contents: Mapping[str, bytes]) -> Path:
-    """The model description and the C sources of a native FMU, in one new folder."""
-    folder.mkdir()
-    for name, content in contents.items():
-        if name == "modelDescription.xml" or name.startswith("sources/"):
-            write_file(folder / name.removeprefix("sources/"), content)
-    return folder
-
-
-def write_file(path: Path, content: bytes) -> None:
-    """A file, and the folder that it lies in."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(content)
-
-
 class Library:
     """The binary of an FMU for this computer, or another one, and the FMU's variables.
 
@@ -118,27 +103,20 @@ class Native:
     of : Library      That of SPRING by default.
     kind : int        CO_SIMULATION or MODEL_EXCHANGE.
 
-    Attributes
-    ----------
-    component : int or None                     None if fmi2Instantiate refused.
-    messages : list of (int, str, str)          Status, category and text.
-    time : float                                How far its path has come.
-    input : str                                 Which moves along a path.
-    found : array                               Of the last directional derivatives.
+    `messages` are of status, category and text; `found` has the last directional derivatives.
     """
 
-    time, input = 0.0, "displacement"
+    time, input = 0.0, "displacement"  # how far its path has come, and what moves along it
 
     def __init__(
-        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None,
-        logging: bool = True, as_formats: bool = False,
-    ) -> None:  # fmt: skip
+        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None
+    ) -> None:
         self.library, self.kind = of or library(), kind
         self.messages: list[tuple[int, str, str]] = []
-        self._callbacks: Any = callbacks_into(self.messages, as_formats)
+        self._callbacks: Any = callbacks_into(self.messages)
         self.component = self.library.functions.fmi2Instantiate(
             name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
-            byref(self._callbacks), 0, logging,
+            byref(self._callbacks), 0, 1,
         )  # fmt: skip
 
     def __enter__(self: Self) -> Self:
@@ -325,21 +303,22 @@ class Native:
         return list(found)
 
 
-# Names of FMI 2.0 that FMI 3.0 has otherwise.
-RENAMED = {
-    "GetFMUstate": "GetFMUState", "SetFMUstate": "SetFMUState", "FreeFMUstate": "FreeFMUState",
-    "SerializedFMUstateSize": "SerializedFMUStateSize", "SerializeFMUstate": "SerializeFMUState",
-    "DeSerializeFMUstate": "DeserializeFMUState", "GetDerivatives": "GetContinuousStateDerivatives",
+# Calls that FMI 3.0 names otherwise, or that take the number of values there: after arguments i, the one of argument j.
+OTHERWISE: dict[str, tuple[str, list[tuple[int, int]]]] = {
+    "GetFMUstate": ("GetFMUState", []), "SetFMUstate": ("SetFMUState", []), "FreeFMUstate": ("FreeFMUState", []),
+    "SerializedFMUstateSize": ("SerializedFMUStateSize", []), "SerializeFMUstate": ("SerializeFMUState", []),
+    "DeSerializeFMUstate": ("DeserializeFMUState", []), "GetDerivatives": ("GetContinuousStateDerivatives", []),
+    "SetReal": ("SetFloat64", [(2, 1)]), "GetReal": ("GetFloat64", [(2, 1)]), "GetBoolean": ("GetBoolean", [(2, 1)]),
+    "GetRealOutputDerivatives": ("GetOutputDerivatives", [(3, 1)]),
+    "GetDirectionalDerivative": ("GetDirectionalDerivative", [(5, 1), (4, 3)]),
+    "GetAdjointDerivative": ("GetAdjointDerivative", [(5, 3), (4, 1)]),
 }  # fmt: skip
 
 
 class Native3(Native):
     """The same of FMI 3.0: its calls are understood by their names and arguments of FMI 2.0."""
 
-    def __init__(
-        self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None, events: bool = False,
-        intermediate: int = 0,
-    ) -> None:  # fmt: skip
+    def __init__(self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None) -> None:
         self.library, self.kind, self.messages = of, kind, []
         self._logger = fmi3LogMessageCallback(
             lambda _, status, category, text: self.messages.append((status, category.decode(), text.decode()))
@@ -349,31 +328,21 @@ class Native3(Native):
             self.component = of.functions.fmi3InstantiateModelExchange(*begin, None, self._logger)
         else:
             self.component = of.functions.fmi3InstantiateCoSimulation(
-                *begin, c_bool(events), c_bool(True), None, c_size_t(intermediate), None, self._logger, None
+                *begin, c_bool(False), c_bool(True), None, c_size_t(0), None, self._logger, None
             )
         self._experiment: tuple[Any, ...] = (c_bool(False), c_double(0.0), c_double(0.0), c_bool(False), c_double(0.0))
 
     def __getattr__(self, name: str) -> Any:
-        function = getattr(self.library.functions, f"fmi3{RENAMED.get(name, name)}")
-        return functools.partial(function, c_void_p(self.component))
+        renamed, places = OTHERWISE.get(name, (name, []))
+        function = getattr(self.library.functions, f"fmi3{renamed}")
 
-    def _counted(name: str, *places: int) -> Callable[..., int]:  # type: ignore[misc]  # noqa: N805
-        """A call that, unlike in FMI 2.0, takes the number of values: after arguments i, the one of argument j."""
-
-        def call(self: Native3, *given: Any) -> int:
+        def call(*given: Any) -> Any:
             arguments = list(given)
-            for after, count in sorted(zip(places[::2], places[1::2], strict=True), reverse=True):
+            for after, count in places:
                 arguments.insert(after + 1, given[count])
-            return int(self.__getattr__(name)(*arguments))
+            return function(c_void_p(self.component), *arguments)
 
         return call
-
-    SetReal = _counted("SetFloat64", 2, 1)
-    GetReal = _counted("GetFloat64", 2, 1)
-    GetBoolean = _counted("GetBoolean", 2, 1)
-    GetDirectionalDerivative = _counted("GetDirectionalDerivative", 4, 3, 5, 1)
-    GetAdjointDerivative = _counted("GetAdjointDerivative", 4, 1, 5, 3)
-    GetRealOutputDerivatives = _counted("GetOutputDerivatives", 3, 1)
 
     @property
     def extrapolating(self) -> bool:

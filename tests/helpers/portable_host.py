@@ -49,7 +49,7 @@ def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str, copies: 
         # A prefix of its own, and no offer to install Mono and Gecko.
         settings = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
         command, environment = [str(wine()), *command], ENVIRONMENT | settings
-    command += ["path", "0"]
+    command += ["path"]
     for k in range(copies):
         unpacked = folder / f"copy{k}"
         with zipfile.ZipFile(fmu) as archive:

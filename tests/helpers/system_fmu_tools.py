@@ -72,18 +72,13 @@ def system_library(system: MountedSystem = BOX, options: SystemFmuOptions = BOX_
     return unpacked(lambda folder: build_system_fmu(system, folder, options, chosen_platforms("host")))
 
 
-def system_library3() -> Library:
-    """That of FMI 3.0 of BOX."""
-    return system_library(BOX, replace(BOX_OPTIONS, fmi=3))
-
-
 class NativeSystem(Native):
     """One instance of the FMU of a system."""
 
     input = "base_acceleration_x"
 
-    def __init__(self, of: Library | None = None, name: str = "one", **given: Any) -> None:
-        super().__init__(of or system_library(), name=name, **given)
+    def __init__(self, of: Library | None = None, **given: Any) -> None:
+        super().__init__(of or system_library(), **given)
 
     def outputs(self) -> list[float]:
         """All of them, in the order of the description."""
@@ -105,8 +100,8 @@ class NativeSystem(Native):
 class NativeSystem3(NativeSystem, Native3):
     """The same of FMI 3.0."""
 
-    def __init__(self, of: Library | None = None, name: str = "one", token: str | None = None, **given: Any) -> None:
-        super().__init__(of or system_library3(), name, guid=token, **given)
+    def __init__(self, of: Library | None = None, **given: Any) -> None:
+        super().__init__(of or system_library(BOX, replace(BOX_OPTIONS, fmi=3)), **given)
 
 
 def shock(system: MountedSystem, options: SystemFmuOptions, bases: int, steps: int, peak: float) -> np.ndarray:
