@@ -1,4 +1,4 @@
-"""Measured mounts, of no class of ours, judged on strokes that no fit has seen: `python tests/benchmarks/run.py held_out`."""
+"""Measured mounts, of no class of ours, on strokes that no fit has seen: `python tests/benchmarks/run.py held_out`."""
 
 from __future__ import annotations
 
