@@ -14,34 +14,18 @@ import struct
 import zipfile
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 from strandspring import SpringParameters, info, verify
 from strandspring.fmu.python_backed import fmu_contents
-from strandspring.fmu.related_files import BUILD, HASHES, REFERENCE, STIMULI
+from strandspring.fmu.related_files import HASHES
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
 from targets.models import model_file
 from targets.mutator import ABSURD, mutated
 
 _DESCRIPTION = "modelDescription.xml"
 _SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-_NAMES = (*ABSURD["names"], "x" * 5000)
-_ENTITIES = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10}">' for k in range(1, 12))
-_XML_HEADS = (
-    '<!DOCTYPE a [<!ENTITY x "y">]>', f'<!DOCTYPE a [<!ENTITY l0 "lol">{_ENTITIES}]>',
-    '<!DOCTYPE a SYSTEM "file:///etc/passwd">', '<!DOCTYPE a [<!ENTITY x SYSTEM "file:///etc/hostname">]>',
-    '<!DOCTYPE a [<!ENTITY % x SYSTEM "http://localhost:9/x.dtd"> %x;]>', "<?xml-stylesheet href='x'?>",
-)  # fmt: skip
-_STRANGE = {
-    BUILD: (
-        b"[]", b"null", b"1e999", b"[" * 100_000, b'{"zero": 1e400}', b"\xff", b'{"a": NaN}',
-        b'{"backend": "native", "zero": 1e300, "author": "", "needs_execution_tool": false}',
-        b'{"backend": "\\ud800", "zero": 0.0, "author": "\\u001b", "needs_execution_tool": true}',
-    ),
-    HASHES: (b"[]", b"null", b'{"a": [1]}', b"[" * 100_000, b'{"modelDescription.xml": 7}'),
-    STIMULI: (b"time,displacement\n0,nan\n", b"\xff\n", b"time,displacement\n0\n"),
-    REFERENCE: (b"time,displacement,force,absorbed_energy\n0,nan,inf,1e999\n", b'"', b"a,b,c,d\n"),
-    "resources/big": (b"\0" * 20_000_000, b"\0" * 230_000_000),
-}  # fmt: skip
+_OF: dict[str, Any] = ABSURD["archives"]
 
 
 @cache
@@ -75,22 +59,24 @@ def trial(dice: random.Random, folder: Path) -> str:
 
 def _change(dice: random.Random, files: dict[str, bytes]) -> None:
     """Change one of the files, or add one."""
-    name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, BUILD, HASHES, STIMULI, REFERENCE, *sorted(_sound())])
+    name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, *_OF["files"], *sorted(_sound())])
     match dice.randrange(7):
         case 0:
             files.pop(name, None)
         case 1:
             files[MODEL_IN_FMU] = model_file(dice)
+        case 2 if dice.random() < 0.2:
+            files["resources/big"] = b"\0" * dice.choice((20_000_000, 230_000_000))
         case 2:
-            name = dice.choice(sorted(_STRANGE) if dice.random() < 0.2 else sorted(_STRANGE)[:-1])
-            files[name] = dice.choice(_STRANGE[name])
+            name = dice.choice(sorted(_OF["files"]))
+            files[name] = dice.choice(_OF["files"][name]).encode("latin-1")
         case 3:
-            files[dice.choice(_NAMES)] = b"content"
+            files[dice.choice(ABSURD["names"])] = b"content"
         case 4:
             text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace")
-            entity = dice.choice(("&x;", "&l11;", "&l3;", "&#0;", "&#x10FFFF;", "&undefined;", "]]>", "\x00"))
-            text = text.replace("?>", "?>" + dice.choice(_XML_HEADS), 1)
-            files[_DESCRIPTION] = text.replace('description="', f'description="{entity}', 1).encode("utf-8")
+            text = text.replace("?>", "?>" + dice.choice(_OF["heads"]), 1)
+            text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
+            files[_DESCRIPTION] = text.encode("utf-8")
         case _:
             files[name] = mutated(dice, files.get(name) or b"x")
 
@@ -114,8 +100,7 @@ def _damaged(dice: random.Random, data: bytes) -> bytes:
     end = data[data.rfind(b"PK\x05\x06") :]
     match dice.randrange(5):
         case 0:
-            others = (b"MZ" * 100 + data, data + b"\0" * 1000, data + end, data + data, b"", b"PK\x03\x04", end)
-            return dice.choice(others)
+            return dice.choice((b"MZ" * 100 + data, data + b"\0" * 1000, data + end, data + data, b"", b"PK\x03\x04", end))
         case 1:
             return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
         case 2:

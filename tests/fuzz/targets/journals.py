@@ -14,7 +14,7 @@ import re
 import sqlite3
 import zlib
 from collections.abc import Iterable
-from contextlib import closing, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -23,6 +23,7 @@ from typing import Any
 
 import numpy as np
 
+from journal_content import execute
 from strandspring import SpringParameters
 from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.definition import RunRow, Study
@@ -30,35 +31,27 @@ from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.errors import StrandspringError
 from strandspring.vibration.one_mass.system import Excitation
-from targets.mutator import damaged, kind_of
+from targets.mutator import ABSURD, damaged, kind_of
 
-_ABSURD = (b"1e400", b"-0", b"9" * 26, b"NaN", b"null", b"true", b'"=1+1"', b"[]", b"{}", b"0x10", b"", b"-1", b"0.1")
-_JUNK = (b"", b"\0" * 4096, b"[" * 50_000, b'{"a":' * 20_000, b"x" * 1_000_000, "text", 1.5, None)
-_STATEMENTS = (
-    "CREATE TABLE more (x)", "CREATE VIEW more AS SELECT randomblob(1000000000)", "DROP TABLE row",
-    "CREATE TRIGGER more BEFORE INSERT ON row BEGIN DELETE FROM row; END", "PRAGMA user_version = 9",
-    "CREATE INDEX more ON row (checksum)", "PRAGMA application_id = 9", "PRAGMA journal_mode = DELETE",
-    "DELETE FROM row WHERE key % 2 = 0", "UPDATE row SET key = key + 1000", "UPDATE row SET key = -1 WHERE key = 1",
-    "UPDATE job SET manifest = '[' || manifest", "UPDATE job SET manifest = NULL", "UPDATE job SET manifest = x'00'",
-    "UPDATE job SET manifest = zeroblob(70000000)",
-)  # fmt: skip
+_OF: dict[str, Any] = ABSURD["journals"]
+_SPRING = SpringParameters((0.0, 4e3), (1.0,), 15.0, 300.0, 1.0, 0.7, 0.0, -0.02, 0.02)
+_SELECT = "SELECT key, checksum, content FROM row"
 
 
 class QuickStudy(Study):
     """Runs whose results are numbers at random."""
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
-        return [self._quick(run) for run in runs]
-
-    def _quick(self, run: int) -> RunRow:
-        number, index = divmod(run, self.grid_size)
-        point = self.grid_point(index)
-        values = np.random.default_rng((self.seed, run)).standard_normal(7).tolist()
-        row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
-        if run % 7 == 3:
-            return replace(row, outcome=f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.')
-        more = {"static_equilibrium": values[4], "frequency": values[5], "transmissibility": values[6]}
-        return replace(row, **more, inside=run % 2 == 0)
+        made = []
+        for run in runs:
+            number, index = divmod(run, self.grid_size)
+            point = self.grid_point(index)
+            values = np.random.default_rng((self.seed, run)).standard_normal(7).tolist()
+            row = RunRow(run, number, point.mass, point.level, point.stiffness_factor, *values[:4])
+            more = {"static_equilibrium": values[4], "frequency": values[5], "transmissibility": values[6]}
+            why = f'=The load of {values[4]} N, "{{[\\", must lie within\n0 and 1 N; µ.'
+            made.append(replace(row, outcome=why) if run % 7 == 3 else replace(row, **more, inside=run % 2 == 0))
+        return made
 
 
 def _results(folder: Path, seed: int = 7, after: int = 10**9) -> dict[str, bytes]:
@@ -68,15 +61,14 @@ def _results(folder: Path, seed: int = 7, after: int = 10**9) -> dict[str, bytes
         if finished >= after:
             raise StrandspringError("Enough.")
 
-    spring = SpringParameters((0.0, 4e3), (1.0,), 15.0, 300.0, 1.0, 0.7, 0.0, -0.02, 0.02)
     masses = tuple(4.0 + 0.1 * k for k in range(42))
-    study = QuickStudy(spring, Excitation.BASE_DISPLACEMENT, masses, levels=(1e-4,), seed=seed)
+    study = QuickStudy(_SPRING, Excitation.BASE_DISPLACEMENT, masses, levels=(1e-4,), seed=seed)
+    folder.mkdir(exist_ok=True)
     run_study(study, folder / "results.csv", Local(1), progress)
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 def _interrupted(folder: Path, seed: int, after: int) -> Path:
-    folder.mkdir(parents=True, exist_ok=True)
     with suppress(StrandspringError):
         _results(folder, seed, after)
     return journal_path(folder / "results.csv")
@@ -87,30 +79,24 @@ def _undisturbed() -> tuple[dict[str, bytes], bytes]:
     """The results of the study, and the journal of another one."""
     with TemporaryDirectory() as place:
         other = _interrupted(Path(place) / "other", 8, 8).read_bytes()
-        (Path(place) / "results").mkdir()
         return _results(Path(place) / "results"), other
-
-
-def _execute(journal: Path, statement: str, *values: Any) -> list[tuple[Any, ...]]:
-    with closing(sqlite3.connect(journal)) as database, database:
-        return database.execute(statement, values).fetchall()
 
 
 def _rows_changed(dice: random.Random, journal: Path, other: Path) -> None:
     """Change one thing in the rows or tables of a journal; raises sqlite3.Error if it was damaged before."""
-    rows = _execute(journal, "SELECT key, checksum, content FROM row") or [(0, 0, b"[]")]
+    rows = execute(journal, _SELECT) or [(0, 0, b"[]")]
     (key, checksum, content), (to, *_) = dice.choice(rows), dice.choice(rows)
-    ((manifest,),) = _execute(journal, "SELECT manifest FROM job LIMIT 1")
+    ((manifest,),) = execute(journal, "SELECT manifest FROM job LIMIT 1")
     match dice.randrange(6):
         case 0:
             row = (dice.choice((to, 60, -1, 2**62, None)), checksum, content)
         case 1:
-            row = dice.choice(_execute(other, "SELECT key, checksum, content FROM row"))
+            row = dice.choice(execute(other, _SELECT))
         case 2:
-            row = (key, checksum, dice.choice(_JUNK))
+            row = (key, checksum, dice.choice((*(text.encode() for text in _OF["junk"]), "text", 1.5, None)))
         case 3 if isinstance(content, bytes) and (numbers := [*re.finditer(rb"-?\d+(\.\d+)?(e[+-]?\d+)?", content)]):
-            one = dice.choice(numbers)
-            row = (key, checksum, content[: one.start()] + dice.choice(_ABSURD) + content[one.end() :])
+            one, absurd = dice.choice(numbers), dice.choice(_OF["absurd"]).encode()
+            row = (key, checksum, content[: one.start()] + absurd + content[one.end() :])
         case 4 if isinstance(content, bytes) and isinstance(manifest, bytes):
             with suppress(ValueError, RecursionError):  # damaged before
                 values = json.loads(content)
@@ -119,9 +105,9 @@ def _rows_changed(dice: random.Random, journal: Path, other: Path) -> None:
                 content = json.dumps(values).encode()
             row = (key, zlib.crc32(content, zlib.crc32(manifest)), content)
         case _:
-            _execute(journal, dice.choice(_STATEMENTS))
+            execute(journal, dice.choice(_OF["statements"]))
             return
-    _execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", *row)
+    execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", *row)
 
 
 def _continued(folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:

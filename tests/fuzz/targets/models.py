@@ -18,34 +18,33 @@ from strandspring import Record, Spring
 from strandspring.core import parameters as limits
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from targets.mutator import FLOATS, finite, mutated
+from targets.mutator import ABSURD, CORPUS, FLOATS, finite, mutated
 from targets.options import judged
 
-_CORPUS = Path(__file__).parents[1] / "corpus/models"
 _INSIDE = 1.0 - 1e-12  # what is rounded stays within
 
 
 @cache
-def seeds() -> list[bytes]:
+def _seeds() -> list[bytes]:
     """Sound model files, of coefficients and tables, with uncertainty and without."""
-    return [path.read_bytes() for path in sorted(_CORPUS.glob("sound_*"))]
+    return [path.read_bytes() for path in sorted((CORPUS / "models").glob("sound_*"))]
 
 
 def model_file(dice: random.Random) -> bytes:
     """A model file, sound or not."""
-    data = dice.choice(seeds())
+    data = dice.choice(_seeds())
     if dice.random() < 0.4:
         content = json.loads(data)
         for name in ("kE", "FE_knots", "FE_forces"):
             content["parameters"].pop(name, None)
-        content["parameters"] |= corner(dice)
+        content["parameters"] |= _corner(dice)
         if dice.random() < 0.8:
             content |= {"uncertainty": {}, "fit": {}, "provenance": {}}
         data = json.dumps(content).encode()
     return mutated(dice, data) if dice.random() < 0.5 else data
 
 
-def corner(dice: random.Random) -> dict[str, Any]:
+def _corner(dice: random.Random) -> dict[str, Any]:
     """Parameters at the ends of what is allowed, or between them at any size."""
 
     def end(low: float, high: float) -> float:
@@ -83,45 +82,38 @@ def corner(dice: random.Random) -> dict[str, Any]:
     return values | {"FE_knots": knots, "FE_forces": [size() * limits.FORCE_RANGE[1] for _ in knots]}
 
 
-def _stated(dice: random.Random, content: Any) -> Any:
-    """The same uncertainty or figures of a fit with a few numbers of absurd size, which are no parameters."""
-    if isinstance(content, dict):
-        return {key: _stated(dice, value) for key, value in content.items()}
-    if isinstance(content, list):
-        return [_stated(dice, value) for value in content]
-    return abs(dice.choice(FLOATS[:-2])) if isinstance(content, float) and dice.random() < 0.06 else content
+def _stated(dice: random.Random, text: str) -> float:
+    """A number of an uncertainty or of figures of a fit, at times of absurd size."""
+    return abs(dice.choice(FLOATS[:-2])) if dice.random() < 0.06 else float(text)
 
 
 def trial(dice: random.Random, folder: Path) -> str:
     """One model file given to all of its uses."""
-    path = folder / "model.json"
     data = model_file(dice)
     if dice.random() < 0.15:
-        content = json.loads(dice.choice(seeds()))
-        data = json.dumps(
-            {key: value if key == "parameters" else _stated(dice, value) for key, value in content.items()}
-        ).encode()
-    path.write_bytes(data)
-    return judge(path, dice)
+        data = dice.choice(_seeds())
+        content = json.loads(data, parse_float=lambda text: _stated(dice, text))
+        data = json.dumps(content | {"parameters": json.loads(data)["parameters"]}).encode()
+    (folder / "model.json").write_bytes(data)
+    return judge(folder / "model.json", dice)
 
 
 def judge(path: Path, dice: random.Random | None = None) -> str:
     """A model file given to its uses: the dearest at times, or never for a file of the corpus."""
     least, dice = (0.1, random.Random(1)) if dice is None else (0.0, dice)
     spring = Spring.load(path)
-    _response(path, spring)
+    _check_response(path, spring)
     folder, p = path.parent, spring.parameters
-    (folder / "other.json").write_bytes(dice.choice(seeds()))
+    (folder / "other.json").write_bytes(dice.choice(_seeds()))
     motion = _path(spring, *dice.choice(((1.1, 1.1), (1.0,), (0.5, 1.0))))
     Record(motion, spring.response(motion), np.arange(motion.size) * 1e-3, path="record").save(folder / "record.csv")
     force = np.sort(spring.response([p.displacement_min, p.displacement_max]))
     mass = (force[0] + dice.uniform(0.2, 0.8) * (force[1] - force[0])) / 9.81  # that the spring holds, or any
     refused = []
-    for use, share in _USES.items():
+    for use, share in ABSURD["uses of models"].items():
         if share > least and dice.random() < share:
             words = use.replace("FOLDER", str(folder)).replace("MODEL", str(path)).split()
-            words = [str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words]
-            if judged(words, folder):
+            if judged([str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words], folder):
                 refused.append(words[0])
     return f"accepted, refused by {', '.join(refused) or 'none'}"
 
@@ -135,8 +127,8 @@ def _path(spring: Spring, *shares: float) -> np.ndarray:
     return np.clip(path, -limits.LARGEST_DISPLACEMENT, limits.LARGEST_DISPLACEMENT)
 
 
-def _response(path: Path, spring: Spring) -> None:
-    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT])
+def _check_response(path: Path, spring: Spring) -> None:
+    motion = np.append(_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT)
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
     law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
@@ -145,19 +137,7 @@ def _response(path: Path, spring: Spring) -> None:
         finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
     again = path.with_name("again.json")
     spring.save(again)
-    assert Spring.load(again) == spring
     content = again.read_bytes()
+    assert Spring.load(again) == spring
     Spring.load(again).save(again)
     assert again.read_bytes() == content
-
-
-# With the share of the accepted models that are given to them.
-_USES = {
-    "info MODEL --json": 0.5, "info MODEL --verbose": 0.3, "info MODEL FOLDER/record.csv --zero rig --json": 0.3,
-    "predict MODEL FOLDER/record.csv --json -o FOLDER/out.csv": 0.5, "export MODEL --ssv -o FOLDER/out.ssv": 0.3,
-    "export MODEL --modelica -o FOLDER": 0.3, "compare MODEL FOLDER/other.json --align middle --draws 20 --json": 0.2,
-    "isolate MODEL --mass MASS --zero rig --points 6 --base-displacement 0.1 --json -o FOLDER/out.csv": 0.2,
-    "isolate MODEL --mass MASS --zero rig --points 6 --extrapolate": 0.1, "build MODEL --zero rig -o FOLDER": 0.02,
-    "study MODEL --mass MASS --zero rig --base-displacement 0.1 --points 4 --draws 2 -o FOLDER/out.csv --json": 0.2,
-    "build MODEL --zero rig --backend python -o FOLDER/built": 0.02,
-}  # fmt: skip

@@ -13,19 +13,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.vibration.description.system_file import load_system_file
-from targets.mutator import ABSURD, OTHERS, RAW, changed, finite, toml_file
-
-_SYSTEMS = Path(__file__).resolve().parents[3] / "fmu_src/strandspring/examples/systems"
-_CASES = Path(__file__).parents[1] / "corpus/cases.json"
-_VALUES = (*OTHERS, *ABSURD["of systems"], "1 " + "m" * 5000, [[0, 0, 0]] * 700, RAW + "{a." + "a." * 100 + "a = 1}")
+from targets.mutator import ABSURD, CORPUS, OTHERS, changed, finite, toml_file
 
 
 @cache
 def _examples() -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    systems = [parse_toml(path.read_text(encoding="utf-8")) for path in sorted(_SYSTEMS.glob("*.toml"))]
-    return systems, json.loads(_CASES.read_text(encoding="utf-8"))
+    systems = [parse_toml(path.read_text(encoding="utf-8")) for path in sorted(SYSTEMS.glob("*.toml"))]
+    return systems, json.loads((CORPUS / "cases.json").read_text(encoding="utf-8"))
 
 
 def trial(dice: random.Random, folder: Path) -> str:
@@ -35,7 +32,7 @@ def trial(dice: random.Random, folder: Path) -> str:
     for number in range(dice.choice((0, 1, 1, 2))):
         content["case"].append({"name": f"case {number}", **copy.deepcopy(dice.choice(cases))})
     for _ in range(dice.choice((0, 0, 1, 1, 1, 2))):
-        changed(dice, content, _VALUES)
+        changed(dice, content, [*OTHERS, *ABSURD["of systems"]])
     path = folder / "system.toml"
     path.write_bytes(toml_file(dice, content))
     return judge(path)
@@ -43,7 +40,7 @@ def trial(dice: random.Random, folder: Path) -> str:
 
 def judge(path: Path) -> str:
     """A file, read among those that it may name."""
-    for model in _SYSTEMS.glob("*.json"):
+    for model in SYSTEMS.glob("*.json"):
         shutil.copy(model, path.parent)
     rows = "\n".join(f"{0.001 * k:.3f},{k % 7},{k % 5},{k % 3}" for k in range(50))
     (path.parent / "base.csv").write_text(f"t [s],ax [g],wz [deg/s],F [kN]\n{rows}\n")
