@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise, product
-from typing import Any
 
 import numpy as np
 import pytest
@@ -255,24 +254,3 @@ def test_many_small_reversals_do_not_add_up(n: float, sigma: float, omega: float
             expected += step * rate(expected + step / 2 * rate(expected, step), step)
     # Rounding of the strokes, and the accuracy of W once.
     assert respond(p, path, omega)[0, -1] == pytest.approx(float(expected), abs=1e-12)
-
-
-@pytest.mark.parametrize("moves", [(), (0.6,), (0.6, -0.2)])
-@pytest.mark.parametrize(
-    "change", [{"rho": 350.0}, {"sigma": 2.0}, {"n": 1.3}, {"kappa_omega": 9.0}, {"kE": (1.0, 70.0)}]
-)
-def test_other_parameters_keep_displacement_omega_and_energy(moves: tuple[float, ...], change: dict[str, Any]) -> None:
-    """From there on the path is that of the other spring which begins with this omega."""
-    p, after = EXAMPLES["stranded_wire"], replace(EXAMPLES["stranded_wire"], **change)
-    laws, memory = (SpringLaw(p), SpringLaw(after)), stepper.start(float(along(p, 0.1)), 0.3)
-    for position in along(p, moves).tolist():
-        memory = stepper.trial(laws[0], memory, position)
-    changed = stepper.change(*laws, memory)
-    assert (changed.displacement, changed.omega) == (memory.displacement, memory.omega)
-    assert stepper.absorbed_energy(laws[1], changed) == stepper.absorbed_energy(laws[0], memory)
-    fresh = stepper.start(memory.displacement, memory.omega)
-    for position in along(p, [0.1, 0.11, -0.9]).tolist():
-        changed, fresh = (stepper.trial(laws[1], each, position) for each in (changed, fresh))
-        assert changed.omega == pytest.approx(fresh.omega, abs=1e-13)  # rounding of xi
-    gained = stepper.absorbed_energy(laws[1], changed) - stepper.absorbed_energy(laws[0], memory)
-    assert gained == pytest.approx(stepper.absorbed_energy(laws[1], fresh), rel=1e-10)
