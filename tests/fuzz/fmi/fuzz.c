@@ -24,24 +24,19 @@ static int change_mode(Trial *trial, int two, int three, Mode mode)
     return done;
 }
 
-/* FMI 2.0 takes the times by another call, at times by the last one. */
+/* FMI 2.0 takes the times by another call. */
 static void enter_initialization(Trial *trial)
 {
     Twin *twin = trial->twin;
-    double start = twin->time, stop = twin->stop_time, value = awkward();
-    int ends = isfinite(stop), alone = is(trial, "SetupExperiment"), tolerance = below(2), two = fmi2OK;
-    if (alone || twin->mode == UNKNOWN || chance(50)) {
-        ends = chance(30);
-        start = careless() ? awkward() : chance(70) ? 0.0 : uniform(-1e3, 1e3);
-        stop = careless() ? awkward() : start + uniform(0.0, OF_SYSTEM ? 1.0 : 10.0);
-        must(trial, isfinite(start) && (!ends || stop >= start) ? YES : NO);
-        two = (int)fmi2SetupExperiment(trial->two, tolerance, value, start, ends, stop);
-    }
-    if (!alone && two == fmi2OK)
-        two = (int)fmi2EnterInitializationMode(trial->two);
-    int three = alone ? NOT_CALLED
-                      : (int)fmi3EnterInitializationMode(trial->three, tolerance, value, start, ends, stop);
-    if (change_mode(trial, two, three, alone ? twin->mode : INITIALIZATION)) {
+    double start = chance(70) ? 0.0 : uniform(-1e3, 1e3), stop = start + uniform(0.0, OF_SYSTEM ? 1.0 : 10.0);
+    int ends = chance(30), tolerance = below(2);
+    start = careless() ? awkward() : start;
+    stop = careless() ? awkward() : stop;
+    must(trial, isfinite(start) && (!ends || stop >= start) ? YES : NO);
+    int two = (int)fmi2SetupExperiment(trial->two, tolerance, awkward(), start, ends, stop);
+    two = two == fmi2OK ? (int)fmi2EnterInitializationMode(trial->two) : two;
+    int three = (int)fmi3EnterInitializationMode(trial->three, tolerance, awkward(), start, ends, stop);
+    if (change_mode(trial, two, three, INITIALIZATION)) {
         twin->time = start;
         twin->stop_time = ends ? stop : INFINITY;
     }
@@ -375,8 +370,8 @@ static void repeat(Pair *pair)
         first = heard;
         end = copy(pair->bytes, state_size);
         listen(pair, pair->name);
+        put_state(pair, before);
         CHECK(fmi2SetFMUstate(pair->two, home) == fmi2OK, "an instance does not go back");
-        put3(pair, before);
         look(pair);
         CHECK(memcmp(pair->bytes, before, state_size) == 0, "a pair has not gone back");
         pair->twin = twin;

@@ -36,11 +36,7 @@ static int below(int count)
 
 #define chance(percent) (below(100) < (percent))
 #define careless() chance(carelessness)
-
-static double uniform(double low, double high)
-{
-    return low + (high - low) * ((double)(random_bits() >> 11) / 9007199254740992.0);
-}
+#define uniform(low, high) ((low) + ((high) - (low)) * ((double)(random_bits() >> 11) / 9007199254740992.0))
 
 /* Any double, with a taste for zeros, denormals, huge numbers, infinities and NaN. */
 static double awkward(void)
@@ -62,8 +58,6 @@ static const char *awkward_text(void)
     memset(longest, '%', sizeof longest - 1);
     return texts[below(sizeof texts / sizeof *texts)];
 }
-
-/* ---- failures ---------------------------------------------------------------------------------------------------- */
 
 /* Stops the program; the seed to repeat it by was printed before. */
 #define CHECK(condition, ...) ((condition) ? (void)0 : fail(__FILE__, __LINE__, __VA_ARGS__))
