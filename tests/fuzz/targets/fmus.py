@@ -60,25 +60,19 @@ def trial(dice: random.Random, folder: Path) -> str:
 def _change(dice: random.Random, files: dict[str, bytes]) -> None:
     """Change one of the files, or add one."""
     name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, *_OF["files"], *sorted(_sound())])
-    match dice.randrange(7):
-        case 0:
-            files.pop(name, None)
-        case 1:
-            files[MODEL_IN_FMU] = model_file(dice)
-        case 2 if dice.random() < 0.2:
-            files["resources/big"] = b"\0" * dice.choice((20_000_000, 230_000_000))
-        case 2:
-            name = dice.choice(sorted(_OF["files"]))
-            files[name] = dice.choice(_OF["files"][name]).encode("latin-1")
-        case 3:
-            files[dice.choice(ABSURD["names"])] = b"content"
-        case 4:
-            text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace")
-            text = text.replace("?>", "?>" + dice.choice(_OF["heads"]), 1)
-            text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
-            files[_DESCRIPTION] = text.encode("utf-8")
-        case _:
-            files[name] = mutated(dice, files.get(name) or b"x")
+    strange = dice.choice(sorted(_OF["files"]))
+    text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace").replace("?>", "?>" + dice.choice(_OF["heads"]), 1)
+    text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
+    mutation = mutated(dice, files.get(name) or b"x")
+    name, content = dice.choice((
+        (name, None), (MODEL_IN_FMU, model_file(dice)), (strange, dice.choice(_OF["files"][strange]).encode("latin-1")),
+        (dice.choice(ABSURD["names"]), b"content"), (_DESCRIPTION, text.encode()), (name, mutation), (name, mutation),
+    ))  # fmt: skip
+    if dice.random() < 0.03:
+        name, content = "resources/big", b"\0" * dice.choice((20_000_000, 230_000_000))
+    files[name] = content or b""
+    if content is None:
+        del files[name]
 
 
 def _packed(dice: random.Random, files: dict[str, bytes]) -> bytes:
@@ -100,11 +94,11 @@ def _damaged(dice: random.Random, data: bytes) -> bytes:
     end = data[data.rfind(b"PK\x05\x06") :]
     match dice.randrange(5):
         case 0:
-            return dice.choice((b"MZ" * 100 + data, data + b"\0" * 1000, data + end, data + data, b"", b"PK\x03\x04", end))
+            return dice.choice((b"", b"MZ" * 100)) + data + dice.choice((b"\0" * 1000, end, data[:1000000]))
         case 1:
             return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
         case 2:
-            return data[: dice.randrange(len(data))]
+            return data[: dice.choice((0, 4, dice.randrange(len(data))))]
         case 3:
             return mutated(dice, b"\0" + data)[1:]
     content = bytearray(data)

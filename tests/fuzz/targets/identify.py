@@ -1,7 +1,7 @@
 """Identification from records of hard numbers: coarse, constant, tiny, huge and degenerate ones.
 
 One to three records of a path of the displacement, a law of the force, and what rigs and acquisition add, identified by
-one of the methods, in Python or by the command. Results are finite, and can be saved and read again.
+one of the methods. Results are finite, and can be saved and read again.
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from strandspring import NiOptions, PaperOptions, Record, RefinedOptions, Spring, SpringParameters, TwoStageOptions
 from strandspring.api.identification import identify
 from targets.mutator import finite
-from targets.options import judged
 
 Numbers = NDArray[np.float64]
 
@@ -27,8 +26,6 @@ def trial(dice: random.Random, folder: Path) -> str:
     """Records and a method."""
     np.random.seed(dice.getrandbits(32))
     records = _records(dice, dice.choice((1, 1, 1, 1, 2, 3)), is_mild=dice.random() < 0.6)
-    if dice.random() < 0.1:
-        return _by_command(dice, folder, records)
     result = identify(records, options=_method(dice))
     finite("figures", [result.rmse, result.rnl, *(force for fit in result.fits for force in fit.predicted)])
     assert not re.search(r"\b(nan|inf)\b", result.summary() + repr(result)), result.summary()
@@ -43,27 +40,15 @@ def trial(dice: random.Random, folder: Path) -> str:
     return "accepted"
 
 
-def _by_command(dice: random.Random, folder: Path, records: list[Record]) -> str:
-    files = [str(folder / f"record_{k}.csv") for k in range(len(records))]
-    for file, record in zip(files, records, strict=True):
-        record.save(file)
-    extra = dice.choice(([], ["--degrees", "3,2"], ["--robust"], ["--method", "two-stage"]))
-    status = judged(["identify", *files, "-o", str(folder / "model.json"), "--json", *extra], folder)
-    assert (folder / "model.json").exists() == (status == 0)
-    return f"accepted by the command with status {status}"
-
-
 def _method(dice: random.Random) -> Any:
     degrees = dice.choice((None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 8)))
     refined = RefinedOptions(
         degrees=degrees, robust=dice.random() < 0.5, moving_mass=dice.choice((0.0, 0.0, 1.0, 1e12)),
         fixture_stiffness=dice.choice((math.inf, math.inf, 1e3, 1e-9)), delay=dice.choice((None, None, 0.0, 1e-3, -1e9)),
     )  # fmt: skip
-    paper = PaperOptions(
-        degrees, smoothing=dice.choice((None, 0, 3, 10_000)), branch=dice.choice(("loading", "unloading"))
-    )
-    others = (refined, refined, TwoStageOptions(degrees=degrees), paper, NiOptions(degrees=degrees))
-    return dice.choice((*[RefinedOptions()] * 5, *others))
+    paper = PaperOptions(degrees, smoothing=dice.choice((None, 0, 3, 10_000)), branch=dice.choice(("loading", "unloading")))
+    usual = [RefinedOptions()] * 5
+    return dice.choice((*usual, refined, refined, TwoStageOptions(degrees=degrees), paper, NiOptions(degrees=degrees)))
 
 
 def _records(dice: random.Random, count: int, is_mild: bool) -> list[Record]:

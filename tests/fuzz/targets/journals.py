@@ -1,9 +1,9 @@
 """Journals of interrupted studies, damaged at random; those of batches are kept by the same code.
 
-Rows of a journal are changed, moved, mixed with those of another study or replaced, with their checksums or without;
-tables are added; bytes of the file are changed. The study is then continued. It must end with the bytes of the
-undisturbed one, or be refused; following the advice (the same command again, or removing the file) must lead to these
-bytes. What is refused must not be changed.
+Rows of a journal are changed, with their checksums or without, and tables; bytes of the file are changed, or come from
+the journal of another study. The study is then continued. It must end with the bytes of the undisturbed one, or be
+refused; following the advice (the same command again, or removing the file) must lead to these bytes. What is refused
+must not be changed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
@@ -33,9 +32,7 @@ from strandspring.errors import StrandspringError
 from strandspring.vibration.one_mass.system import Excitation
 from targets.mutator import ABSURD, damaged, kind_of
 
-_OF: dict[str, Any] = ABSURD["journals"]
 _SPRING = SpringParameters((0.0, 4e3), (1.0,), 15.0, 300.0, 1.0, 0.7, 0.0, -0.02, 0.02)
-_SELECT = "SELECT key, checksum, content FROM row"
 
 
 class QuickStudy(Study):
@@ -82,32 +79,15 @@ def _undisturbed() -> tuple[dict[str, bytes], bytes]:
         return _results(Path(place) / "results"), other
 
 
-def _rows_changed(dice: random.Random, journal: Path, other: Path) -> None:
-    """Change one thing in the rows or tables of a journal; raises sqlite3.Error if it was damaged before."""
-    rows = execute(journal, _SELECT) or [(0, 0, b"[]")]
-    (key, checksum, content), (to, *_) = dice.choice(rows), dice.choice(rows)
+def _craft(dice: random.Random, journal: Path) -> None:
+    """Give a row absurd content under its right checksum."""
     ((manifest,),) = execute(journal, "SELECT manifest FROM job LIMIT 1")
-    match dice.randrange(6):
-        case 0:
-            row = (dice.choice((to, 60, -1, 2**62, None)), checksum, content)
-        case 1:
-            row = dice.choice(execute(other, _SELECT))
-        case 2:
-            row = (key, checksum, dice.choice((*(text.encode() for text in _OF["junk"]), "text", 1.5, None)))
-        case 3 if isinstance(content, bytes) and (numbers := [*re.finditer(rb"-?\d+(\.\d+)?(e[+-]?\d+)?", content)]):
-            one, absurd = dice.choice(numbers), dice.choice(_OF["absurd"]).encode()
-            row = (key, checksum, content[: one.start()] + absurd + content[one.end() :])
-        case 4 if isinstance(content, bytes) and isinstance(manifest, bytes):
-            with suppress(ValueError, RecursionError):  # damaged before
-                values = json.loads(content)
-                if isinstance(values, list):
-                    values[dice.randrange(len(values)) :] = dice.choice(([["x"]], [np.inf], [{"a": 1}, 1], values))
-                content = json.dumps(values).encode()
-            row = (key, zlib.crc32(content, zlib.crc32(manifest)), content)
-        case _:
-            execute(journal, dice.choice(_OF["statements"]))
-            return
-    execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", *row)
+    key, content = dice.choice(execute(journal, "SELECT key, content FROM row"))
+    values = json.loads(content)
+    values[dice.randrange(len(values)) :] = dice.choice((["x"], [np.inf], [{"a": 1}, 1], []))
+    content = json.dumps(values).encode()
+    checksum = zlib.crc32(content, zlib.crc32(manifest))
+    execute(journal, "INSERT OR REPLACE INTO row VALUES (?, ?, ?)", key, checksum, content)
 
 
 def _continued(folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, str]:
@@ -126,17 +106,20 @@ def _continued(folder: Path, journal: Path) -> tuple[dict[str, bytes] | None, st
 def trial(dice: random.Random, folder: Path) -> str:
     """Damage a journal and continue the study."""
     expected, other = _undisturbed()
-    (folder / "other").write_bytes(other)
     journal = _interrupted(folder / "results", 7, dice.randrange(1, 40))
     for _ in range(dice.randrange(1, 4)):
         data = journal.read_bytes()
         at = dice.randrange(len(data) + 1)
-        if dice.random() < 0.6:
-            with suppress(sqlite3.Error):
-                _rows_changed(dice, journal, folder / "other")
-        else:
-            made = (damaged(dice, data), data[:at] + dice.randbytes(2000) + data[at:], data + data[:at])
-            journal.write_bytes(dice.choice(made))
+        with suppress(sqlite3.Error, ValueError, TypeError, IndexError, RecursionError):  # damaged before
+            match dice.randrange(4):
+                case 0:
+                    _craft(dice, journal)
+                case 1:
+                    execute(journal, dice.choice(ABSURD["statements"]))
+                case 2:
+                    journal.write_bytes(damaged(dice, data))
+                case _:
+                    journal.write_bytes(data[:at] + dice.choice((dice.randbytes(2000) + data[at:], other[at:])))
     results, sentence = _continued(folder / "results", journal)
     outcome = re.sub("[0-9]+", "0", sentence.replace(str(folder), ""))[:80]
     for _ in range(100):  # the advice is followed

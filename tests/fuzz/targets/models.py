@@ -60,11 +60,10 @@ def _corner(dice: random.Random) -> dict[str, Any]:
     high = low + width
     offset = dice.choice((low, high, 0.5 * (low + high)))
     reach, degree = max(high - offset, offset - low), dice.choice((0, 1, 2, limits.MAXIMUM_AMPLIFIER_DEGREE))
-    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
+    powers, root = range(1, degree + 1), dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
     shares = dice.choice((
-        [dice.uniform(-1.0, 1.0) / max(degree, 1) for _ in range(degree)],
-        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
-        [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
+        [dice.uniform(-1.0, 1.0) / degree for _ in powers], [math.comb(degree, k) * (-root) ** k for k in powers],
+        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in powers],
     ))  # fmt: skip
     values = {
         "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low),
@@ -76,9 +75,8 @@ def _corner(dice: random.Random) -> dict[str, Any]:
         count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))
         return values | {"kE": [size() * limits.FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
     count = dice.choice((*limits.KNOTS, dice.randint(*limits.KNOTS)))
-    close = [k * limits.LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
-    places = dice.choice(([k / (count - 1) for k in range(count)], close, sorted(dice.random() for _ in close)))
-    knots = [low, *(low + place * (high - low) for place in places[1:-1]), high]
+    places = dice.choice((limits.LEAST_SPACING * (1.0 + 1e-6), 1.0 / (count - 1))) * np.arange(count)
+    knots = [low, *(low + places[1:-1] * (high - low)).tolist(), high]
     return values | {"FE_knots": knots, "FE_forces": [size() * limits.FORCE_RANGE[1] for _ in knots]}
 
 

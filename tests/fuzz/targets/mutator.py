@@ -40,29 +40,23 @@ def _places(value: Any) -> list[tuple[Any, Any]]:
 
 
 def changed(dice: random.Random, content: Any, values: list[Any]) -> None:
-    """Change one thing in a content: a value of the given ones or of another place, a factor, something lost, repeated
-    or unknown.
-    """
+    """Change one thing in a content: a given value or one of another place, a factor, something lost or repeated."""
     found = _places(content) or [({"": 0}, "")]
     # As often in a part that is small as in one that has many numbers.
     part = dice.choice([(container, key) for container, key in found if container is content] or found)
     container, key = dice.choice(_places(part[0][part[1]]) or [part]) if dice.random() < 0.7 else dice.choice(found)
-    match dice.choice(("number", "number", "factor", "factor", "other", "exchanged", "lost", "twice", "unknown")):
-        case "number":
-            container[key] = dice.choice(ABSURD["numbers"])
-        case "factor" if isinstance(container[key], float):
-            container[key] = float(np.clip(container[key] * 10.0 ** dice.uniform(-30, 30), -1.7e308, 1.7e308))
-        case "exchanged":
-            other, at = dice.choice(found)
-            container[key] = copy.deepcopy(other[at])
-        case "lost":
-            del container[key]
-        case "twice" if isinstance(container[key], list):
-            container[key] += copy.deepcopy(container[key]) * dice.choice((1, 1, 30, 300))
-        case "unknown" if isinstance(container, dict):
-            container[dice.choice(("mas", "", "ä", "x", "a.b", "name"))] = dice.choice((1, "12 mm", [], {}))
-        case _:
-            container[key] = copy.deepcopy(dice.choice(values))
+    value, (other, at) = container[key], dice.choice(found)
+    what = dice.randrange(9)
+    if what == 0:
+        del container[key]
+    elif what == 1 and isinstance(container, dict):
+        container[dice.choice(("mas", "", "ä", "x", "a.b", "name"))] = dice.choice((1, "12 mm", [], {}))
+    elif what == 2 and isinstance(value, list):
+        container[key] = copy.deepcopy(value * dice.choice((2, 2, 31, 301)))
+    elif what < 5 and isinstance(value, float):
+        container[key] = float(np.clip(value * 10.0 ** dice.uniform(-30, 30), -1.7e308, 1.7e308))
+    else:
+        container[key] = copy.deepcopy(dice.choice((*[dice.choice(ABSURD["numbers"])] * 2, other[at], dice.choice(values))))
 
 
 def _as_toml(value: Any) -> str:
@@ -144,22 +138,17 @@ def damaged(dice: random.Random, data: bytes) -> bytes:
     made = bytearray(data or b"\0")
     for _ in range(dice.choice((1, 1, 1, 2, 4))):
         # The beginning and the end, where formats keep their tables, are as often changed as the rest.
-        place = dice.randrange(min(dice.choice((64, 512, len(made))), len(made)))
-        place = len(made) - 1 - place if dice.random() < 0.3 else place
-        match dice.randrange(7):
-            case 0 | 1:
-                made[place] ^= 1 << dice.randrange(8)
-            case 2 | 3:
-                width = dice.choice((1, 2, 4, 8))
-                number = (dice.choice(INTEGERS) % 256**width).to_bytes(width, dice.choice(("little", "big")))
-                place -= place % width
-                made[place : place + width] = number
-            case 4:
-                made[place:place] = made[place : place + dice.choice((1, 8, 1000))] * dice.choice((1, 2, 20))
-            case 5:
-                made[place : place + 8] = np.float64(dice.choice(FLOATS)).tobytes()
-            case _:
-                del made[place : None if dice.random() < 0.3 else place + dice.choice((1, 4, 8, 100))]
+        at = dice.randrange(min(dice.choice((64, 512, len(made))), len(made)))
+        at = len(made) - 1 - at if dice.random() < 0.3 else at
+        width = dice.choice((1, 2, 4, 8))
+        number = (dice.choice(INTEGERS) % 256**width).to_bytes(width, dice.choice(("little", "big")))
+        length, put = dice.choice((
+            (1, bytes([made[at] ^ 1 << dice.randrange(8)])), (width, number), (width, number),
+            (0, made[at : at + dice.choice((1, 8, 1000))] * dice.choice((1, 2, 20))),
+            (8, np.float64(dice.choice(FLOATS)).tobytes()), (dice.choice((1, 4, 8, 100, len(made))), b""),
+        ))  # fmt: skip
+        at -= at % max(length, 1) if put is number else 0
+        made[at : at + length] = put
         made = made or bytearray(b"\0")
     return bytes(made)
 

@@ -107,9 +107,8 @@ def _files(folder: str) -> list[bytes]:
 def _zipped(dice: random.Random, data: bytes) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", dice.choice((0, 8, 8, 12, 14))) as archive:
-        archive.writestr(dice.choice(("lot/record.csv", "a", "../../etc/x", "C:\\x", "é\u202e.csv", "x" * 300)), data)
-        for other in dice.choice(((), (), ("__MACOSX/._record.csv",), ("b.csv",))):
-            archive.writestr(other, data)
+        for name in {dice.choice(ABSURD["names"]), *dice.choice(((), ("__MACOSX/._record.csv",), ("b.csv", "lot/a.csv")))}:
+            archive.writestr(name, data)
     return stream.getvalue()
 
 
@@ -136,11 +135,7 @@ def descriptions(dice: random.Random, folder: Path) -> str:
         motion = np.column_stack([time, 10.0 * np.sin(2.0 * np.pi * time), size * np.sin(2.0 * np.pi * time + 0.1)])
         np.savetxt(folder / name, motion, "%.5f", ",", header="t,x,F", comments="")
     (folder / "folder").mkdir()
-    keys: dict[str, Any] = {
-        "cycles": dice.choice(("2:4", "1:", 2)), "time_window": "1:9", "displacement_range": "-5:5", "label": "lot A",
-        "reverse": "force", "displacement_offset": 1.0, "force_scale": 2.0, "displacement": dice.choice((2, "x")),
-        "force": dice.choice((3, "F")), "force_unit": "N", "displacement_unit": "mm",
-    }  # fmt: skip
+    keys = {name: dice.choice(values) for name, values in ABSURD["selections"].items()}
     part = {name: keys[name] for name in dice.sample(sorted(keys), 3)}
     absurd = [*OTHERS, *ABSURD["of campaigns"]]
     if dice.random() < 0.3:
