@@ -128,7 +128,9 @@ def test_python_and_c_have_the_same_limits() -> None:
 
 
 @settings(max_examples=100)
-@given(st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=21).map(tuple), st.floats(-1.5, 1.5), st.floats(1e-6, 3.0))
+@given(
+    st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=21).map(tuple), st.floats(-1.5, 1.5), st.floats(1e-6, 3.0)
+)
 def test_the_least_value_is_a_value_and_none_is_lower(values: tuple[float, ...], low: float, width: float) -> None:
     high = low + width
     least, where = least_value(values, low, high)

@@ -116,7 +116,7 @@ def test_w_in_closed_form(ways: Implementation) -> None:
     xi, back = np.geomspace(1e-12, 40.0, 300), -np.geomspace(1e-12, 0.999, 200)
     for n, sigma, at, u in (
         (1.0, 2.0, xi, -np.expm1(-xi)), (2.0, 2.0, xi, np.tanh(xi)), (20.0, 0.5, back, back),
-        (1.0, 3.0, back * math.log1p(5.0) / 5.0, -np.expm1(-back * math.log1p(5.0)) / 5.0),  # dw/ds = 1 + (2 sigma - 1)*w
+        (1.0, 3.0, back * math.log1p(5.0) / 5.0, -np.expm1(-back * math.log1p(5.0)) / 5.0),  # w' = 1 + 5*w
     ):  # fmt: skip
         assert ways(n, sigma)[0](at) == pytest.approx(u, rel=1e-13, abs=ACCURACY), (n, sigma)
 

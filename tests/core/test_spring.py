@@ -16,8 +16,6 @@ from kernel_tools import FloatArray, Kernel, by_path, by_stepper, by_steps_in_c,
 from springs import EXAMPLES, along, energy_scale, force_scale, fractions, omegas, spring, springs
 from strandspring import SpringParameters
 from strandspring.core import parameters as limits
-from strandspring.core import stepper
-from strandspring.core.law import SpringLaw
 from strandspring.core.parameters import LARGEST_DISPLACEMENT
 from strandspring.core.saturation import Saturation, inverse_saturation
 from strandspring.kernel.path import PathSolver
@@ -128,20 +126,6 @@ def test_cutting_a_stroke_or_standing_still_changes_no_bit(p: SpringParameters, 
     np.testing.assert_array_equal(cut[:3], whole[:3])
     # The energy is a sum over the pieces: other pieces of the quadrature, 1e-12 of the force times the way.
     assert np.abs(cut[3] - whole[3]).max() <= 1e-12 * energy_scale(p, corners)
-
-
-@settings(max_examples=50)
-@given(springs(), fractions(minimum=2, reach=100.0), omegas())
-def test_omega_follows_the_motion_within_saturation(p: SpringParameters, shares: list[float], start: float) -> None:
-    path = along(p, shares)
-    omega = PathSolver(p).omega(path, start)
-    assert np.abs(omega).max() <= 1.0
-    assert omega[0] == start
-    growth = np.diff(omega) * np.sign(np.diff(path))
-    # Eq. (22): at most with slope 2*rho*sigma; 1e-12 is the step between cells of W, 1e-15 the rounding of a path.
-    assert growth.min() >= -1e-12
-    steps = np.abs(np.diff(path)) + 1e-15 * np.abs(path).max()
-    assert np.all(growth <= 2.0 * p.rho * p.sigma * steps + 1e-12)
 
 
 @settings(max_examples=25)

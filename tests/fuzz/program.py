@@ -118,7 +118,9 @@ def program_of(form: str, folder: Path, flags: tuple[str, ...] = SANITIZED) -> P
 def run(program: Path, seed: int, sequences: int) -> tuple[str, dict[str, Any]]:
     """Do so many sequences from a seed on: what is found, with its seed, and how often each call was made otherwise."""
     command = [str(program), str(seed), str(sequences)]
-    done = subprocess.run(command, capture_output=True, text=True, errors="replace", env=os.environ | OPTIONS, check=False)
+    done = subprocess.run(
+        command, capture_output=True, text=True, errors="replace", env=os.environ | OPTIONS, check=False
+    )
     if done.returncode == 0:
         return "", json.loads(done.stdout)
     *_, last = (line for line in done.stderr.splitlines() if line.startswith("seed "))

@@ -28,7 +28,6 @@ PLANTED = json.loads(Path(__file__).with_name("planted.json").read_text(encoding
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where the program of each form is built once."""
-    program("cc", package="gcc libc6-dev")
     return tmp_path_factory.mktemp("fuzz")
 
 
@@ -36,10 +35,14 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("form", "flags", "count"),
     [
         ("spring", ADDRESSES, 300),
-        *(pytest.param(form, SANITIZED, 300 if form == "system" else 1200, marks=pytest.mark.slow) for form in fuzz.FORMS),
+        *(
+            pytest.param(form, SANITIZED, 300 if form == "system" else 1200, marks=pytest.mark.slow)
+            for form in fuzz.FORMS
+        ),
     ],
 )
-def test_random_lives(form: str, flags: tuple[str, ...], count: int, tmp_path: Path, folders: Path) -> None:
+def test_random_lives(form: str, flags: tuple[str, ...], count: int, tmp_path: Path) -> None:
+    program("cc", package="gcc libc6-dev")
     found, counts = run(program_of(form, tmp_path, flags), SEED, count)
     assert found == "", found
     # Every call has been made in every way, though some are refused without an instance only.
@@ -55,6 +58,7 @@ def test_random_lives(form: str, flags: tuple[str, ...], count: int, tmp_path: P
 def test_planted_faults_are_found(
     form: str, name: str, sound: str, faulty: str, version: str, folders: Path, tmp_path: Path
 ) -> None:
+    program("cc", package="gcc libc6-dev")
     flags = ("-O0", *ADDRESSES[1:], "-Wno-error")
     (folders / form).mkdir(exist_ok=True)
     program_of(form, folders / form, flags)

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,32 +48,15 @@ def test_many_threads_give_the_bits_of_one(work: Callable[[int], str], count: in
         assert all(pool.map(begun_together, range(THREADS)))
 
 
-# What belongs to the program that imports, as text.
-STATE = """
-import decimal, gc, locale, logging, os, random, signal, sys, threading, warnings
-import matplotlib, numpy
+# Libraries that are loaded first have done what they do; state.json says what belongs to the program that imports.
+PROGRAM = """
+import decimal, gc, json, locale, logging, os, random, signal, sys, threading, warnings
+import fmpy, matplotlib, numpy, pandas, pydantic, pythonfmu, scipy.linalg, scipy.optimize, strandspring
 from threadpoolctl import threadpool_info
-
-def state():
-    return {
-        "warnings": repr((warnings.filters, warnings.showwarning)),
-        "locale": locale.setlocale(locale.LC_ALL),
-        "signals": repr([signal.getsignal(number) for number in signal.valid_signals()]),
-        "linear algebra": repr([(pool["internal_api"], pool["num_threads"]) for pool in threadpool_info()]),
-        "matplotlib": repr(list(dict.items(matplotlib.rcParams))),  # as it is: to ask for the backend would choose one
-        "environment": repr((sorted(os.environ.items()), os.getcwd(), sys.path)),
-        "hooks": repr((sys.excepthook, sys.displayhook, threading.excepthook, sys.stdout, sys.stderr, sys.stdin)),
-        "interpreter": repr((sys.getswitchinterval(), sys.getrecursionlimit(), gc.isenabled(), gc.get_threshold())),
-        "random": repr((random.getstate(), numpy.random.get_state(), numpy.geterr(), numpy.get_printoptions())),
-        "others": repr((decimal.getcontext(), logging.root.handlers, logging.root.level, threading.active_count())),
-    }
-
-# Libraries that are loaded first have done what they do.
-import scipy.optimize, scipy.linalg, pandas, pydantic, fmpy, pythonfmu
-import strandspring
-before = state()
+state = json.load(open(sys.argv[1]))
+before = {name: eval(value) for name, value in state.items()}
 LOAD
-print(*(name for name, value in state().items() if value != before[name]))
+print(*(name for name, value in state.items() if eval(value) != before[name]))
 """
 
 
@@ -81,8 +65,8 @@ def test_the_import_changes_nothing_of_the_program() -> None:
         ("[getattr(strandspring, name) for name in strandspring.__all__]", []),
         ("warnings.simplefilter('error'); os.environ['A_VARIABLE'] = '1'", ["warnings", "environment"]),
     ):
-        program = STATE.replace("LOAD", load)
-        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+        command = [sys.executable, "-c", PROGRAM.replace("LOAD", load), Path(__file__).with_name("state.json")]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
         assert done.stdout.split() == changes
 
 

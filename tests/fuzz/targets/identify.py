@@ -22,9 +22,12 @@ from targets.mutator import finite
 Numbers = NDArray[np.float64]
 
 
+def _normal(dice: random.Random, size: int) -> Numbers:
+    return np.random.default_rng(dice.getrandbits(62)).normal(size=size)
+
+
 def trial(dice: random.Random, folder: Path) -> str:
     """Records and a method."""
-    np.random.seed(dice.getrandbits(32))
     records = _records(dice, dice.choice((1, 1, 1, 1, 2, 3)), is_mild=dice.random() < 0.6)
     result = identify(records, options=_method(dice))
     finite("figures", [result.rmse, result.rnl, *(force for fit in result.fits for force in fit.predicted)])
@@ -44,9 +47,11 @@ def _method(dice: random.Random) -> Any:
     degrees = dice.choice((None, None, (1, 0), (2, 1), (3, 2), (8, 6), (20, 8)))
     refined = RefinedOptions(
         degrees=degrees, robust=dice.random() < 0.5, moving_mass=dice.choice((0.0, 0.0, 1.0, 1e12)),
-        fixture_stiffness=dice.choice((math.inf, math.inf, 1e3, 1e-9)), delay=dice.choice((None, None, 0.0, 1e-3, -1e9)),
+        fixture_stiffness=dice.choice((math.inf, math.inf, 1e3, 1e-9)), delay=dice.choice((None, None, 0.0, 1e-3)),
     )  # fmt: skip
-    paper = PaperOptions(degrees, smoothing=dice.choice((None, 0, 3, 10_000)), branch=dice.choice(("loading", "unloading")))
+    paper = PaperOptions(
+        degrees, smoothing=dice.choice((None, 0, 3, 10_000)), branch=dice.choice(("loading", "unloading"))
+    )
     usual = [RefinedOptions()] * 5
     return dice.choice((*usual, refined, refined, TwoStageOptions(degrees=degrees), paper, NiOptions(degrees=degrees)))
 
@@ -64,8 +69,11 @@ def _records(dice: random.Random, count: int, is_mild: bool) -> list[Record]:
     for k in range(count):
         x = _path(dice, shape, dice.choice((30, 60, 120, 300) if is_mild else (2, 3, 5, 8, 13, 60, 300)))
         x = x * dice.choice((1.0, 1.0, 0.7, 0.3))
-        noise, steady = np.random.normal(size=x.size), 0.01 * np.arange(x.size)
-        force, time = spring.response(x) + noise * dice.choice((0.0, 1e-3, 3e-3, 0.01)), dice.choice((None, steady, steady))
+        noise, steady = _normal(dice, x.size), 0.01 * np.arange(x.size)
+        force, time = (
+            spring.response(x) + noise * dice.choice((0.0, 1e-3, 3e-3, 0.01)),
+            dice.choice((None, steady, steady)),
+        )
         if not is_mild:
             friction = np.sign(np.gradient(x)) + x * dice.choice((0.0, 0.1, 1.0))
             flawed = force + (np.arange(x.size) == dice.randrange(x.size)) * 10.0 ** dice.uniform(0.0, 12.0)
@@ -75,7 +83,8 @@ def _records(dice: random.Random, count: int, is_mild: bool) -> list[Record]:
         if not is_mild and dice.random() < 0.5:
             time = dice.choice((1e-300 * steady, 1e300 * steady, -steady, 0.0 * steady, np.floor(30.0 * steady), noise))
         x, force = (
-            values * unit if is_mild else _disturbed(dice, values) for values, unit in zip((x, force), units, strict=True)
+            values * unit if is_mild else _disturbed(dice, values)
+            for values, unit in zip((x, force), units, strict=True)
         )
         made.append(Record(x, force, time, path=f"record {k}"))
     return made
@@ -86,12 +95,13 @@ def _path(dice: random.Random, shape: int, size: int) -> Numbers:
     legs = dice.choice((3, 4, 5, 8, 13))
     phase, place = np.linspace(0.0, 2.0 * np.pi * dice.choice((1.5, 2.0, 3.0, 5.3)), size), np.linspace(0.0, legs, size)
     corners = np.resize([-1.0, 1.0], legs + 1)
-    uneven = corners * np.where(np.arange(legs + 1) < 3, 1.0, np.random.uniform(0.2, 1.0, legs + 1))
-    steps, noise = np.random.choice([-1.0, 0.0, 1.0], size), np.random.normal(size=size)
+    uneven = corners * np.where(np.arange(legs + 1) < 3, 1.0, 0.2 + 0.8 * abs(np.tanh(_normal(dice, legs + 1))))
+    noise = _normal(dice, size)
+    steps = np.round(np.tanh(noise))
     return (
         np.sin(phase), np.sin(phase) * phase / phase[-1], np.interp(place, np.arange(legs + 1), corners),
         np.interp(place, np.arange(legs + 1), uneven), np.repeat(np.resize([0.0, 3.0, -2.0, 2.0], size), 2), steps,
-        np.cumsum(steps), np.random.choice(noise[:3], size), np.sort(noise), noise, np.sin(0.2 * phase),
+        np.cumsum(steps), noise[np.argsort(noise) % min(3, size)], np.sort(noise), noise, np.sin(0.2 * phase),
     )[shape]  # fmt: skip
 
 

@@ -56,7 +56,9 @@ def changed(dice: random.Random, content: Any, values: list[Any]) -> None:
     elif what < 5 and isinstance(value, float):
         container[key] = float(np.clip(value * 10.0 ** dice.uniform(-30, 30), -1.7e308, 1.7e308))
     else:
-        container[key] = copy.deepcopy(dice.choice((*[dice.choice(ABSURD["numbers"])] * 2, other[at], dice.choice(values))))
+        container[key] = copy.deepcopy(
+            dice.choice((*[dice.choice(ABSURD["numbers"])] * 2, other[at], dice.choice(values)))
+        )
 
 
 def _as_toml(value: Any) -> str:
