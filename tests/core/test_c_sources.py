@@ -24,23 +24,8 @@ from tools import program, tool
 pytestmark = pytest.mark.long
 
 # What C and its mathematics library offer.
-LIBRARY = {
-    *[
-        "ceil",
-        "cos",
-        "exp",
-        "expm1",
-        "log",
-        "log1p",
-        "pow",
-        "memcpy",
-        "memset",
-        "snprintf",
-        "strlen",
-        "strpbrk",
-        "strtod",
-    ]
-}
+LIBRARY = {"ceil", "cos", "exp", "expm1", "log", "log1p", "pow"}
+LIBRARY |= {"memcpy", "memset", "snprintf", "strlen", "strpbrk", "strtod"}
 OF_C = [f"tests/core/test_{name}.py" for name in ("gradients", "parameters", "saturation", "spring")]
 
 

@@ -26,8 +26,7 @@ pytestmark = pytest.mark.long
 
 def run(folder: Path, *words: str) -> str:
     """What a program of Python prints."""
-    command = [sys.executable, *words]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, *words], cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, (words, done.stderr)
     return done.stdout + done.stderr
 

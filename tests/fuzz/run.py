@@ -37,10 +37,12 @@ from unittest import mock
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 
-# Of each target its module in targets/, whose `trial` (or a function of the name given) takes dice and an empty folder,
-# and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
-TARGETS = dict.fromkeys(("models", "fmus", "systems", "options", "journals", "identify")) | {
-    "records_text": "text", "records_binary": "binary", "descriptions": "descriptions",
+# Of each target its function in targets/, which takes dice and an empty folder. `judge` in its module takes a file of
+# the corpus. Both return an outcome, or raise what the package raises.
+TARGETS = {
+    "models": "models.trial", "fmus": "models.fmus", "systems": "systems.trial", "descriptions": "systems.campaigns",
+    "options": "options.trial", "journals": "journals.trial", "identify": "identify.trial",
+    "records_text": "records.text", "records_binary": "records.binary",
 }  # fmt: skip
 FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
 NEXT = HERE / ".next.json"
@@ -132,15 +134,15 @@ def _child(folder: Path, pipe: Connection) -> None:
 
 
 def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
-    function = TARGETS.get(target)
+    name, _, function = TARGETS.get(target, target).partition(".")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of other packages, when they are imported
-        module = importlib.import_module(f"targets.{'records' if function else target}")
+        module = importlib.import_module(f"targets.{name}")
         from strandspring.errors import StrandspringError
         from targets.mutator import kind_of
     try:
         if file is None:
-            return str(getattr(module, function or "trial")(random.Random(seed), work))
+            return str(getattr(module, function)(random.Random(seed), work))
         place = work / file.name.removesuffix(".gz")
         place.write_bytes(gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes())
         return str(module.judge(place))

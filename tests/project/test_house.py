@@ -1,4 +1,4 @@
-"""What the sources say of themselves: the architecture, examples in docstrings, files that are named, and templates."""
+"""What the sources say of themselves: the architecture, examples in docstrings, and templates."""
 
 from __future__ import annotations
 
@@ -10,23 +10,13 @@ from pathlib import Path
 import pytest
 
 import architecture
-from architecture import PACKAGE, ROOT
+from architecture import PACKAGE
 
 
 def test_the_picture_of_the_architecture_is_drawn_from_the_imports_and_every_folder_has_its_words() -> None:
     page = architecture.PAGE.read_text(encoding="utf-8")
     assert architecture.PICTURE.findall(page) == [architecture.picture()], "run python tests/helpers/architecture.py"
     assert [room for room in architecture.rooms() if f"**{room}**" not in page.split()] == []
-
-
-def test_files_of_tests_that_are_named_exist() -> None:
-    folders = [ROOT / ".ci", ROOT / ".github", ROOT / "fmu_src"]
-    files = [
-        path for folder in folders for path in folder.rglob("*") if path.suffix in {"", ".md", ".py", ".h", ".yml"}
-    ]
-    for path in [*ROOT.glob("*.md"), *filter(Path.is_file, files)]:
-        for name in re.findall(r"\btests/[\w/]+\.py\b", path.read_text(encoding="utf-8")):
-            assert (ROOT / name).exists(), f"{path.relative_to(ROOT)} names {name}"
 
 
 @pytest.mark.slow

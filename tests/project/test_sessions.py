@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from strandspring import Record, Spring, SpringParameters, identify
-from strandspring.ground.one_thread import one_thread
 
 pytestmark = pytest.mark.long
 THREADS = 8
@@ -37,6 +36,9 @@ def _identify(number: int) -> str:
 
 @pytest.mark.parametrize(("work", "count"), [(_isolate, THREADS), pytest.param(_identify, 2, marks=pytest.mark.slow)])
 def test_many_threads_give_the_bits_of_one(work: Callable[[int], str], count: int) -> None:
+    from threadpoolctl import threadpool_info
+
+    before = threadpool_info()
     alone = [work(number) for number in range(count)]
     together = threading.Barrier(THREADS)
 
@@ -46,6 +48,7 @@ def test_many_threads_give_the_bits_of_one(work: Callable[[int], str], count: in
 
     with ThreadPoolExecutor(THREADS) as pool:
         assert all(pool.map(begun_together, range(THREADS)))
+    assert threadpool_info() == before  # threads of linear algebra are given back by the last
 
 
 # Libraries that are loaded first have done what they do; state.json says what belongs to the program that imports.
@@ -68,18 +71,3 @@ def test_the_import_changes_nothing_of_the_program() -> None:
         command = [sys.executable, "-c", PROGRAM.replace("LOAD", load), Path(__file__).with_name("state.json")]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         assert done.stdout.split() == changes
-
-
-def test_one_thread_is_given_back_by_the_last() -> None:
-    from threadpoolctl import threadpool_info, threadpool_limits
-
-    def threads() -> set[int]:
-        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
-
-    with threadpool_limits(limits=2, user_api="blas"):
-        before, first = threads(), one_thread()
-        first.__enter__()
-        with one_thread():
-            first.__exit__(None, None, None)
-            assert threads() == {1}
-        assert threads() == before

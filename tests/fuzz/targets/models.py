@@ -1,26 +1,36 @@
-"""Model files, sound, at the ends of their limits and damaged, given to everything that takes a model.
+"""Model files, sound, at the ends of their limits and damaged, given to all that takes one; and FMU archives.
 
 A model that is accepted is the same again after it was saved, and finite in every output of every use.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import math
 import random
+import struct
+import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from strandspring import Record, Spring
+from strandspring import Record, Spring, SpringParameters, info, verify
 from strandspring.core import parameters as limits
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
+from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import HASHES
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
 from targets.mutator import ABSURD, CORPUS, FLOATS, finite, mutated
 from targets.options import judged
 
+_DESCRIPTION = "modelDescription.xml"
+_SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
+_OF: dict[str, Any] = ABSURD["archives"]
 _INSIDE = 1.0 - 1e-12  # what is rounded stays within
 
 
@@ -30,7 +40,7 @@ def _seeds() -> list[bytes]:
     return [path.read_bytes() for path in sorted((CORPUS / "models").glob("sound_*"))]
 
 
-def model_file(dice: random.Random) -> bytes:
+def _model_file(dice: random.Random) -> bytes:
     """A model file, sound or not."""
     data = dice.choice(_seeds())
     if dice.random() < 0.4:
@@ -87,7 +97,7 @@ def _stated(dice: random.Random, text: str) -> float:
 
 def trial(dice: random.Random, folder: Path) -> str:
     """One model file given to all of its uses."""
-    data = model_file(dice)
+    data = _model_file(dice)
     if dice.random() < 0.15:
         data = dice.choice(_seeds())
         content = json.loads(data, parse_float=lambda text: _stated(dice, text))
@@ -139,3 +149,85 @@ def _check_response(path: Path, spring: Spring) -> None:
     assert Spring.load(again) == spring
     Spring.load(again).save(again)
     assert again.read_bytes() == content
+
+
+@cache
+def _sound() -> dict[str, bytes]:
+    return fmu_contents(ModelFile("spring", _SPRING))
+
+
+def fmus(dice: random.Random, folder: Path) -> str:
+    """One FMU archive, built once without its binaries, so that it is not run; nothing may be written elsewhere."""
+    files = dict(_sound())
+    for _ in range(dice.choice((0, 1, 1, 2))):
+        _change(dice, files)
+    if dice.random() < 0.01:
+        files |= {f"extra/{k}": b"" for k in range(11_000)}
+    if dice.random() < 0.6:
+        hashes = {name: hashlib.sha256(content).hexdigest() for name, content in files.items() if name != HASHES}
+        files[HASHES] = json.dumps(hashes).encode()
+    place = folder / "inner" / "spring.fmu"
+    place.parent.mkdir()
+    data = _packed(dice, files)
+    place.write_bytes(_damaged(dice, data) if dice.random() < 0.4 else data)
+    try:
+        verification = verify(place)
+        assert verification.summary().isascii(), verification.summary()
+        info(place).summary()
+        return "accepted" if verification.ok else f"accepted with findings on {verification.problems[0].about}"
+    finally:
+        assert sorted(path.name for path in folder.rglob("*")) == ["inner", "spring.fmu"]
+        assert not Path("/tmp/strandspring_escaped").exists()
+
+
+def _change(dice: random.Random, files: dict[str, bytes]) -> None:
+    """Change one of the files, or add one."""
+    name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, *_OF["files"], *sorted(_sound())])
+    strange = dice.choice(sorted(_OF["files"]))
+    text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace").replace("?>", "?>" + dice.choice(_OF["heads"]), 1)
+    text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
+    mutation = mutated(dice, files.get(name) or b"x")
+    name, content = dice.choice((
+        (name, None), (MODEL_IN_FMU, _model_file(dice)), (dice.choice(ABSURD["names"]), b"content"), (name, mutation),
+        (strange, dice.choice(_OF["files"][strange]).encode("latin-1")), (_DESCRIPTION, text.encode()), (name, mutation),
+    ))  # fmt: skip
+    if dice.random() < 0.03:
+        name, content = "resources/big", b"\0" * dice.choice((20_000_000, 230_000_000))
+    files[name] = content or b""
+    if content is None:
+        del files[name]
+
+
+def _packed(dice: random.Random, files: dict[str, bytes]) -> bytes:
+    packed = io.BytesIO()
+    method = dice.choice((0, *[8] * 9, 12, 14)) if len(files) < 1000 else 8  # LZMA takes 2 ms a file
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name[:60_000])
+            entry.compress_type = method
+            # A file, a symbolic link, a folder, a device, or nothing in particular.
+            entry.external_attr = dice.choice((0o100644,) * 9 + (0o120777, 0o040755, 0o020666, 0)) << 16
+            archive.writestr(entry, content)
+        archive.comment = b"x" * (60_000 if dice.random() < 0.1 else 0)
+    return packed.getvalue()
+
+
+def _damaged(dice: random.Random, data: bytes) -> bytes:
+    """An archive with other bytes, sizes, flags, methods or places in its directory, a second end, or a name twice."""
+    end = data[data.rfind(b"PK\x05\x06") :]
+    match dice.randrange(5):
+        case 0:
+            return dice.choice((b"", b"MZ" * 100)) + data + dice.choice((b"\0" * 1000, end, data[:1000000]))
+        case 1:
+            return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
+        case 2:
+            return data[: dice.choice((0, 4, dice.randrange(len(data))))]
+        case 3:
+            return mutated(dice, b"\0" + data)[1:]
+    content = bytearray(data)
+    entries = [place for place in range(len(data) - 4) if data[place : place + 4] == b"PK\x01\x02"]
+    for place in dice.sample(entries, min(len(entries), 2)):
+        offset, form = dice.choice(((8, "<H"), (10, "<H"), (16, "<L"), (20, "<L"), (24, "<L"), (28, "<H"), (42, "<L")))
+        most = 2 ** (8 * struct.calcsize(form))
+        struct.pack_into(form, content, place + offset, dice.choice((0, 1, most - 1, dice.randrange(most))))
+    return bytes(content)

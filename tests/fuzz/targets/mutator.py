@@ -61,23 +61,6 @@ def changed(dice: random.Random, content: Any, values: list[Any]) -> None:
         )
 
 
-def _as_toml(value: Any) -> str:
-    if isinstance(value, str) and value.startswith(RAW):
-        return value.removeprefix(RAW)
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {_as_toml(one)}" for key, one in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(_as_toml, value)) + "]"
-    return repr(value) if isinstance(value, float) else json.dumps(value)
-
-
-def toml_file(dice: random.Random, content: dict[str, Any]) -> bytes:
-    """A file of TOML, now and then damaged."""
-    text = "\n".join(f"{json.dumps(key)} = {_as_toml(value)}" for key, value in content.items())
-    data = text.encode("utf-8", "surrogatepass")
-    return mutated(dice, data) if dice.random() < 0.15 else data
-
-
 def mutated(dice: random.Random, data: bytes) -> bytes:
     """A file changed in a few places, by what it is: an archive mostly in one member, JSON, a text, or bytes."""
     if data.startswith(b"PK\x03\x04") and dice.random() < 0.8:

@@ -1,4 +1,4 @@
-"""Records, texts and files of all formats, read; and descriptions of campaigns.
+"""Records, texts and files of all formats, read.
 
 Texts are tables in the forms that programs write, and files those of the corpus, a sound one of each format at least;
 most are then changed. A table that was not changed must give the numbers that it was made of, or be refused.
@@ -19,15 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from strandspring.loops.selection import Wanted, entries, read_campaign
 from strandspring.records.reading import read_record
 from strandspring.records.record import Record
-from targets.mutator import ABSURD, CORPUS, FLOATS, OTHERS, changed, mutated, toml_file
+from targets.mutator import ABSURD, CORPUS, FLOATS, mutated
 
 _OF: dict[str, Any] = ABSURD["records"]  # names, units and columns
 
 
-def _sound(record: Record) -> str:
+def sound(record: Record) -> str:
     for values in (record.displacement, record.force, record.time):
         assert values is None or (values.size >= 2 and np.isfinite(values).all() and not values.flags.writeable)
         assert values is None or values.size == len(record)
@@ -39,7 +38,7 @@ def _sound(record: Record) -> str:
 
 def judge(path: Path) -> str:
     """A file of the corpus, packed or not, read."""
-    return _sound(read_record(path))
+    return sound(read_record(path))
 
 
 def _options(dice: random.Random) -> dict[str, Any]:
@@ -89,7 +88,7 @@ def text(dice: random.Random, folder: Path) -> str:
     (folder / "record.csv").write_bytes(data)
     given = _options(dice)
     record = read_record(folder / "record.csv", **given)
-    _sound(record)
+    sound(record)
     if is_changed or given or data != content.encode():
         return "accepted"
     for values in (record.displacement, record.force):
@@ -131,31 +130,4 @@ def binary(dice: random.Random, folder: Path) -> str:
             data = dice.choice((gzip.compress, bz2.compress, lzma.compress, lambda data: _zipped(dice, data)))(data)
             data = mutated(dice, data) if dice.random() < 0.2 else data
     (folder / "record.dat").write_bytes(data)
-    return _sound(read_record(folder / "record.dat", **_options(dice)))
-
-
-def descriptions(dice: random.Random, folder: Path) -> str:
-    """One description of a campaign, or what options select of a record."""
-    time = np.linspace(0.0, 10.0, 2001)
-    for name, size in (("a.csv", 100.0), ("b.csv", 200.0)):  # [mm], [N]
-        motion = np.column_stack([time, 10.0 * np.sin(2.0 * np.pi * time), size * np.sin(2.0 * np.pi * time + 0.1)])
-        np.savetxt(folder / name, motion, "%.5f", ",", header="t,x,F", comments="")
-    (folder / "folder").mkdir()
-    keys = {name: dice.choice(values) for name, values in ABSURD["selections"].items()}
-    part = {name: keys[name] for name in dice.sample(sorted(keys), 3)}
-    absurd = [*OTHERS, *ABSURD["of campaigns"]]
-    if dice.random() < 0.3:
-        changed(dice, part, absurd)
-        try:
-            wanted = Wanted(**part)
-        except TypeError:  # an unknown name, or not a number where arithmetic needs one
-            return "accepted, no selection"
-        return _sound(wanted.read(folder / "a.csv"))
-    files = [{"file": dice.choice(("a.csv", "b.csv", "*.csv")), **part} for _ in range(dice.choice((1, 2, 2, 50)))]
-    content = {**dict(list(keys.items())[: dice.randrange(3)]), "record": files}
-    for _ in range(dice.choice((0, 1, 1, 2))):
-        changed(dice, content, absurd)
-    (folder / "d.toml").write_bytes(toml_file(dice, content))
-    record, *_ = read_campaign(folder / "d.toml")
-    assert len(entries([folder / "d.toml"])) >= 1
-    return _sound(record)
+    return sound(read_record(folder / "record.dat", **_options(dice)))
