@@ -76,9 +76,9 @@ def _write_sources(form: str, folder: Path) -> None:
     names = [v.name for v in variables]
 
     def entry(v: Any) -> str:
-        is_state = {"output": "O"}.get(v.causality, "s") if v.name in states else v.causality[0]
+        causality = v.causality[0] if v.name not in states else "O" if v.causality == "output" else "s"
+        causality = causality if v.derivative is None else "r"
         start = float(v.start or 0.0) if v.type == "Real" else 0.0
-        causality = "r" if v.derivative is not None else is_state
         return f"{{{json.dumps(v.name)}, '{v.type[0]}', '{causality}', {int(v.variability == 'tunable')}, {start!r}}}"
 
     arrays = {"ELASTIC": "kE_", "AMPLIFIER": "kA_", "KNOTS": "FE_knots_", "BRANCHES": "branch_"}

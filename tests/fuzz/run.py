@@ -14,6 +14,7 @@ behind, or ends the process; it is done in a child process with limits of memory
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import gzip
 import importlib
@@ -85,7 +86,7 @@ class Trials:
             self._pipe.close()
             self._child.join()
         if left := [path.name for path in (self._folder / "tmp").iterdir()]:
-            self._failed("the end of the process", f"left {left}")
+            self._fail("the end of the process", [f"left {left}"])
         shutil.rmtree(self._folder)
 
     def do(self, target: str, seed: int, file: Path | None = None) -> None:
@@ -107,30 +108,28 @@ class Trials:
             outcome, failures = "FAILED", [f"the process ended with status {self._child.exitcode}"]
         self.outcomes[target, outcome] += 1
         if failures:
-            self._failed(f"--only {target} {file or f'--seed {seed} --count 1'}", "\n".join(failures))
+            self._fail(f"--only {target} {file or f'--seed {seed} --count 1'}", failures)
 
-    def _failed(self, where: str, failure: str) -> None:
+    def _fail(self, where: str, failures: list[str]) -> None:
         self.failures.append(where)
-        print(f"FAILURE: python {__file__} {where}\n{failure}\n", flush=True)
+        print(f"FAILURE: python {__file__} {where}", *failures, "", sep="\n", flush=True)
 
 
 def _child(folder: Path, pipe: Connection) -> None:
-    """Do trials as they are asked for."""
+    """Do trials as they are asked for, until the pipe is closed."""
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
     warnings.filterwarnings("ignore", message="`displacement` must be within the identified range")  # paths are wide
     with (folder / "printed").open("w+b") as printed:
         for descriptor in (1, 2):
             os.dup2(printed.fileno(), descriptor)
-        while True:
-            try:
+        with contextlib.suppress(EOFError):
+            while True:
                 target, seed, file = pipe.recv()
-            except EOFError:
-                return
-            work = Path(tempfile.mkdtemp(dir=folder))
-            pipe.send(_judged(target, seed, file, work, printed.fileno()))
-            os.chdir(folder)
-            shutil.rmtree(work)
+                work = Path(tempfile.mkdtemp(dir=folder))
+                pipe.send(_judged(target, seed, file, work, printed.fileno()))
+                os.chdir(folder)
+                shutil.rmtree(work)
 
 
 def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:

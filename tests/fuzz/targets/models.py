@@ -188,8 +188,9 @@ def _change(dice: random.Random, files: dict[str, bytes]) -> None:
     text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
     mutation = mutated(dice, files.get(name) or b"x")
     name, content = dice.choice((
-        (name, None), (MODEL_IN_FMU, _model_file(dice)), (dice.choice(ABSURD["names"]), b"content"), (name, mutation),
-        (strange, dice.choice(_OF["files"][strange]).encode("latin-1")), (_DESCRIPTION, text.encode()), (name, mutation),
+        (name, None), (MODEL_IN_FMU, _model_file(dice)), (dice.choice(ABSURD["names"]), b"content"),
+        (strange, dice.choice(_OF["files"][strange]).encode("latin-1")), (_DESCRIPTION, text.encode()),
+        (name, mutation), (name, mutation),
     ))  # fmt: skip
     if dice.random() < 0.03:
         name, content = "resources/big", b"\0" * dice.choice((20_000_000, 230_000_000))
