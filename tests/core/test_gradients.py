@@ -54,6 +54,8 @@ def test_gradients_are_the_difference_quotients_of_the_response(name: str, way: 
     p = EXAMPLES[name]
     path = along(p, PATHS[way])
     response, gradients = Kernel(p).along(path, 0.3)
+    # The stiffness is the slope of the force, also before the first motion.
+    assert gradients[0]["by_displacement"] == pytest.approx(response[2], rel=1e-12)
     scales = np.array([force_scale(p, path), np.abs(response[2]).max()])
     for quantity, index, size in quantities(p):
         # Tables of neighbouring n and sigma differ by rounding, 1e-13 over a step of 1e-4: 1e-9. A formula of order 4
