@@ -144,9 +144,7 @@ def test_steady_closed_loops_only_dissipate(p: SpringParameters, shares: list[fl
 
 @cache
 def exact_stroke(p: SpringParameters, start: float) -> tuple[float, float]:
-    """Where a stroke from omega = -1 comes to 0.9, and its work, by quadrature over omega in 20 digits: of 1/slope and
-    of omega*FA/slope.
-    """
+    """Where a stroke from omega = -1 comes to 0.9, and its work, by quadrature over omega in 20 digits."""
     import mpmath as mp
 
     with mp.workdps(20):
@@ -158,8 +156,8 @@ def exact_stroke(p: SpringParameters, start: float) -> tuple[float, float]:
         begin = mp.mpf(start) - xi(mp.mpf(-1)) / p.rho
 
         def rate(u: mp.mpf) -> mp.mpf:
-            slope = 1 - u**n if u >= 0 else 1 + curvature * (-u) ** n
-            return u * mp.polyval(p.kA, begin + xi(u) / p.rho - p.displacement_offset, asc=True) / slope
+            amplifier = mp.polyval(p.kA, begin + xi(u) / p.rho - p.displacement_offset, asc=True)
+            return u * amplifier / (1 - u**n if u >= 0 else 1 + curvature * (-u) ** n)
 
         work = p.kappa_omega / p.rho * mp.quad(rate, [-1, -0.95, -0.9, -0.5, 0, 0.5, 0.9])
         return float(begin + xi(mp.mpf("0.9")) / p.rho), float(work)
