@@ -24,12 +24,8 @@ from tools import program, tool
 pytestmark = pytest.mark.long
 
 # What C and its mathematics library offer.
-LIBRARY = {
-    *("ceil", "cos", "exp", "expm1", "log", "log1p", "pow"),
-    *("memcpy", "memset", "snprintf", "strlen", "strpbrk", "strtod"),
-}
-
-
+LIBRARY = {"ceil", "cos", "exp", "expm1", "log", "log1p", "pow"}
+LIBRARY |= {"memcpy", "memset", "snprintf", "strlen", "strpbrk", "strtod"}
 OF_C = [f"tests/core/test_{name}.py" for name in ("gradients", "parameters", "saturation", "spring")]
 
 
@@ -62,9 +58,6 @@ def test_sanitizers_find_nothing() -> None:
     command = [sys.executable, instrumented.__file__, "-q", "tests/kernel", *OF_C]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-5000:]
-
-
-# Structures
 
 
 def compile_with(sources: dict[str, bytes], target: Target) -> None:

@@ -46,10 +46,10 @@ def changed(changes: str) -> tuple[SpringParameters, dict[str, Any]]:
 def problem_in_c(good: SpringParameters, changes: dict[str, Any], size: int = 200) -> str:
     """What C says is wrong; empty if nothing is."""
     given, text = c_parameters(good), ctypes.create_string_buffer(size)
-    counts = {"kE": "elastic", "kA": "amplifier", "FE_knots": "knots", "FE_forces": "forces"}
     for name, value in changes.items():
-        if name in counts:
-            setattr(given, counts[name], len(value))
+        if name in ARRAYS:
+            count = {"kE": "elastic", "kA": "amplifier"}.get(name, name.removeprefix("FE_"))
+            setattr(given, count, len(value))
             getattr(given, name)[: len(value)] = value[: len(getattr(given, name))]
         else:
             setattr(given, name, value)
@@ -102,8 +102,7 @@ def test_fa_may_not_touch_zero_inside_the_range(slope: float) -> None:
 
 def test_all_that_is_wrong_is_listed_and_the_limits_themselves_are_allowed() -> None:
     wrong = object.__new__(SpringParameters)
-    for name, value in (asdict(PLAIN) | {"rho": -1.0, "n": 0.0, "sigma": 0.0}).items():
-        object.__setattr__(wrong, name, value)
+    wrong.__dict__.update(asdict(PLAIN) | {"rho": -1.0, "n": 0.0, "sigma": 0.0})
     assert [sentence.split("`")[1] for sentence in problems(wrong)] == ["rho", "sigma", "n"]
     for change in ({"sigma": 0.5}, {"sigma": 1000.0}, {"n": 0.01}, {"n": 100.0}, {"displacement_offset": -0.25}):
         assert problems(replace(PLAIN, **change)) == []
@@ -111,8 +110,7 @@ def test_all_that_is_wrong_is_listed_and_the_limits_themselves_are_allowed() -> 
 
 def test_coefficients_become_floats_or_are_refused() -> None:
     p = replace(PLAIN, kE=[1, 2], kA=np.array([1, 3]))
-    assert (p.kE, p.kA) == ((1.0, 2.0), (1.0, 3.0))
-    assert all(type(c) is float for c in (*p.kE, *p.kA))
+    assert repr((p.kE, p.kA)) == "((1.0, 2.0), (1.0, 3.0))"
     for wrong in ("13", b"13", {0.0, 3000.0}):
         with pytest.raises(TypeError, match="`kE` must be a sequence of numbers"):
             replace(PLAIN, kE=wrong)
@@ -121,25 +119,23 @@ def test_coefficients_become_floats_or_are_refused() -> None:
 def test_python_and_c_have_the_same_limits() -> None:
     text = (KERNEL / "spring_limits.h").read_text()
     found = {name: float(value) for name, value in re.findall(r"([A-Z][A-Z_]+) = ([-+.e\d]+)", text)}
-    ranges = {
-        "N": limits.N_RANGE, "SIGMA": limits.SIGMA_RANGE, "WIDTH": limits.WIDTH_RANGE, "FORCE": limits.FORCE_RANGE,
+    for name, ends in {
+        "SIGMA": limits.SIGMA_RANGE, "WIDTH": limits.WIDTH_RANGE, "FORCE": limits.FORCE_RANGE, "N": limits.N_RANGE,
         "SATURATION": limits.SATURATION_RANGE, "TIME_CONSTANT": TIME_CONSTANT_RANGE,
         "AMPLIFIER": (limits.LEAST_AMPLIFIER, limits.LARGEST_AMPLIFIER),
-    }  # fmt: skip
-    for name, ends in ranges.items():
+    }.items():  # fmt: skip
         words = ("{}_LOW", "{}_HIGH") if name in ("N", "SIGMA") else ("LEAST_{}", "LARGEST_{}")
         assert tuple(found.pop(word.format(name)) for word in words) == ends
-    counts = (found.pop(f"SPRING_{name}") for name in ("COEFFICIENTS", "AMPLIFIERS", "KNOTS"))
-    assert tuple(counts) == (limits.MAXIMUM_DEGREE + 1, limits.MAXIMUM_AMPLIFIER_DEGREE + 1, limits.KNOTS[1])
+    counts = [found.pop(f"SPRING_{name}") for name in ("COEFFICIENTS", "AMPLIFIERS", "KNOTS")]
+    assert counts == [limits.MAXIMUM_DEGREE + 1, limits.MAXIMUM_AMPLIFIER_DEGREE + 1, limits.KNOTS[1]]
     assert found == {name: getattr(limits, name) for name in found}
     assert len(found) == 5
 
 
-coefficients = st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=21).map(tuple)
-
-
 @settings(max_examples=100)
-@given(coefficients, st.floats(-1.5, 1.5), st.floats(1e-6, 3.0))
+@given(
+    st.lists(st.floats(-100.0, 100.0), min_size=1, max_size=21).map(tuple), st.floats(-1.5, 1.5), st.floats(1e-6, 3.0)
+)
 def test_the_least_value_is_a_value_and_none_is_lower(values: tuple[float, ...], low: float, width: float) -> None:
     high = low + width
     least, where = least_value(values, low, high)
@@ -152,21 +148,6 @@ def test_the_least_value_is_a_value_and_none_is_lower(values: tuple[float, ...],
     # (c/k)*k rounds twice.
     assert derivative(antiderivative(values)) == pytest.approx(values, rel=1e-15, abs=1e-300)
     assert polynomial(values, low) == pytest.approx(float(polyval(low, values)), rel=0.0, abs=rounding)
-
-
-def test_the_least_value_of_hard_polynomials() -> None:
-    # (1 - x)^2 - 1/4, times a factor with which products of two values underflow.
-    for factor in (1e-160, 1e-300):
-        least, where = least_value((0.75 * factor, -2.0 * factor, factor), 0.0, 3.0)
-        assert (least / factor, where) == (pytest.approx(-0.25), pytest.approx(1.0))
-    for degree in (2, 3, 20):
-        powers = tuple(np.polynomial.chebyshev.cheb2poly([0.0] * degree + [1.0]).tolist())
-        # T_M takes -1 between; coefficients up to 1e7 cancel at degree 20.
-        assert least_value(powers, -1.0, 1.0)[0] == pytest.approx(-1.0, abs=1e-8)
-    # Horner's rule makes no NaN of finite coefficients, and what overflows is not skipped.
-    assert least_value((1.0, 1e308, -1e308), 0.0, 1e3) == (-np.inf, 1e3)
-    assert np.isnan(least_value((1.0, np.nan, 1.0), -1.0, 1.0)[0])
-    assert derivative((3.0,)) == (0.0,)
 
 
 @pytest.mark.long

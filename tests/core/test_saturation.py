@@ -52,21 +52,15 @@ def in_c(n: float, sigma: float) -> tuple[Elementwise, Elementwise]:
 implementations = pytest.mark.parametrize("ways", [in_python, pytest.param(in_c, marks=pytest.mark.long)])
 
 
-def levels(logits: list[float]) -> list[Any]:
-    """Values of u in more digits than a double holds."""
+def exact(logit: float, sign: int, n: float, sigma: float) -> tuple[Any, float]:
+    """u in more digits than a double holds, and the integrals of the paper's eq. (22) over u: S(u) from 0 to u > 0, and
+    -T(-u) to u < 0.
+    """
     import mpmath as mp
 
     with mp.workdps(30):
-        return [1 / (1 + mp.exp(-mp.mpf(q))) for q in logits]
-
-
-def exact_inverse(u: Any, n: float, sigma: float) -> float:
-    """The integrals of the paper's eq. (22) over u: S(u) from 0 to u > 0, and -T(-u) to u < 0."""
-    import mpmath as mp
-
-    with mp.workdps(30):
-        b, factor = 1 / mp.mpf(n), mp.mpf(1) if u >= 0 else 1 - 2 * mp.mpf(sigma)
-        return float(u * mp.hyp2f1(1, b, 1 + b, factor * abs(u) ** n))
+        u, b, factor = sign / (1 + mp.exp(-mp.mpf(logit))), 1 / mp.mpf(n), 1 if sign > 0 else 1 - 2 * mp.mpf(sigma)
+        return u, float(u * mp.hyp2f1(1, b, 1 + b, factor * abs(u) ** n))
 
 
 def rounding_of(u: FloatArray, xi: FloatArray, n: float, sigma: float) -> FloatArray:
@@ -79,10 +73,10 @@ def check(ways: Implementation, n: float, sigma: float, logits: list[float]) -> 
     """W at the xi where the hypergeometric form is +-u, and the inverse there."""
     w, inverse = ways(n, sigma)
     for sign in (1, -1):
-        exact = [sign * level for level in levels(logits)]
-        u, xi = np.array(exact, dtype=float), np.array([exact_inverse(e, n, sigma) for e in exact])
+        levels, places = zip(*(exact(logit, sign, n, sigma) for logit in logits), strict=True)
+        u, xi = np.array(levels, dtype=float), np.array(places)
         tolerance = ACCURACY + 3.0 * rounding_of(u, xi, n, sigma)
-        errors = [float(got - level) for got, level in zip(w(xi).tolist(), exact, strict=True)]
+        errors = [float(got - level) for got, level in zip(w(xi).tolist(), levels, strict=True)]
         assert np.all(np.abs(errors) <= tolerance), (n, sigma, sign)
         # An error of xi counts by the W that it leads to.
         slope = rounding_of(u, np.ones_like(u), n, sigma) / ROUNDING - np.abs(u)
@@ -93,9 +87,7 @@ def check(ways: Implementation, n: float, sigma: float, logits: list[float]) -> 
 @settings(max_examples=15)
 @given(exponents, sigmas, st.lists(st.floats(-34.0, 34.0), min_size=6, max_size=6))
 @example(0.01, 0.5, LOGITS)
-@example(0.01, 1000.0, LOGITS)
 @example(1.0, 0.6, LOGITS)
-@example(2.0, 3.0, LOGITS)
 @example(100.0, 1000.0, LOGITS)
 def test_w_is_accurate_at_all_exponents_and_levels(
     ways: Implementation, n: float, sigma: float, logits: list[float]
@@ -119,32 +111,14 @@ def test_python_and_c_share_one_w(n: float, sigma: float) -> None:
     assert np.array_equal(SaturationTable(n, sigma).inverse(u), kernel_of(n, sigma).saturation(u)[1])
 
 
-RISING, FALLING = np.geomspace(1e-12, 40.0, 300), np.geomspace(1e-12, 0.999, 200)
-RECOVERED = np.linspace(0.05, 0.999, 50)
-# n and sigma, xi, W there, and what is left of the interpolant's error where it is exact.
-CLOSED = {
-    "n = 1 rises exponentially": (1.0, 2.0, RISING, -np.expm1(-RISING), 4e-16),
-    "n = 2 rises as tanh": (2.0, 2.0, RISING, np.tanh(RISING), ACCURACY),
-    # Substituting v = s^2 gives S(u) = -2*(sqrt(u) + ln(1 - sqrt(u))).
-    "n = 1/2 is elementary": (
-        0.5, 2.0, -2.0 * (np.sqrt(RECOVERED) + np.log1p(-np.sqrt(RECOVERED))), RECOVERED, ACCURACY
-    ),
-}  # fmt: skip
-CLOSED |= {f"n = {n} recovers linearly": (n, 0.5, -FALLING, -FALLING, ACCURACY) for n in (0.05, 1.0, 20.0)}
-for _sigma in (0.6, 3.0, 50.0):
-    _c = 2.0 * _sigma - 1.0
-    _one, _two = FALLING * math.log1p(_c) / _c, FALLING * math.atan(math.sqrt(_c)) / math.sqrt(_c)
-    _tangent = np.tan(math.sqrt(_c) * _two) / math.sqrt(_c)
-    # dw/ds = 1 + c*w and 1 + c*w^2.
-    CLOSED[f"n = 1 recovers exponentially, sigma {_sigma}"] = 1.0, _sigma, -_one, -np.expm1(_c * _one) / _c, ACCURACY
-    CLOSED[f"n = 2 recovers as a tangent, sigma {_sigma}"] = 2.0, _sigma, -_two, -_tangent, ACCURACY
-
-
 @implementations
-@pytest.mark.parametrize("case", CLOSED)
-def test_w_in_closed_form(ways: Implementation, case: str) -> None:
-    n, sigma, xi, u, tolerance = CLOSED[case]
-    assert ways(n, sigma)[0](xi) == pytest.approx(u, rel=1e-13, abs=tolerance)
+def test_w_in_closed_form(ways: Implementation) -> None:
+    xi, back = np.geomspace(1e-12, 40.0, 300), -np.geomspace(1e-12, 0.999, 200)
+    for n, sigma, at, u in (
+        (1.0, 2.0, xi, -np.expm1(-xi)), (2.0, 2.0, xi, np.tanh(xi)), (20.0, 0.5, back, back),
+        (1.0, 3.0, back * math.log1p(5.0) / 5.0, -np.expm1(-back * math.log1p(5.0)) / 5.0),  # w' = 1 + 5*w
+    ):  # fmt: skip
+        assert ways(n, sigma)[0](at) == pytest.approx(u, rel=1e-13, abs=ACCURACY), (n, sigma)
 
 
 @implementations

@@ -32,17 +32,17 @@ def run(folder: Path, example: str, *arguments: str) -> subprocess.CompletedProc
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("example", "says"),
+    "says",
     [
-        ("recoil", "recoil                  28.6 mm after 47 ms"),
-        ("rigid_platform", "rear right   stroke  19.06 mm"),
-        ("ssp_system", "steps of 0.1 ms: largest excursion 2.658 mm"),
+        "recoil: recoil                  28.6 mm after 47 ms",
+        "rigid_platform: rear right   stroke  19.06 mm",
+        "ssp_system: steps of 0.1 ms: largest excursion 2.658 mm",
     ],
 )
-def test_systems_print_what_an_engineer_reads_and_draw_it(example: str, says: str, tmp_path: Path) -> None:
+def test_systems_print_what_an_engineer_reads_and_draw_it(says: str, tmp_path: Path) -> None:
+    example, _, said = says.partition(": ")
     done = run(tmp_path, example)
-    assert done.returncode == 0, done.stderr
-    assert says in done.stdout
+    assert (done.returncode, said in done.stdout) == (0, True), done.stderr
     assert [path.name for path in tmp_path.iterdir()] == [f"{example}.png"]
 
 
@@ -107,8 +107,6 @@ def test_the_installed_spring_is_identified_from_the_campaign_as_the_tutorial_sa
     for name, value in bundled.parameters.as_dict().items():
         # The same fit on another computer: rounding of its last step.
         assert made.parameters.as_dict()[name] == pytest.approx(value, rel=1e-6, abs=1e-9)
-    for words in ("Synthesized, not measured", "176 mm", "one core wire and layers of 3 and 6 wires of 1.5 mm"):
-        assert words in bundled.description
     page = " ".join(page_text("tutorial").split("## 2.")[1].split())
     fit = identify([records["slow"], records["fast"]])
     table = page.split("| --- | --- |")[1].split("| the force does not depend")[0]
@@ -133,9 +131,8 @@ def test_the_papers_tables_and_pictures(tmp_path: Path) -> None:
         assert [words for words in ("synthetic", "[mm]", "[N]") if words not in text] == []
     text = (tmp_path / "new/tables.json").read_text(encoding="utf-8")
     one, two = (json.loads(text, parse_constant=pytest.fail)[f"table{k}"] for k in (1, 2))  # NaN is no JSON
-    assert [(row["method"], row["start"], row["K"]) for row in one["rows"]] == [
-        (*row, K) for K in (128, 1000) for row in paper.METHODS
-    ]
+    made = [(row["method"], row["start"], row["K"]) for row in one["rows"]]
+    assert made == [(*row, K) for K in (128, 1000) for row in paper.METHODS]
     for row in one["rows"]:
         # The rms force is what the paper leaves us to choose X and n by.
         assert row["median_rmse_N"] / (1.0 - row["median_rnl"]) == pytest.approx(PAPER_RMS_FORCE, abs=0.5)

@@ -1,4 +1,4 @@
-"""Random calls of FMI 2.0 and FMI 3.0 against the C sources of an FMU, compiled with them (fmi/fuzz.h)."""
+"""Random calls of FMI 2.0 and FMI 3.0 against the C sources of an FMU, compiled with them (fmi/fuzz.c)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from typing import Any
 import fmpy
 
 import strandspring
+from branched_springs import BRANCHES, SECOND
+from springs import MOUNT, TABLE
 from strandspring.compiled.images import SPRING_FILES, SYSTEM_FILES
 from strandspring.compiled.sources import c_sources, fmi_headers
-from strandspring.core.branches import MaxwellBranch, Mechanism
 from strandspring.core.parameters import SpringParameters
 from strandspring.fmu.native.block import NativeForm, values_source
 from strandspring.fmu.native.native_fmu import native_contents
@@ -24,119 +25,102 @@ from strandspring.fmu.system.system_variables import ForceInput, SystemFmuOption
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.description.system_file import load_system_file
 
-HERE = Path(__file__).parent / "fmi"
+FUZZER = Path(__file__).parent / "fmi" / "fuzz.c"
 BOX = Path(strandspring.__file__).parent / "examples/systems/electronics_box.toml"
 # Variables that are not initialized get a value of their own, so that whoever uses them is noticed.
-PLAIN = ("-O1", "-g", "-ftrivial-auto-var-init=pattern")
-ADDRESSES = (*PLAIN, "-fsanitize=address", "-fno-omit-frame-pointer")
-SANITIZED = (
-    *ADDRESSES, "-fsanitize=undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all",
-)  # fmt: skip
+ADDRESSES = ("-O1", "-g", "-ftrivial-auto-var-init=pattern", "-fsanitize=address", "-fno-omit-frame-pointer")
+SANITIZED = (*ADDRESSES, "-fsanitize=undefined", "-fsanitize=float-cast-overflow", "-fno-sanitize-recover=all")
 # What the FMU takes from the C library is counted like what it takes from its host.
 COUNTED = ("-Dcalloc=library_calloc", "-Dfree=library_free", "-Wno-sign-conversion")
 STRICT = ("-std=c11", "-ffp-contract=off", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Werror", "-Wconversion")
 # Freed memory is kept to find who uses it: 32 MB instead of 256, which is still that of a hundred instances.
 OPTIONS = {"ASAN_OPTIONS": "detect_leaks=1:quarantine_size_mb=32", "UBSAN_OPTIONS": "print_stacktrace=1"}
-RUN = 50  # sequences that share a seed (host.c)
+RUN = 50  # sequences that share a seed (fuzz.c)
 
-SPRING = SpringParameters(
-    (3.0, 1.1e4, -2.0e4, 1.0e6), (1.0, 2.0, 30.0), 21.7, 310.0, 1.3, 0.22, 0.02, 0.001, 0.05
-)  # fmt: skip
-KNOTS = tuple(round(0.03 + 0.005 * k, 3) for k in range(9))
-TABLE = replace(
-    SPRING, kE=(), FE_knots=KNOTS, FE_forces=tuple(400.0 * x for x in KNOTS), displacement_offset=0.047,
-    displacement_min=KNOTS[0], displacement_max=KNOTS[-1],
-)  # fmt: skip
-BRANCHED = {"second": Mechanism((1.0, 5.0), 12.0, 900.0, 0.9, 1.4), "branches": (MaxwellBranch(4e3, 0.004),)}
+BRANCHED = {"second": SECOND, "branches": BRANCHES[:1]}
 SYSTEM_OPTIONS = SystemFmuOptions(1e-4, 1e-3, forces=(ForceInput("recoil", 0, (0.0, 0.1, 0.0), (1.0, 0.0, 0.0)),))
 # FMUs by name: the spring and the form of its FMU. FMI 3.0 has arrays, whose references are the less simple ones.
 FORMS: dict[str, tuple[SpringParameters, NativeForm] | None] = {
-    "spring": (SPRING, NativeForm(arrays=True)),
+    "spring": (MOUNT, NativeForm(arrays=True)),
     "table": (TABLE, NativeForm(arrays=True)),
-    "states": (SPRING, NativeForm(arrays=True, with_states=True)),
-    "real-time": (SPRING, NativeForm(arrays=True, real_time=True)),
-    "no-energy": (SPRING, NativeForm(arrays=True, real_time=True, no_energy=True)),
-    "branches": (replace(SPRING, **BRANCHED), NativeForm(arrays=True)),
+    "states": (MOUNT, NativeForm(arrays=True, with_states=True)),
+    "real-time": (MOUNT, NativeForm(arrays=True, real_time=True)),
+    "no-energy": (MOUNT, NativeForm(arrays=True, real_time=True, no_energy=True)),
+    "branches": (replace(MOUNT, **BRANCHED), NativeForm(arrays=True)),
     "branches-states": (replace(TABLE, **BRANCHED), NativeForm(arrays=True, with_states=True)),
     "system": None,
 }
 
 
-def _sources(form: str, folder: Path) -> None:
+def _write_sources(form: str, folder: Path) -> None:
     """The C sources of the FMUs of a form, of FMI 2.0 and FMI 3.0 with one GUID, and what the fuzzer knows of them."""
     made = FORMS[form]
-    sources = c_sources((SPRING_FILES if made else SYSTEM_FILES)[3]) | fmi_headers(3)
+    parameters, native = made or (MOUNT, NativeForm())
+    model = ModelFile("spring", parameters)
     if made:
-        model = ModelFile("spring", made[0])
-        contents = native_contents(model, (), zero=0.0, with_states=made[1].with_states)
+        contents = native_contents(model, (), zero=0.0, with_states=native.with_states)
     else:
         contents = system_contents(load_system_file(BOX).candidates[0][1], SYSTEM_OPTIONS, ())
-    sources = {name.removeprefix("core/c/" if made else ""): content for name, content in sources.items()}
+    files = c_sources((SPRING_FILES if made else SYSTEM_FILES)[3]) | fmi_headers(3)
+    files = {name.removeprefix("core/c/" if made else ""): content for name, content in files.items()}
     kept = ("modelDescription.xml", "sources/")
-    sources |= {name.removeprefix("sources/"): content for name, content in contents.items() if name.startswith(kept)}
-    for name, content in sources.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+    files |= {name.removeprefix("sources/"): content for name, content in contents.items() if name.startswith(kept)}
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
     description = fmpy.read_model_description(str(folder), validate=False)
     if made:
-        (folder / "fmu/spring_values.h").write_text(values_source(model, str(description.guid), made[1]))
+        (folder / "fmu/spring_values.h").write_text(values_source(model, str(description.guid), native))
     variables = sorted(description.modelVariables, key=lambda variable: int(variable.valueReference))
     states = {v.derivative.name for v in variables if v.derivative is not None}
     names = [v.name for v in variables]
 
     def entry(v: Any) -> str:
-        is_state = {"output": "O"}.get(v.causality, "s") if v.name in states else v.causality[0]
+        causality = v.causality[0] if v.name not in states else "O" if v.causality == "output" else "s"
+        causality = causality if v.derivative is None else "r"
         start = float(v.start or 0.0) if v.type == "Real" else 0.0
-        causality = "r" if v.derivative is not None else is_state
-        return f"V({json.dumps(v.name)}, '{v.type[0]}', '{causality}', {int(v.variability == 'tunable')}, {start!r})"
+        return f"{{{json.dumps(v.name)}, '{v.type[0]}', '{causality}', {int(v.variability == 'tunable')}, {start!r}}}"
 
     arrays = {"ELASTIC": "kE_", "AMPLIFIER": "kA_", "KNOTS": "FE_knots_", "BRANCHES": "branch_"}
     known: dict[str, Any] = {name: sum(v.startswith(array) for v in names) for name, array in arrays.items()}
     known |= {"VARIABLES": len(variables), "STATES": len(states)}
-    parameters, of_fmu = made or (SPRING, NativeForm())
-    known |= {"REAL_TIME": int(of_fmu.real_time), "NO_ENERGY": int(of_fmu.no_energy)}
+    known |= {"REAL_TIME": int(native.real_time), "NO_ENERGY": int(native.no_energy)}
     known |= {name.upper(): names.index(name) if name in names else 0 for name in ("input_resolution", "step")}
-    table = " \\\n    ".join(map(entry, variables))
-    (folder / "fuzz_model.h").write_text(
-        f"#define MODEL_GUID {json.dumps(str(description.guid))}\n"
-        f"#define MODEL_LARGEST_STEP {SYSTEM_OPTIONS.largest_step!r} /* of systems [s] */\n"
-        f"#define MODEL_LOW {parameters.displacement_min!r}\n#define MODEL_HIGH {parameters.displacement_max!r}\n"
-        f"enum {{ {', '.join(f'MODEL_{name} = {count}' for name, count in known.items())} }};\n"
-        f"#define MODEL_TABLE(V) \\\n    {table}\n"
-    )
+    known |= {"GUID": json.dumps(str(description.guid)), "LARGEST_STEP": SYSTEM_OPTIONS.largest_step}
+    known |= {"LOW": parameters.displacement_min, "HIGH": parameters.displacement_max}
+    known["TABLE"] = ", ".join(map(entry, variables))
+    (folder / "fuzz_model.h").write_text("".join(f"#define MODEL_{name} {value}\n" for name, value in known.items()))
 
 
 def program_of(form: str, folder: Path, flags: tuple[str, ...] = SANITIZED) -> Path:
     """The fuzzer of a form, with its sources and objects in the folder; what is there already is not made again."""
     sources, objects = folder / "sources", folder / "objects"
     if not sources.exists():
-        _sources(form, sources)
+        _write_sources(form, sources)
     objects.mkdir(exist_ok=True)
     is_system = FORMS[form] is None
     at, headers = (sources / "fmu/system/c", sources / "core/c") if is_system else (sources, sources)
-    names = ("system_all.c", "system_all3.c") if is_system else ("fmi2_all.c", "fmi3_all.c")
+    units = [at / name for name in (("system_all.c", "system_all3.c") if is_system else ("fmi2_all.c", "fmi3_all.c"))]
     options = [*STRICT, *flags, *(f"-I{path}" for path in (sources, at, headers / "fmi2", headers / "fmi3"))]
 
     def compile_unit(unit: Path) -> Path:
         made = objects / f"{unit.stem}.o"
-        counted = COUNTED if unit.name in names else ()
         if not made.exists():
-            subprocess.run(["cc", *options, *counted, "-c", unit, "-o", made], check=True)
+            subprocess.run(["cc", *options, *(COUNTED if unit in units else ()), "-c", unit, "-o", made], check=True)
         return made
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        units = list(pool.map(compile_unit, [*(at / name for name in names), *HERE.glob("*.c")]))
-    subprocess.run(["cc", *flags, *units, "-lm", "-o", folder / "fuzz"], check=True)
+        made = list(pool.map(compile_unit, [*units, FUZZER]))
+    subprocess.run(["cc", *flags, *made, "-lm", "-o", folder / "fuzz"], check=True)
     return folder / "fuzz"
 
 
 def run(program: Path, seed: int, sequences: int) -> tuple[str, dict[str, Any]]:
     """Do so many sequences from a seed on: what is found, with its seed, and how often each call was made otherwise."""
+    command = [str(program), str(seed), str(sequences)]
     done = subprocess.run(
-        [str(program), str(seed), str(sequences)], capture_output=True, text=True, errors="replace",
-        env={**os.environ, **OPTIONS}, check=False,
-    )  # fmt: skip
+        command, capture_output=True, text=True, errors="replace", env=os.environ | OPTIONS, check=False
+    )
     if done.returncode == 0:
         return "", json.loads(done.stdout)
     *_, last = (line for line in done.stderr.splitlines() if line.startswith("seed "))

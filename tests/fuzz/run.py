@@ -1,12 +1,10 @@
 """Random trials: python tests/fuzz/run.py [--hours H | --count N] [--only TARGET] [--seed S] [FILE...]
 
 A target draws an input from a seed and gives it to the package; those that begin with "fmi" are random calls against
-the
-C sources of FMUs under sanitizers (fmi/fuzz.h). Each target first judges its files of past findings (corpus/) and then
-random trials. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. By default the first seed is from
-the commit's hash, and with --hours it is where the last such run ended, which is kept in tests/fuzz/.next.json. A
-failure
-is printed with the command that repeats it, and the exit status is 1; keep its file in the corpus.
+the C sources of FMUs under sanitizers (fmi/fuzz.c). Each target first judges its files of past findings (corpus/) and
+then random trials. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. By default the first seed is
+from the commit's hash, and with --hours it is where the last such run ended, which is kept in tests/fuzz/.next.json. A
+failure is printed with the command that repeats it, and the exit status is 1; keep its file in the corpus.
 
 The law of all: an input is accepted, or refused by one sentence that says what is wrong and what to do. A trial also
 fails if it warns, prints, takes over 10 s of processor time or over 1 GB of memory, leaves temporary or open files
@@ -16,14 +14,15 @@ behind, or ends the process; it is done in a child process with limits of memory
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import gzip
 import importlib
 import json
+import multiprocessing
 import os
 import random
 import resource
-import select
 import shutil
 import subprocess
 import sys
@@ -32,24 +31,23 @@ import time
 import traceback
 import warnings
 from collections import Counter
-from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from unittest import mock
 
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = map(str, (HERE, HERE.parent / "helpers"))
 
-# Of each target its module in targets/, whose `trial` (or a function of the name given) takes dice and an empty folder,
-# and whose `judge` takes a file of the corpus; both return an outcome, or raise what the package raises.
+# Of each target its function in targets/, which takes dice and an empty folder. `judge` in its module takes a file of
+# the corpus. Both return an outcome, or raise what the package raises.
 TARGETS = {
-    "models": "models", "fmus": "fmus", "systems": "systems", "options": "options", "journals": "journals",
-    "identify": "identify", "records_text": "records:text", "records_binary": "records:binary",
-    "descriptions": "records:descriptions",
+    "models": "models.trial", "fmus": "models.fmus", "systems": "systems.trial", "descriptions": "systems.campaigns",
+    "options": "options.trial", "journals": "journals.trial", "identify": "identify.trial",
+    "records_text": "records.text", "records_binary": "records.binary",
 }  # fmt: skip
 FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
 NEXT = HERE / ".next.json"
-MAX_SECONDS = 10.0  # of processor time
-PATIENCE = 30.0 * MAX_SECONDS  # by the clock, since other programs run too
+MAX_SECONDS = 10.0  # of processor time; by the clock 30 times as many, since other programs run too
 MAX_BYTES = 1024**3
 _SEQUENCES = 500  # of FMI calls between two looks at the clock: some seconds
 _ENVIRONMENT = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "2", "ARROW_DEFAULT_MEMORY_POOL": "system"}
@@ -70,79 +68,72 @@ def corpus_of(target: str) -> list[Path]:
     return sorted((HERE / "corpus" / target).glob("*"))
 
 
-@dataclass
 class Trials:
     """Trials in a child process, a new one after one that ended it; failures are printed."""
 
-    outcomes: Counter[tuple[str, str]] = field(default_factory=Counter)
-    failures: list[str] = field(default_factory=list)
-    _child: subprocess.Popen[bytes] | None = None
+    def __init__(self) -> None:
+        self.outcomes: Counter[tuple[str, str]] = Counter()
+        self.failures: list[str] = []
+        self._child: multiprocessing.process.BaseProcess | None = None
 
     def __enter__(self) -> Trials:
         self._folder = Path(tempfile.mkdtemp(prefix="strandspring-fuzz-"))
+        (self._folder / "tmp").mkdir()
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._child:
-            assert self._child.stdin is not None
-            assert self._child.stdout is not None
-            self._child.stdin.close()
-            self._child.wait()
-            self._child.stdout.close()
-            if left := [path.name for path in (self._folder / "tmp").iterdir()]:
-                self._failed("the end of the process", f"left {left}")
+            self._pipe.close()
+            self._child.join()
+        if left := [path.name for path in (self._folder / "tmp").iterdir()]:
+            self._fail("the end of the process", [f"left {left}"])
         shutil.rmtree(self._folder)
 
     def do(self, target: str, seed: int, file: Path | None = None) -> None:
         """One trial, or a file of the corpus that is judged."""
-        if self._child is None or self._child.poll() is not None:
-            (self._folder / "tmp").mkdir(exist_ok=True)
-            environment = os.environ | _ENVIRONMENT | {"TMPDIR": str(self._folder / "tmp")}
-            command = [sys.executable, __file__, "--child", str(self._folder)]
-            self._child = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=environment)
-        child = self._child
-        assert child.stdin is not None
-        assert child.stdout is not None
-        child.stdin.write(json.dumps([target, seed, file and str(file)]).encode() + b"\n")
-        child.stdin.flush()
-        if not select.select([child.stdout], [], [], PATIENCE)[0]:
-            child.kill()
-        answer = child.stdout.readline()
-        dead = {"outcome": "FAILED", "failure": f"the process ended with status {'' if answer else child.wait()}"}
-        result = json.loads(answer) if answer else dead
-        self.outcomes[target, result["outcome"]] += 1
-        if "failure" in result:
-            self._failed(f"--only {target} {file or f'--seed {seed} --count 1'}", result["failure"])
+        if self._child is None or not self._child.is_alive():
+            spawn = multiprocessing.get_context("spawn")
+            self._pipe, end = spawn.Pipe()
+            with mock.patch.dict(os.environ, _ENVIRONMENT, TMPDIR=str(self._folder / "tmp")):
+                self._child = spawn.Process(target=_child, args=(self._folder, end))
+                self._child.start()
+            end.close()
+        self._pipe.send((target, seed, file))
+        try:
+            if not self._pipe.poll(30.0 * MAX_SECONDS):
+                self._child.kill()
+            outcome, failures = self._pipe.recv()
+        except EOFError:
+            self._child.join()
+            outcome, failures = "FAILED", [f"the process ended with status {self._child.exitcode}"]
+        self.outcomes[target, outcome] += 1
+        if failures:
+            self._fail(f"--only {target} {file or f'--seed {seed} --count 1'}", failures)
 
-    def _failed(self, where: str, failure: str) -> None:
+    def _fail(self, where: str, failures: list[str]) -> None:
         self.failures.append(where)
-        print(f"FAILURE: python {__file__} {where}\n{failure}\n", flush=True)
+        print(f"FAILURE: python {__file__} {where}", *failures, "", sep="\n", flush=True)
 
 
-# ---- in the child ----------------------------------------------------------------------------------------------------
-
-
-def _child(folder: Path) -> None:
-    """Do trials as they are asked for, a line of JSON each."""
+def _child(folder: Path, pipe: Connection) -> None:
+    """Do trials as they are asked for, until the pipe is closed."""
     warnings.simplefilter("error")
     warnings.filterwarnings("ignore", message=r"(?s).*Sphinx")  # extensions of the site that use old names
     warnings.filterwarnings("ignore", message="`displacement` must be within the identified range")  # paths are wide
-    results = os.fdopen(os.dup(1), "w")
     with (folder / "printed").open("w+b") as printed:
         for descriptor in (1, 2):
             os.dup2(printed.fileno(), descriptor)
-        for number, line in enumerate(sys.stdin):
-            target, seed, file = json.loads(line)
-            work = folder / f"work{number}"
-            work.mkdir()
-            results.write(json.dumps(_judged(target, seed, file and Path(file), work, printed.fileno())) + "\n")
-            results.flush()
-            os.chdir(folder)
-            shutil.rmtree(work)
+        with contextlib.suppress(EOFError):
+            while True:
+                target, seed, file = pipe.recv()
+                work = Path(tempfile.mkdtemp(dir=folder))
+                pipe.send(_judged(target, seed, file, work, printed.fileno()))
+                os.chdir(folder)
+                shutil.rmtree(work)
 
 
 def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
-    name, _, function = TARGETS.get(target, target).partition(":")
+    name, _, function = TARGETS.get(target, target).partition(".")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of other packages, when they are imported
         module = importlib.import_module(f"targets.{name}")
@@ -150,7 +141,7 @@ def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
         from targets.mutator import kind_of
     try:
         if file is None:
-            return str(getattr(module, function or "trial")(random.Random(seed), work))
+            return str(getattr(module, function)(random.Random(seed), work))
         place = work / file.name.removesuffix(".gz")
         place.write_bytes(gzip.decompress(file.read_bytes()) if file.suffix == ".gz" else file.read_bytes())
         return str(module.judge(place))
@@ -158,12 +149,13 @@ def _outcome(target: str, seed: int, file: Path | None, work: Path) -> str:
         return f"refused: {kind_of(refusal, work)}"
 
 
-def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int) -> dict[str, str]:
+def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int) -> tuple[str, list[str]]:
     """The outcome of a trial, and what was wrong with it."""
     os.ftruncate(printed, 0)
     os.lseek(printed, 0, os.SEEK_SET)
     (files, _), begin = _left(), time.process_time()
-    resource.setrlimit(resource.RLIMIT_AS, (_used_memory() + MAX_BYTES, resource.RLIM_INFINITY))
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (used + MAX_BYTES, resource.RLIM_INFINITY))
     failures, outcome = [], "FAILED"
     try:
         outcome = _outcome(target, seed, file, work)
@@ -181,12 +173,7 @@ def _judged(target: str, seed: int, file: Path | None, work: Path, printed: int)
     failures += [f"left {path}" for path in (*work.rglob(".*"), *temporary, *(opened - files))]
     for path in temporary:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
-    return {"outcome": "FAILED", "failure": "\n".join(failures)} if failures else {"outcome": outcome}
-
-
-def _used_memory() -> int:
-    """Of the address space [B]."""
-    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    return "FAILED" if failures else outcome, failures
 
 
 def _left() -> tuple[set[str], set[Path]]:
@@ -196,12 +183,8 @@ def _left() -> tuple[set[str], set[Path]]:
     kept = {folder.path for folder in reader_process._running.values()}
     links = {str(each.readlink()) for each in [*Path("/proc/self/fd").iterdir()] if each.is_symlink()}
     opened = {link for link in links - set(map(str, kept)) if not link.startswith("pipe:")}
-    return {link for link in opened if not link.endswith((".ttf", ".so"))}, {
-        *Path(tempfile.gettempdir()).iterdir()
-    } - kept
-
-
-# ---- runs of all targets ---------------------------------------------------------------------------------------------
+    left = {*Path(tempfile.gettempdir()).iterdir()} - kept
+    return {link for link in opened if not link.endswith((".ttf", ".so"))}, left
 
 
 def run(target: str, seed: int, count: int, seconds: float) -> tuple[int, int]:
@@ -233,17 +216,11 @@ def main() -> int:
     names = [*TARGETS, *(f"fmi-{form}" for form in FORMS)]
     parser.add_argument("--hours", type=float, default=0.0, help="of all targets; else it is a minute for each")
     parser.add_argument("--count", type=int, default=10**9, help="trials of each target at most")
-    parser.add_argument("--only", action="append", metavar="TARGET", help=f"of {', '.join(names)}")
+    parser.add_argument("--only", action="append", choices=names, metavar="TARGET", help=f"of {', '.join(names)}")
     parser.add_argument("--seed", type=int, help="of the first trial")
-    parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path, metavar="FILE", help="files of one target to judge instead")
     given = parser.parse_args()
     targets = given.only or names
-    if given.child:
-        _child(given.child)
-        return 0
-    if wrong := set(targets) - set(names):
-        parser.error(f"there is no target {', '.join(sorted(wrong))}")
     if given.files:
         with Trials() as trials:
             for file in given.files:
@@ -252,7 +229,7 @@ def main() -> int:
         return bool(trials.failures)
     first = seed_of_commit()
     print(f"The seed of this commit is {first}.", flush=True)
-    going_on: dict[str, Any] = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
+    going_on: dict[str, int] = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
     failed = 0
     for target in targets:
         seed = going_on.get(target, first) if given.seed is None else given.seed

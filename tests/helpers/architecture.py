@@ -16,19 +16,17 @@ PACKAGE = ROOT / "fmu_src" / "strandspring"
 PICTURE = re.compile(r"(?<=```mermaid\n).*?(?=```\n)", re.DOTALL)
 
 
-def rooms() -> list[str]:
-    """The folders of the package that hold code."""
-    return sorted(path.parent.name for path in PACKAGE.glob("*/__init__.py"))
+def rooms() -> dict[str, str]:
+    """The folders of the package that hold code, with the first sentence of what each says of itself, up to a colon or
+    semicolon.
+    """
+    files = {path.parent.name: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.glob("*/__init__.py"))}
+    firsts = {room: (ast.get_docstring(ast.parse(text)) or "").splitlines()[0] for room, text in files.items()}
+    return {room: re.split("[;:]", first)[0].rstrip(".") for room, first in firsts.items()}
 
 
-def purpose(room: str) -> str:
-    """The first sentence of what a room says of itself, up to a colon or semicolon."""
-    docstring = ast.get_docstring(ast.parse((PACKAGE / room / "__init__.py").read_text(encoding="utf-8"))) or ""
-    return re.split("[;:]", docstring.splitlines()[0])[0].rstrip(".")
-
-
-def arrows() -> list[tuple[str, str]]:
-    """Which room imports from which, without those that follow from the others."""
+def picture() -> str:
+    """The architecture as a Mermaid flowchart, without arrows that follow from the others."""
     import grimp
 
     graph = grimp.build_graph("strandspring", cache_dir=None)
@@ -41,18 +39,10 @@ def arrows() -> list[tuple[str, str]]:
     def reachable(room: str) -> set[str]:
         return below[room].union(*map(reachable, below[room]))
 
-    return sorted(
-        (upper, lower)
-        for upper, direct in below.items()
-        for lower in direct
-        if not any(lower in reachable(other) for other in direct - {lower})
-    )
-
-
-def picture() -> str:
-    """The architecture as a Mermaid flowchart."""
-    lines = ["flowchart TD", *(f'    {room}["<b>{room}</b><br>{purpose(room)}"]' for room in rooms())]
-    return "".join(f"{line}\n" for line in [*lines, *(f"    {upper} --> {lower}" for upper, lower in arrows())])
+    lines = [f'    {room}["<b>{room}</b><br>{purpose}"]' for room, purpose in rooms().items()]
+    for upper, direct in below.items():
+        lines += [f"    {upper} --> {lower}" for lower in sorted(direct - set().union(*map(reachable, direct)))]
+    return "\n".join(["flowchart TD", *lines, ""])
 
 
 if __name__ == "__main__":

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import strandspring as ss
 from strandspring.examples.paper import campaign
@@ -14,26 +16,12 @@ NOISE, SEED = 0.01, 15
 AMPLITUDES = (0.15, 0.4, 0.7, 1.0)  # shares of the half range
 
 # Positive in compression, where it hardens.
-CORNER_COMPRESSION = ss.SpringParameters(
-    kE=(0.0, 2.2e4, 1.5e5, 1.2e7), kA=(1.0, 8.0), kappa_omega=60.0, rho=350.0, sigma=1.2, n=0.8,
-    displacement_offset=0.005, displacement_min=-0.022, displacement_max=0.032,
-)  # fmt: skip
-CORNER_SHEAR = ss.SpringParameters(
-    kE=(0.0, 2.0e4, 0.0, 9e6), kA=(1.0,), kappa_omega=45.0, rho=300.0, sigma=1.1, n=0.7,
-    displacement_offset=0.0, displacement_min=-0.03, displacement_max=0.03,
-)  # fmt: skip
-
-
-def softer(p: ss.SpringParameters) -> ss.SpringParameters:
-    """A spring with 0.6 of the forces."""
-    return replace(p, kE=tuple(0.6 * force for force in p.kE), kappa_omega=0.6 * p.kappa_omega)
-
-
-SPRINGS = {
-    "corner_compression": CORNER_COMPRESSION,
-    "corner_shear": CORNER_SHEAR,
-    "corner_soft_compression": softer(CORNER_COMPRESSION),
-    "corner_soft_shear": softer(CORNER_SHEAR),
+CORNERS: dict[str, Any] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
+SPRINGS = {name: ss.SpringParameters(**given) for name, given in CORNERS.items()}
+# With 0.6 of the forces.
+SPRINGS |= {
+    name.replace("corner", "corner_soft"): replace(p, kE=[0.6 * k for k in p.kE], kappa_omega=0.6 * p.kappa_omega)
+    for name, p in SPRINGS.items()
 }
 
 

@@ -13,12 +13,9 @@ typedef struct {
 
 Spring *driver_spring(const SpringParameters *parameters)
 {
-    Spring *spring = malloc(sizeof *spring);
-    if (spring != NULL) {
-        spring_tabulate(&spring->table, parameters->n, parameters->sigma,
-                        SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
-        spring_prepare(&spring->law, parameters, &spring->table);
-    }
+    Spring *spring = calloc(1, sizeof *spring);
+    spring_tabulate(&spring->table, parameters->n, parameters->sigma, SPRING_WITH_DERIVATIVES | SPRING_WITH_ENERGIES);
+    spring_prepare(&spring->law, parameters, &spring->table);
     return spring;
 }
 

@@ -1,4 +1,4 @@
-"""The balance of a mass on springs: the steady force of a period, derivatives, Newton's method, the sweep."""
+"""The balance of a mass on springs: derivatives, Newton's method, the sweep."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ import pytest
 
 from kernel_tools import FloatArray
 from springs import EXAMPLES, MOUNT, TABLE
-from strandspring import Spring, SpringParameters
+from strandspring import SpringParameters
 from strandspring.kernel.balance import BalancedSystem
 from strandspring.kernel.periodic import FourierBasis, fourier_basis
 from strandspring.kernel.structures import rows
 
 OMEGA = 60.0  # rad/s
-FINE = 512  # points of a path between samples
 
 
 def mass_on(
@@ -33,33 +32,6 @@ def motion(basis: FourierBasis, amplitude: float) -> FloatArray:
     z = amplitude * np.random.default_rng(1).normal(0.0, 1.0, basis.order.size) / (1.0 + basis.order**3)
     z[0] = 0.0
     return z
-
-
-# Also where the samples of a quarter are not a multiple of what is computed at once.
-@pytest.mark.parametrize(("harmonics", "samples"), [(7, 128), (9, 256), (7, 100), (1, 8), (3, 8)])
-@pytest.mark.parametrize("name", ["stranded_wire", "hardening"])
-def test_the_residual_is_that_of_the_equation_of_motion(name: str, harmonics: int, samples: int) -> None:
-    """With the force of the spring along one period in time, after which it is where it was."""
-    p, basis = EXAMPLES[name], FourierBasis(harmonics, samples)
-    z, order, functions = motion(basis, 2e-2), basis.order, basis.functions.T
-    found = mass_on(p, basis).at(z, OMEGA)
-    low, high, start, cosine, sine = found.motion.figures[0].tolist()
-    angle = 2.0 * np.pi * np.arange(FINE * samples + 1)[:, None] / (FINE * samples) * order[1 : harmonics + 1]
-    path = p.displacement_offset + 0.5 * np.hstack([np.ones((len(angle), 1)), np.cos(angle), np.sin(angle)]) @ z
-    of_spring, omega = Spring(p).response(path, start)[:-1:FINE], Spring(p).omega(path, start)
-    speed = OMEGA * order * np.concatenate([z[:1], z[harmonics + 1 :], -z[1 : harmonics + 1]])
-    # The path misses the turning points by up to half a 512th of a sample, which a cusp of omega feels most.
-    assert omega[-1] == pytest.approx(start, abs=1e-5)
-    assert found.motion.force[0] == pytest.approx(3.0 * of_spring + 15.0 * functions @ speed, abs=1e-6 * found.scale)
-    assert (low, high) == pytest.approx((path.min(), path.max()), abs=1e-6 * np.ptp(path))
-    forcing = 20.0 + 1e-3 * OMEGA**2 + 7e3 / OMEGA**2
-    assert mass_on(p, basis).forcing_at(OMEGA) == pytest.approx([forcing])
-    acting = 150.0 + forcing * functions[:, 1]
-    unbalanced = found.motion.force[0] - 5.0 * OMEGA**2 * functions @ (order**2 * z) - acting
-    share = np.where(order > 0.0, 2.0, 1.0) / samples
-    assert found.residual == pytest.approx(share * (functions.T @ unbalanced), abs=1e-12 * found.scale)
-    first = share[1] * functions[:, [1, 1 + harmonics]].T @ found.motion.force[0]
-    assert [cosine, sine] == pytest.approx(first, rel=1e-12, abs=1e-12 * found.scale)
 
 
 @pytest.mark.parametrize("amplitude", [1e-4, 1e-3, 1e-2, 0.3])  # the last saturates on every stroke

@@ -1,4 +1,4 @@
-"""Whole paths as `Spring` takes them: refusals, warnings, and reversals below the resolution of a sensor."""
+"""Whole paths as `Spring` takes them: warnings, and reversals below the resolution of a sensor."""
 
 from __future__ import annotations
 
@@ -20,33 +20,9 @@ from strandspring.kernel.library import library
 from strandspring.kernel.steady import steady_start
 
 SPRING = Spring(EXAMPLES["stranded_wire"])
-METHODS = ("response", "omega", "stiffness", "absorbed_energy")
 
 
-@pytest.mark.parametrize(
-    ("displacement", "sentence"),
-    [
-        ([0.05, float("nan"), 0.05], "`displacement` must be finite [m], got nan at index 1."),
-        ([0.05, 0.06, float("inf")], "`displacement` must be finite [m], got inf at index 2."),
-        ([0.05, -2e9], "`displacement` must be within +-1e+09 [m], got -2000000000.0 at index 1."),
-        ([], "`displacement` must have shape (K,) with K >= 1, got shape (0,)."),
-        (0.05, "`displacement` must have shape (K,) with K >= 1, got shape ()."),
-        ([[0.05, 0.06]], "`displacement` must have shape (K,) with K >= 1, got shape (1, 2)."),
-    ],
-)
-def test_paths_that_are_refused(displacement: object, sentence: str) -> None:
-    for method in METHODS:
-        with pytest.raises(ValueError, match=r"^`displacement`") as refusal:
-            getattr(SPRING, method)(displacement)
-        assert str(refusal.value) == sentence
-
-
-def test_starts_that_are_refused_and_ends_of_the_world() -> None:
-    for method in METHODS:
-        for start in (1.0000001, -2.0, float("nan")):
-            with pytest.raises(ValueError, match=r"^`omega_start`") as refusal:
-                getattr(SPRING, method)([0.05], start)
-            assert str(refusal.value) == f"`omega_start` must be within [-1, 1], got {start!r}."
+def test_ends_of_the_world() -> None:
     assert SPRING.omega([0.05, 1e9, -1e9]).tolist() == [0.0, 1.0, -1.0]
     # omega is that of the first mechanism.
     assert Spring(BRANCHED["second"]).omega([0.05, 0.06]).tolist() == SPRING.omega([0.05, 0.06]).tolist()
@@ -143,9 +119,3 @@ def test_dividing_a_straight_motion_changes_nothing_and_the_force_does_not_jump(
     # FE' and twice the slope of friction just behind a turning point, generously.
     steepest = 3.0 * np.abs(SPRING.stiffness(np.linspace(LOW, HIGH, 400))).max() + 8.0 * p.sigma * p.rho * p.kappa_omega
     assert np.all(np.abs(np.diff(found)) <= steepest * np.abs(np.diff(fine)) + steepest * 1e-12 + CLOSE)
-
-
-@pytest.mark.parametrize("value", [-1e-6, np.nan, np.inf])
-def test_resolutions_that_are_refused(value: float) -> None:
-    with pytest.raises(ValueError, match="`input_resolution` must be finite and >= 0"):
-        SPRING.response([0.0, 0.001], input_resolution=value)

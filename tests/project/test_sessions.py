@@ -7,12 +7,12 @@ import sys
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from strandspring import Record, Spring, SpringParameters, identify
-from strandspring.ground.one_thread import one_thread
 
 pytestmark = pytest.mark.long
 THREADS = 8
@@ -21,21 +21,24 @@ SPRING = Spring(
 )
 
 
-def _isolate(number: int) -> bytes:
+def _isolate(number: int) -> str:
     isolation = SPRING.isolate(0.5 + 0.1 * number, base_displacement=1e-4, points=6)
     # Not "%a", Python's ascii(): it depends on NumPy's print options, which each thread has for itself.
-    return isolation.to_frame().to_csv(float_format=float.hex).encode()
+    return isolation.to_frame().to_csv(float_format=float.hex)
 
 
-def _identify(number: int) -> bytes:
+def _identify(number: int) -> str:
     path = 0.013 * np.sin(np.linspace(0.0, 8.0 * np.pi, 400)) * np.repeat([0.6, 1.0], 200)
     noise = 0.05 * np.random.default_rng(number).standard_normal(path.size)
     result = identify(Record(path, SPRING.response(path) + noise))
-    return repr((result.parameters, result.rmse, result.rnl)).encode()
+    return repr((result.parameters, result.rmse, result.rnl))
 
 
 @pytest.mark.parametrize(("work", "count"), [(_isolate, THREADS), pytest.param(_identify, 2, marks=pytest.mark.slow)])
-def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes], count: int) -> None:
+def test_many_threads_give_the_bits_of_one(work: Callable[[int], str], count: int) -> None:
+    from threadpoolctl import threadpool_info
+
+    before = threadpool_info()
     alone = [work(number) for number in range(count)]
     together = threading.Barrier(THREADS)
 
@@ -45,61 +48,26 @@ def test_many_threads_give_the_bits_of_one(work: Callable[[int], bytes], count: 
 
     with ThreadPoolExecutor(THREADS) as pool:
         assert all(pool.map(begun_together, range(THREADS)))
+    assert threadpool_info() == before  # threads of linear algebra are given back by the last
 
 
-# What belongs to the program that imports, as text.
-STATE = """
-import decimal, gc, locale, logging, os, random, signal, sys, threading, warnings
-import matplotlib, numpy
+# Libraries that are loaded first have done what they do; state.json says what belongs to the program that imports.
+PROGRAM = """
+import decimal, gc, json, locale, logging, os, random, signal, sys, threading, warnings
+import fmpy, matplotlib, numpy, pandas, pydantic, pythonfmu, scipy.linalg, scipy.optimize, strandspring
 from threadpoolctl import threadpool_info
-
-def state():
-    return {
-        "warnings": repr((warnings.filters, warnings.showwarning)),
-        "locale": locale.setlocale(locale.LC_ALL),
-        "signals": repr([signal.getsignal(number) for number in signal.valid_signals()]),
-        "linear algebra": repr([(pool["internal_api"], pool["num_threads"]) for pool in threadpool_info()]),
-        "matplotlib": repr(list(dict.items(matplotlib.rcParams))),  # as it is: to ask for the backend would choose one
-        "environment": repr((sorted(os.environ.items()), os.getcwd(), sys.path)),
-        "hooks": repr((sys.excepthook, sys.displayhook, threading.excepthook, sys.stdout, sys.stderr, sys.stdin)),
-        "interpreter": repr((sys.getswitchinterval(), sys.getrecursionlimit(), gc.isenabled(), gc.get_threshold())),
-        "random": repr((random.getstate(), numpy.random.get_state(), numpy.geterr(), numpy.get_printoptions())),
-        "others": repr((decimal.getcontext(), logging.root.handlers, logging.root.level, threading.active_count())),
-    }
-
-# Libraries that are loaded first have done what they do.
-import scipy.optimize, scipy.linalg, pandas, pydantic, fmpy, pythonfmu
-import strandspring
-before = state()
+state = json.load(open(sys.argv[1]))
+before = {name: eval(value) for name, value in state.items()}
 LOAD
-print(*(name for name, value in state().items() if value != before[name]))
+print(*(name for name, value in state.items() if eval(value) != before[name]))
 """
 
 
-@pytest.mark.parametrize(
-    ("load", "changes"),
-    [
+def test_the_import_changes_nothing_of_the_program() -> None:
+    for load, changes in (
         ("[getattr(strandspring, name) for name in strandspring.__all__]", []),
         ("warnings.simplefilter('error'); os.environ['A_VARIABLE'] = '1'", ["warnings", "environment"]),
-    ],
-    ids=["all public names", "what would be noticed"],
-)
-def test_the_import_changes_nothing_of_the_program(load: str, changes: list[str]) -> None:
-    program = STATE.replace("LOAD", load)
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == changes
-
-
-def test_one_thread_is_given_back_by_the_last() -> None:
-    from threadpoolctl import threadpool_info, threadpool_limits
-
-    def threads() -> set[int]:
-        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
-
-    with threadpool_limits(limits=2, user_api="blas"):
-        before, first = threads(), one_thread()
-        first.__enter__()
-        with one_thread():
-            first.__exit__(None, None, None)
-            assert threads() == {1}
-        assert threads() == before
+    ):
+        command = [sys.executable, "-c", PROGRAM.replace("LOAD", load), Path(__file__).with_name("state.json")]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == changes

@@ -7,6 +7,8 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Iterable
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -16,31 +18,25 @@ import strandspring
 from strandspring.ground import strict_toml
 
 ROOT = Path(__file__).resolve().parents[2]
-# Distributions whose modules are not called like them.
-MODULES = {"charset-normalizer": "charset_normalizer", "markdown-it-py": "markdown_it", "nptdms": "nptdms",
-           "python-calamine": "python_calamine"}  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def project() -> Any:
-    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    return strict_toml.tomllib.loads(text)["project"]
+PROJECT = strict_toml.tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-@pytest.fixture(scope="module")
-def required(project: Any) -> list[Any]:
+def requirements(texts: Iterable[str]) -> list[Any]:
     from packaging.requirements import Requirement
 
-    texts = [project["dependencies"], *project["optional-dependencies"].values()]
-    return [Requirement(text) for some in texts for text in some if not text.startswith("strandspring[")]
+    return [Requirement(text.partition("#")[0]) for text in texts if not text.startswith(("#", "strandspring["))]
+
+
+@pytest.fixture(scope="module")
+def required() -> list[Any]:
+    return requirements([*PROJECT["dependencies"], *chain(*PROJECT["optional-dependencies"].values())])
 
 
 @pytest.fixture(scope="module")
 def pins() -> list[Any]:
-    from packaging.requirements import Requirement
-
-    lines = (ROOT / ".ci" / "constraints.txt").read_text(encoding="utf-8").splitlines()
-    return [Requirement(line.partition("#")[0]) for line in lines if not line.startswith("#")]
+    return requirements((ROOT / ".ci" / "constraints.txt").read_text(encoding="utf-8").splitlines())
 
 
 def name_of(requirement: Any) -> str:
@@ -68,7 +64,8 @@ def test_a_release_pins_every_requirement_on_every_system_within_its_bounds(
 
 def test_every_module_that_the_package_imports_is_required(required: list[Any]) -> None:
     # setuptools runs the build; tomllib came with Python 3.11.
-    known = {MODULES.get(name_of(one), name_of(one)) for one in required} | {"setuptools", "tomllib", "strandspring"}
+    known = {name_of(one).replace("-", "_").removesuffix("_py") for one in required}
+    known |= {"setuptools", "tomllib", "strandspring"}
     for path in Path(strandspring.__file__).parent.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [name.name for name in node.names] if isinstance(node, ast.Import) else []
@@ -87,11 +84,12 @@ def listed() -> dict[str, tuple[str, str]]:
 
 
 def test_licences_of_all_dependencies_are_listed(
-    project: Any, required: list[Any], pins: list[Any], listed: dict[str, tuple[str, str]]
+    required: list[Any], pins: list[Any], listed: dict[str, tuple[str, str]]
 ) -> None:
+    assert f"\nversion: {strandspring.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert set(listed) == {pin.name for pin in pins}
     assert all(licence for licence, _ in listed.values())
-    for one in required[: len(project["dependencies"])]:
+    for one in required[: len(PROJECT["dependencies"])]:
         assert "always" in listed[name_of(one)][1]
     # Nothing that every user installs asks for more than to be named.
     assert not [name for name, (licence, use) in listed.items() if "GPL" in licence and "always" in use]
@@ -111,7 +109,3 @@ def test_the_bill_of_materials_lists_what_users_install(listed: dict[str, tuple[
     uses = {name: use for name, (_, use) in listed.items() if use != "test"}
     expected = {name: "required" if "always" in use else "optional" for name, use in uses.items()}
     assert {one["name"]: one["scope"] for one in bill["components"]} == expected
-
-
-def test_the_citation_names_the_version() -> None:
-    assert f"\nversion: {strandspring.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

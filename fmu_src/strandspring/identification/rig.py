@@ -113,6 +113,8 @@ def lagging(record: Record, lag: float) -> Record:
 def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
     """Acceleration at each sample, shape (K,) [m/s^2]: second derivatives of quadratics over a part of a stroke."""
     last = displacement.size - 1
+    if last < 2:
+        return np.zeros(last + 1)  # of two samples there is none
     turning = turning_points(displacement, REVERSAL * float(np.ptp(displacement)))
     # Half the window is 0.04 of a stroke: 0.2 % of a sine is lost.
     half = min(max(2, round(0.04 * float(np.median(np.diff(turning))))), last // 2)

@@ -1,51 +1,60 @@
-"""Model files, sound, at the ends of their limits and damaged, given to everything that takes a model.
+"""Model files, sound, at the ends of their limits and damaged, given to all that takes one; and FMU archives.
 
 A model that is accepted is the same again after it was saved, and finite in every output of every use.
 """
 
 from __future__ import annotations
 
+import hashlib
+import io
 import json
 import math
 import random
+import struct
+import zipfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from strandspring import Record, Spring
+from strandspring import Record, Spring, SpringParameters, info, verify
 from strandspring.core import parameters as limits
 from strandspring.core import stepper
 from strandspring.core.law import SpringLaw
-from targets.mutator import FLOATS, finite, mutated
+from strandspring.fmu.python_backed import fmu_contents
+from strandspring.fmu.related_files import HASHES
+from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
+from targets.mutator import ABSURD, CORPUS, FLOATS, finite, mutated
 from targets.options import judged
 
-_CORPUS = Path(__file__).parents[1] / "corpus/models"
+_DESCRIPTION = "modelDescription.xml"
+_SPRING = SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
+_OF: dict[str, Any] = ABSURD["archives"]
 _INSIDE = 1.0 - 1e-12  # what is rounded stays within
 
 
 @cache
-def seeds() -> list[bytes]:
+def _seeds() -> list[bytes]:
     """Sound model files, of coefficients and tables, with uncertainty and without."""
-    return [path.read_bytes() for path in sorted(_CORPUS.glob("sound_*"))]
+    return [path.read_bytes() for path in sorted((CORPUS / "models").glob("sound_*"))]
 
 
-def model_file(dice: random.Random) -> bytes:
+def _model_file(dice: random.Random) -> bytes:
     """A model file, sound or not."""
-    data = dice.choice(seeds())
+    data = dice.choice(_seeds())
     if dice.random() < 0.4:
         content = json.loads(data)
         for name in ("kE", "FE_knots", "FE_forces"):
             content["parameters"].pop(name, None)
-        content["parameters"] |= corner(dice)
+        content["parameters"] |= _corner(dice)
         if dice.random() < 0.8:
             content |= {"uncertainty": {}, "fit": {}, "provenance": {}}
         data = json.dumps(content).encode()
     return mutated(dice, data) if dice.random() < 0.5 else data
 
 
-def corner(dice: random.Random) -> dict[str, Any]:
+def _corner(dice: random.Random) -> dict[str, Any]:
     """Parameters at the ends of what is allowed, or between them at any size."""
 
     def end(low: float, high: float) -> float:
@@ -61,11 +70,10 @@ def corner(dice: random.Random) -> dict[str, Any]:
     high = low + width
     offset = dice.choice((low, high, 0.5 * (low + high)))
     reach, degree = max(high - offset, offset - low), dice.choice((0, 1, 2, limits.MAXIMUM_AMPLIFIER_DEGREE))
-    root = dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
+    powers, root = range(1, degree + 1), dice.choice((1.0 - 1e-12, 1.0 - 1e-6))
     shares = dice.choice((
-        [dice.uniform(-1.0, 1.0) / max(degree, 1) for _ in range(degree)],
-        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in range(1, degree + 1)],
-        [math.comb(degree, k) * (-root) ** k for k in range(1, degree + 1)],  # nearly zero at an end of the range
+        [dice.uniform(-1.0, 1.0) / degree for _ in powers], [math.comb(degree, k) * (-root) ** k for k in powers],
+        [limits.LARGEST_AMPLIFIER * _INSIDE if k % 2 == 0 or offset == low else 0.0 for k in powers],
     ))  # fmt: skip
     values = {
         "kappa_omega": end(*limits.FORCE_RANGE), "rho": end(*limits.SATURATION_RANGE) / (high - low),
@@ -77,51 +85,43 @@ def corner(dice: random.Random) -> dict[str, Any]:
         count = dice.choice((1, 2, 3, limits.MAXIMUM_DEGREE + 1))
         return values | {"kE": [size() * limits.FORCE_RANGE[1] / reach**k * _INSIDE for k in range(count)]}
     count = dice.choice((*limits.KNOTS, dice.randint(*limits.KNOTS)))
-    close = [k * limits.LEAST_SPACING * (1.0 + 1e-6) for k in range(count)]
-    places = dice.choice(([k / (count - 1) for k in range(count)], close, sorted(dice.random() for _ in close)))
-    knots = [low, *(low + place * (high - low) for place in places[1:-1]), high]
+    places = dice.choice((limits.LEAST_SPACING * (1.0 + 1e-6), 1.0 / (count - 1))) * np.arange(count)
+    knots = [low, *(low + places[1:-1] * (high - low)).tolist(), high]
     return values | {"FE_knots": knots, "FE_forces": [size() * limits.FORCE_RANGE[1] for _ in knots]}
 
 
-def _stated(dice: random.Random, content: Any) -> Any:
-    """The same uncertainty or figures of a fit with a few numbers of absurd size, which are no parameters."""
-    if isinstance(content, dict):
-        return {key: _stated(dice, value) for key, value in content.items()}
-    if isinstance(content, list):
-        return [_stated(dice, value) for value in content]
-    return abs(dice.choice(FLOATS[:-2])) if isinstance(content, float) and dice.random() < 0.06 else content
+def _stated(dice: random.Random, text: str) -> float:
+    """A number of an uncertainty or of figures of a fit, at times of absurd size."""
+    return abs(dice.choice(FLOATS[:-2])) if dice.random() < 0.06 else float(text)
 
 
 def trial(dice: random.Random, folder: Path) -> str:
     """One model file given to all of its uses."""
-    path = folder / "model.json"
-    data = model_file(dice)
+    data = _model_file(dice)
     if dice.random() < 0.15:
-        content = json.loads(dice.choice(seeds()))
-        data = json.dumps(
-            {key: value if key == "parameters" else _stated(dice, value) for key, value in content.items()}
-        ).encode()
-    path.write_bytes(data)
-    return judge(path, dice)
+        data = dice.choice(_seeds())
+        content = json.loads(data, parse_float=lambda text: _stated(dice, text))
+        data = json.dumps(content | {"parameters": json.loads(data)["parameters"]}).encode()
+    (folder / "model.json").write_bytes(data)
+    return judge(folder / "model.json", dice)
 
 
 def judge(path: Path, dice: random.Random | None = None) -> str:
     """A model file given to its uses: the dearest at times, or never for a file of the corpus."""
     least, dice = (0.1, random.Random(1)) if dice is None else (0.0, dice)
     spring = Spring.load(path)
-    _response(path, spring)
+    _check_response(path, spring)
     folder, p = path.parent, spring.parameters
-    (folder / "other.json").write_bytes(dice.choice(seeds()))
+    (folder / "other.json").write_bytes(dice.choice(_seeds()))
     motion = _path(spring, *dice.choice(((1.1, 1.1), (1.0,), (0.5, 1.0))))
     Record(motion, spring.response(motion), np.arange(motion.size) * 1e-3, path="record").save(folder / "record.csv")
     force = np.sort(spring.response([p.displacement_min, p.displacement_max]))
     mass = (force[0] + dice.uniform(0.2, 0.8) * (force[1] - force[0])) / 9.81  # that the spring holds, or any
     refused = []
-    for use, share in _USES.items():
+    for use, share in ABSURD["uses of models"].items():
         if share > least and dice.random() < share:
             words = use.replace("FOLDER", str(folder)).replace("MODEL", str(path)).split()
-            words = [str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words]
-            if judged(words, folder):
+            if judged([str(mass if mass > 0.0 else 1e3) if word == "MASS" else word for word in words], folder):
                 refused.append(words[0])
     return f"accepted, refused by {', '.join(refused) or 'none'}"
 
@@ -135,8 +135,8 @@ def _path(spring: Spring, *shares: float) -> np.ndarray:
     return np.clip(path, -limits.LARGEST_DISPLACEMENT, limits.LARGEST_DISPLACEMENT)
 
 
-def _response(path: Path, spring: Spring) -> None:
-    motion = np.concatenate([_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT])
+def _check_response(path: Path, spring: Spring) -> None:
+    motion = np.append(_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT)
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
     law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
@@ -145,19 +145,90 @@ def _response(path: Path, spring: Spring) -> None:
         finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
     again = path.with_name("again.json")
     spring.save(again)
-    assert Spring.load(again) == spring
     content = again.read_bytes()
+    assert Spring.load(again) == spring
     Spring.load(again).save(again)
     assert again.read_bytes() == content
 
 
-# With the share of the accepted models that are given to them.
-_USES = {
-    "info MODEL --json": 0.5, "info MODEL --verbose": 0.3, "info MODEL FOLDER/record.csv --zero rig --json": 0.3,
-    "predict MODEL FOLDER/record.csv --json -o FOLDER/out.csv": 0.5, "export MODEL --ssv -o FOLDER/out.ssv": 0.3,
-    "export MODEL --modelica -o FOLDER": 0.3, "compare MODEL FOLDER/other.json --align middle --draws 20 --json": 0.2,
-    "isolate MODEL --mass MASS --zero rig --points 6 --base-displacement 0.1 --json -o FOLDER/out.csv": 0.2,
-    "isolate MODEL --mass MASS --zero rig --points 6 --extrapolate": 0.1, "build MODEL --zero rig -o FOLDER": 0.02,
-    "study MODEL --mass MASS --zero rig --base-displacement 0.1 --points 4 --draws 2 -o FOLDER/out.csv --json": 0.2,
-    "build MODEL --zero rig --backend python -o FOLDER/built": 0.02,
-}  # fmt: skip
+@cache
+def _sound() -> dict[str, bytes]:
+    return fmu_contents(ModelFile("spring", _SPRING))
+
+
+def fmus(dice: random.Random, folder: Path) -> str:
+    """One FMU archive, built once without its binaries, so that it is not run; nothing may be written elsewhere."""
+    files = dict(_sound())
+    for _ in range(dice.choice((0, 1, 1, 2))):
+        _change(dice, files)
+    if dice.random() < 0.01:
+        files |= {f"extra/{k}": b"" for k in range(11_000)}
+    if dice.random() < 0.6:
+        hashes = {name: hashlib.sha256(content).hexdigest() for name, content in files.items() if name != HASHES}
+        files[HASHES] = json.dumps(hashes).encode()
+    place = folder / "inner" / "spring.fmu"
+    place.parent.mkdir()
+    data = _packed(dice, files)
+    place.write_bytes(_damaged(dice, data) if dice.random() < 0.4 else data)
+    try:
+        verification = verify(place)
+        assert verification.summary().isascii(), verification.summary()
+        info(place).summary()
+        return "accepted" if verification.ok else f"accepted with findings on {verification.problems[0].about}"
+    finally:
+        assert sorted(path.name for path in folder.rglob("*")) == ["inner", "spring.fmu"]
+        assert not Path("/tmp/strandspring_escaped").exists()
+
+
+def _change(dice: random.Random, files: dict[str, bytes]) -> None:
+    """Change one of the files, or add one."""
+    name = dice.choice([_DESCRIPTION, MODEL_IN_FMU, *_OF["files"], *sorted(_sound())])
+    strange = dice.choice(sorted(_OF["files"]))
+    text = files.get(_DESCRIPTION, b"").decode("utf-8", "replace").replace("?>", "?>" + dice.choice(_OF["heads"]), 1)
+    text = text.replace('description="', f'description="{dice.choice(_OF["entities"])}', 1)
+    mutation = mutated(dice, files.get(name) or b"x")
+    name, content = dice.choice((
+        (name, None), (MODEL_IN_FMU, _model_file(dice)), (dice.choice(ABSURD["names"]), b"content"),
+        (strange, dice.choice(_OF["files"][strange]).encode("latin-1")), (_DESCRIPTION, text.encode()),
+        (name, mutation), (name, mutation),
+    ))  # fmt: skip
+    if dice.random() < 0.03:
+        name, content = "resources/big", b"\0" * dice.choice((20_000_000, 230_000_000))
+    files[name] = content or b""
+    if content is None:
+        del files[name]
+
+
+def _packed(dice: random.Random, files: dict[str, bytes]) -> bytes:
+    packed = io.BytesIO()
+    method = dice.choice((0, *[8] * 9, 12, 14)) if len(files) < 1000 else 8  # LZMA takes 2 ms a file
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name[:60_000])
+            entry.compress_type = method
+            # A file, a symbolic link, a folder, a device, or nothing in particular.
+            entry.external_attr = dice.choice((0o100644,) * 9 + (0o120777, 0o040755, 0o020666, 0)) << 16
+            archive.writestr(entry, content)
+        archive.comment = b"x" * (60_000 if dice.random() < 0.1 else 0)
+    return packed.getvalue()
+
+
+def _damaged(dice: random.Random, data: bytes) -> bytes:
+    """An archive with other bytes, sizes, flags, methods or places in its directory, a second end, or a name twice."""
+    end = data[data.rfind(b"PK\x05\x06") :]
+    match dice.randrange(5):
+        case 0:
+            return dice.choice((b"", b"MZ" * 100)) + data + dice.choice((b"\0" * 1000, end, data[:1000000]))
+        case 1:
+            return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
+        case 2:
+            return data[: dice.choice((0, 4, dice.randrange(len(data))))]
+        case 3:
+            return mutated(dice, b"\0" + data)[1:]
+    content = bytearray(data)
+    entries = [place for place in range(len(data) - 4) if data[place : place + 4] == b"PK\x01\x02"]
+    for place in dice.sample(entries, min(len(entries), 2)):
+        offset, form = dice.choice(((8, "<H"), (10, "<H"), (16, "<L"), (20, "<L"), (24, "<L"), (28, "<H"), (42, "<L")))
+        most = 2 ** (8 * struct.calcsize(form))
+        struct.pack_into(form, content, place + offset, dice.choice((0, 1, most - 1, dice.randrange(most))))
+    return bytes(content)

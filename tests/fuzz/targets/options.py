@@ -16,6 +16,7 @@ import shutil
 import webbrowser
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import click
 import numpy as np
@@ -23,25 +24,16 @@ import numpy as np
 from strandspring import Spring, SpringParameters
 from strandspring.cli.main import COMMANDS, main, strandspring
 from strandspring.docs import site
-from targets.mutator import ABSURD, TOKENS, refuse_constant
+from targets.mutator import ABSURD
 
 _MODEL = Path(__file__).resolve().parents[3] / "models/rubber_hinge.json"
-_FILES = ("record.csv", "model.json", "spring.fmu", "cut.csv", "empty.csv", "folder", "none.csv")
-_ABSURD = (*TOKENS, *_FILES, *ABSURD["of commands"], "x" * 5000)
-_NUMBERS = ("0.03", "0.5", "1", "2", "3", "0.001", "20", "1e-6", "1e6", "1e9")
-# Options that may take long with what they allow, with values for which they do not.
-_FEW = {"draws": "2", "points": "5", "samples": "40", "cycles": "2", "workers": "1", "smoothing": "5"}
-_SENSIBLE = {
-    "output": "out.json out.csv out.html folder new", "report": "report.html", "figure": "figure.png",
-    "plot": "plot.png", "save": "saved.json", "clean": "clean.csv", "displacement": "1", "force": "2",
-    "displacement_unit": "mm in", "force_unit": "N kN", "time_unit": "s", "time": "0:1 3", "displacement_range": "-1:1",
-    "degrees": "3,2 auto 1,0", "zero": "middle rig 0", "name": "spring", "models": ".", "platforms": "linux64 all",
-    "mass": "0.03", "load": "0.2", "band": "1 50 90", "seed": "1", "force_resolution": "0.001", "field": "Batch=7",
-    "displacement_resolution": "0.001", "date": "2026-01-01", "delay": "0.001", "records": "record.csv",
-    "sources": "record.csv", "fmus": "spring.fmu", "model": "model.json spring.fmu",
-}  # fmt: skip
-_LEFT_OUT = ("scheduler", "verify")  # the latter co-simulates for seconds
-_ALWAYS = ("output", "workers", "mass")
+# Values of options by their names; few of those that may take long with what they allow.
+_GIVEN: dict[str, Any] = ABSURD["commands"]
+_ABSURD = (*ABSURD["tokens"], *_GIVEN["files"], *ABSURD["of commands"])
+
+
+def _refuse_constant(text: str) -> float:
+    raise AssertionError(f"{text} in JSON")
 
 
 def judged(arguments: list[str], folder: Path) -> int:
@@ -60,7 +52,7 @@ def judged(arguments: list[str], folder: Path) -> int:
     is_json = "--json" in arguments
     assert status != 1 or is_json or re.fullmatch(r"strandspring: .{10,}\.", said.splitlines()[-1]), told
     if is_json and (status == 0 or printed):
-        content = json.loads(printed, parse_constant=refuse_constant)
+        content = json.loads(printed, parse_constant=_refuse_constant)
         assert content.get("error", {}).get("type") not in ("MemoryError", "OSError"), told
     assert is_json or status or not re.search(r"(?i)(?<![a-z_./])(nan|inf)(?![a-z_./])", printed), told
     for path in folder.rglob("*"):
@@ -85,27 +77,25 @@ def trial(dice: random.Random, folder: Path) -> str:
         context = click.Context(command)
         words.append(dice.choice(list(COMMANDS) if not words else command.list_commands(context)))
         command = command.get_command(context, words[-1]) or command
-    arguments = [*words, *_arguments(dice, command)]
-    status = judged(arguments, Path())
+    status = judged([*words, *_arguments(dice, command)], Path())
     return " ".join([("accepted", "refused", "wrong usage")[status], "by", *words])
 
 
 def _arguments(dice: random.Random, command: click.Command) -> list[str]:
     """Arguments, and some options, of which few are absurd."""
-    absurd = dice.choice((0.0, 0.05, 0.3))
+    absurd, given = dice.choice((0.0, 0.05, 0.3)), []
 
     def value(one: click.Parameter) -> str:
-        name = str(one.name)
         if dice.random() < absurd:
             return dice.choice(_ABSURD)
         if isinstance(one.type, click.Choice):
             return str(dice.choice(list(one.type.choices)))
-        return _FEW.get(name) or dice.choice(_SENSIBLE[name].split() if name in _SENSIBLE else _NUMBERS)
+        sensible = str((_GIVEN["sensible"] | _GIVEN["few"]).get(one.name, " ".join(_GIVEN["numbers"])))
+        return dice.choice(sensible.split())
 
-    given: list[str] = []
-    options = [one for one in command.params if isinstance(one, click.Option) and one.name not in _LEFT_OUT]
+    options = [one for one in command.params if isinstance(one, click.Option) and one.name not in _GIVEN["left out"]]
     for one in options:
-        if one.required or one.name in _ALWAYS or dice.random() < min(0.4, 2.0 / len(options)):
+        if one.required or one.name in _GIVEN["always"] or dice.random() < min(0.4, 2.0 / len(options)):
             flag = max(one.opts, key=len)
             values = [value(one) for _ in range(0 if one.is_flag else one.nargs)]
             given += [f"{flag}={values[0]}"] if len(values) == 1 else [flag, *values]
@@ -125,7 +115,6 @@ def _pieces() -> dict[str, bytes]:
     shutil.copy(_MODEL, "model.json")
     assert judged(["build", "model.json", "-o", "."], Path()) == 0
     (fmu,) = Path().glob("*.fmu")
-    pieces = {"record.csv": record, "cut.csv": record[:200], "empty.csv": b"", "model.json": _MODEL.read_bytes()}
-    pieces["spring.fmu"] = fmu.read_bytes()
+    model, built = _MODEL.read_bytes(), fmu.read_bytes()
     fmu.unlink()
-    return pieces
+    return {"record.csv": record, "cut.csv": record[:200], "empty.csv": b"", "model.json": model, "spring.fmu": built}

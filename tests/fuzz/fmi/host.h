@@ -1,54 +1,45 @@
-/* What is random; what a host gives to the FMU: memory that is counted, loggers that judge; and the program. */
-#include "fuzz.h"
-
+/* What is random; what a host gives to the FMU: memory that is counted, and loggers that judge. */
 #include <float.h>
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "fmi2Functions.h"
+#include "fmi3Functions.h"
+#include "fuzz_model.h"
+
 /* ---- numbers and texts from one seed ----------------------------------------------------------------------------- */
 
-static uint64_t state;
-int carelessness;
+static uint64_t seed;    /* everything that is random comes from it */
+static int carelessness; /* how often an argument becomes wrong [percent] */
+static int tracing;
 
-void random_seed(uint64_t seed)
-{
-    state = seed;
-}
-
-uint64_t random_bits(void)
+static uint64_t random_bits(void)
 {
     /* splitmix64: good from any seed, so that neighbouring seeds have nothing in common. */
-    uint64_t bits = state += 0x9e3779b97f4a7c15u;
+    uint64_t bits = seed += 0x9e3779b97f4a7c15u;
     bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
     bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
     return bits ^ (bits >> 31);
 }
 
-int below(int count)
+static int below(int count)
 {
     return (int)(random_bits() % (uint64_t)count);
 }
 
-int chance(int percent)
-{
-    return below(100) < percent;
-}
+#define chance(percent) (below(100) < (percent))
+#define careless() chance(carelessness)
+#define uniform(low, high) ((low) + ((high) - (low)) * ((double)(random_bits() >> 11) / 9007199254740992.0))
 
-int careless(void)
-{
-    return chance(carelessness);
-}
-
-double uniform(double low, double high)
-{
-    return low + (high - low) * ((double)(random_bits() >> 11) / 9007199254740992.0);
-}
-
-double awkward(void)
+/* Any double, with a taste for zeros, denormals, huge numbers, infinities and NaN. */
+static double awkward(void)
 {
     static const double numbers[] = {0.0, -0.0, 1.0, -1.0, 0.5, DBL_MIN, 5e-324, 1e-9, 1e9, -1e9, 1e15, 1e154, 1e300,
                                      -1e300, DBL_MAX, -DBL_MAX, NAN, INFINITY, -INFINITY};
@@ -59,7 +50,7 @@ double awkward(void)
                                             : numbers[below(sizeof numbers / sizeof *numbers)];
 }
 
-const char *awkward_text(void)
+static const char *awkward_text(void)
 {
     static char longest[5000];
     static const char *const texts[] = {"", "%s%n%d%1000000s", "\xff\xfe\x80\x01", "\n\r\t", "#r1#", "logall", "{%n}",
@@ -68,20 +59,11 @@ const char *awkward_text(void)
     return texts[below(sizeof texts / sizeof *texts)];
 }
 
-/* ---- failures ---------------------------------------------------------------------------------------------------- */
+/* Stops the program; the seed to repeat it by was printed before. */
+#define CHECK(condition, ...) ((condition) ? (void)0 : fail(__FILE__, __LINE__, __VA_ARGS__))
+#define trace(...) (tracing ? (void)fprintf(stderr, __VA_ARGS__) : (void)0)
 
-static int tracing;
-
-void trace(const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    if (tracing)
-        vfprintf(stderr, format, arguments);
-    va_end(arguments);
-}
-
-void fail(const char *file, int line, const char *format, ...)
+static _Noreturn void fail(const char *file, int line, const char *format, ...)
 {
     va_list arguments;
     va_start(arguments, format);
@@ -94,11 +76,14 @@ void fail(const char *file, int line, const char *format, ...)
 
 /* ---- messages ---------------------------------------------------------------------------------------------------- */
 
-Said said[2];
+/* What FMI 2.0 and FMI 3.0 have said since `listen`. */
+static struct {
+    int errors, warnings;
+} said[2];
 static const void *expected_environment;
-static const char *expected_name;
+static const char *expected_name; /* NULL: any */
 
-void listen(const void *environment, const char *name)
+static void listen(const void *environment, const char *name)
 {
     memset(said, 0, sizeof said);
     expected_environment = environment;
@@ -112,8 +97,7 @@ static void hear(int version, const void *environment, int status, const char *c
     CHECK(environment == expected_environment, "a message goes to the environment of another instance");
     CHECK(strlen(text) > 10, "the message `%s` says nothing", text);
     for (const char *at = text; *at != '\0'; at++)
-        CHECK(*at >= ' ' && *at <= '~' && (version == 2 || *at != '#'), "the message `%s` holds the byte %d", text,
-              (unsigned char)*at);
+        CHECK(*at >= ' ' && *at <= '~' && (version == 2 || *at != '#'), "the message `%s` is no plain text", text);
     CHECK(status >= fmi2Warning && status <= fmi2Error, "a message has the status %d", status);
     CHECK(strcmp(category, status == fmi2Warning ? "logStatusWarning" : "logStatusError") == 0,
           "a message of status %d has the category %s", status, category);
@@ -132,15 +116,16 @@ static void log_two(void *environment, fmi2String name, fmi2Status status, fmi2S
     hear(2, environment, (int)status, category, text);
 }
 
-void log_three(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String text)
+static void log_three(fmi3InstanceEnvironment environment, fmi3Status status, fmi3String category, fmi3String text)
 {
     hear(3, environment, (int)status, category, text);
 }
 
 /* ---- memory ------------------------------------------------------------------------------------------------------ */
 
-long blocks, tables;
-int starving;
+static long blocks;  /* given out and not yet returned, but for tables */
+static long tables;  /* which instances share */
+static int starving; /* no memory is given while this is set */
 
 /* Before each block stands its counter; malloc aligns what follows it, too. */
 typedef union {
@@ -176,91 +161,29 @@ void library_free(void *block)
     free(header);
 }
 
-fmi2CallbackFunctions callbacks_of(void *environment, int logging, int counting)
+static void *on_loan[400];
+static int loans;
+
+/* So many bytes until the end of a call. */
+static void *lent(size_t size)
 {
-    return (fmi2CallbackFunctions){logging ? log_two : NULL, counting ? library_calloc : NULL,
-                                   counting ? library_free : NULL, NULL, environment};
+    CHECK(loans < 400 && (on_loan[loans] = malloc(size)) != NULL, "the test lends too much");
+    return memset(on_loan[loans++], 0x5a, size);
 }
 
-void *allocated(size_t size)
+static void *copy(const void *content, size_t size)
 {
-    void *memory = malloc(size);
-    CHECK(memory != NULL || size == 0, "the test has no memory");
-    return memory;
+    return memcpy(lent(size), content, size);
 }
 
-void *exactly(const void *content, size_t size)
-{
-    return size == 0 ? NULL : memcpy(allocated(size), content, size);
-}
-
-static void *on_loan[200];
-int loans;
-
-void *lent(size_t size)
-{
-    CHECK(loans < 200, "the test lends too much");
-    return on_loan[loans++] = memset(allocated(size), 0x5a, size);
-}
-
-void *elements(size_t count, size_t size)
+/* So many elements, or NULL for none, and at times if the host is careless. */
+static void *elements(size_t count, size_t size)
 {
     return count == 0 || (careless() && chance(20)) ? NULL : lent(count * size);
 }
 
-void take_back(int before)
+static void take_back(int before)
 {
     while (loans > before)
         free(on_loan[--loans]);
-}
-
-/* ---- the program: fuzz SEED SEQUENCES [trace] -------------------------------------------------------------------- */
-
-/* Several pairs live side by side; each life has some 40 calls. */
-static void run(long sequences)
-{
-    long begun = 0;
-    for (int alive = 0; begun < sequences || alive > 0;) {
-        Pair *pair = &pairs[below(PAIRS)];
-        int choice = below(100);
-        carelessness = chance(60) ? 0 : 15;
-        if (pair->two == NULL) {
-            int is_new = begun < sequences && begin(pair);
-            begun += is_new;
-            alive += is_new;
-        } else if (choice < 3) {
-            if (alive-- == 1 && begun == sequences)
-                forget_states(pair);
-            end(pair);
-        } else if (choice < 18) {
-            (choice < 8 ? repeat : be_hostile)(pair);
-        } else {
-            try_any(pair, 0);
-        }
-    }
-    CHECK(blocks + tables == 0, "%ld blocks of memory are never returned", blocks + tables);
-}
-
-/* Does so many sequences in runs of 50: the first run has the seed, the next one the seed after it. The last seed that is
- * printed is that of a failure: `fuzz SEED 50 trace` prints the calls that lead there. Prints how often each call was
- * done, discarded and refused, in JSON. */
-int main(int count, char **arguments)
-{
-    enum { RUN = 50, LONGEST_RUN = 240 /* [s] */ };
-    if (count < 3)
-        return 2;
-    tracing = count > 3;
-    unsigned long long seed = strtoull(arguments[1], NULL, 10);
-    for (long left = atol(arguments[2]); left > 0; left -= RUN, seed++) {
-        alarm(LONGEST_RUN);
-        fprintf(stderr, "seed %llu\n", seed);
-        random_seed(seed);
-        run(left < RUN ? left : RUN);
-    }
-    for (int i = 0; i < call_count; i++)
-        printf("%s\"%s\": [%ld, %ld, %ld]", i ? ", " : "{", rows[i].two ? rows[i].two : rows[i].three, counts[i][0],
-               counts[i][1], counts[i][2]);
-    printf(", \"repeated\": %ld, \"hostile\": %ld, \"made up and taken\": %ld, \"made up and refused\": %ld}\n",
-           repeated, hostile, made_up[0], made_up[1]);
-    return 0;
 }
