@@ -103,11 +103,8 @@ def lagging(record: Record, lag: float) -> Record:
     moment = record.time - lag
     inside = (moment >= record.time[0]) & (moment <= record.time[-1])
     compared = inside if record.compared is None else inside & record.compared
-    return replace(
-        record,
-        displacement=np.interp(moment, record.time, record.displacement),
-        compared=record.compared if compared.all() else compared,
-    )
+    displacement = np.interp(moment, record.time, record.displacement)
+    return replace(record, displacement=displacement, compared=record.compared if compared.all() else compared)
 
 
 def acceleration(displacement: FloatArray, time: FloatArray) -> FloatArray:
