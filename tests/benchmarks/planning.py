@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from tables import console, show
 
-from rig import FloatArray, Generator, amplitude_of, draw_spring, log_uniform
-from strandspring import Record, Spring, identify, plan
+from rig import FloatArray, Generator, Truth, amplitude_of, draw_spring, log_uniform
+from strandspring import Record, identify, plan
 from strandspring.errors import StrandspringError
 from zoo_mounts import draw_mount
 
@@ -26,20 +26,21 @@ LOOPS = 16  # time of the second test at most, in full loops of 1 s
 FASTER = 3.0  # largest velocity of the rig in that of the first test
 
 
+Force = Callable[[FloatArray, FloatArray], FloatArray]  # along displacements [m] and times [s]
+
+
 class Specimen(NamedTuple):
-    """A mount: its force [N] along displacements [m] and times [s], from the virgin state."""
+    """A mount in the virgin state."""
 
     name: str
-    force: Callable[[FloatArray, FloatArray], FloatArray]
-    centre: float
-    amplitude: float
+    truth: Truth
 
     def sines(self, share: float, cycles: float, per_cycle: int) -> tuple[FloatArray, FloatArray]:
         """Path [m] and times [s] of loops about the centre."""
-        time = np.arange(round(cycles * per_cycle) + 1) / per_cycle
-        return self.centre + share * self.amplitude * np.sin(2.0 * np.pi * time), time
+        time, p = np.arange(round(cycles * per_cycle) + 1) / per_cycle, self.truth.spring
+        return p.displacement_offset + share * amplitude_of(p) * np.sin(2.0 * np.pi * time), time
 
-    def energies(self, force: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
+    def energies(self, force: Force) -> FloatArray:
         """Energy of the steady small loops by a force [J]."""
         found = []
         for share in SHARES:
@@ -50,7 +51,7 @@ class Specimen(NamedTuple):
     def recorded(self, path: FloatArray, time: FloatArray, noise: float, generator: Generator, name: str) -> Record:
         """A record with noise of so much of the force's standard deviation; the path is simulated finely."""
         times = np.interp(np.arange(8 * (time.size - 1) + 1) / 8, np.arange(time.size), time)
-        force = self.force(np.interp(times, time, path), times)[::8]
+        force = self.truth.response(np.interp(times, time, path), times)[::8]
         return Record(path, force + noise * np.std(force) * generator.standard_normal(force.size), time, f"{name}.csv")
 
 
@@ -58,12 +59,7 @@ def drawn(seed: int, index: int) -> Specimen:
     """Every second one of the own class."""
     name = "own" if index % 2 == 0 else FOREIGN[index // 2 % len(FOREIGN)]
     generator = np.random.default_rng([seed, zlib.crc32(name.encode()), index])
-    if name == "own":
-        spring = Spring(draw_spring(generator))
-        p = spring.parameters
-        return Specimen(name, lambda path, _: spring.response(path), p.displacement_offset, amplitude_of(p))
-    mount = draw_mount(name, generator, 1.0)
-    return Specimen(name, mount.force, mount.centre, mount.amplitude)
+    return Specimen(name, Truth(draw_spring(generator)) if name == "own" else draw_mount(name, generator, 1.0))
 
 
 def tested(specimen: Specimen, generator: Generator) -> tuple[FloatArray, FloatArray]:
@@ -71,14 +67,13 @@ def tested(specimen: Specimen, generator: Generator) -> tuple[FloatArray, FloatA
     noise = log_uniform(generator, 0.001, 0.005)
     first = specimen.recorded(*specimen.sines(1.0, 4, PER_LOOP), noise, generator, "first")
     before = identify(first)
-    velocity = FASTER * 4.0 * specimen.amplitude
+    velocity = FASTER * 4.0 * amplitude_of(specimen.truth.spring)
     chosen = plan(before, velocity=velocity, duration=float(LOOPS), sample_rate=float(PER_LOOP))
-    program = chosen.program()
     springs = [before.spring()]
     full = specimen.sines(1.0, chosen.plan.duration, PER_LOOP)
-    for name, (path, time) in {"repeated": full, "planned": program[::-1]}.items():
+    for name, (path, time) in {"repeated": full, "planned": chosen.program()[::-1]}.items():
         springs.append(identify([first, specimen.recorded(path, time, noise, generator, name)]).spring())
-    truths = specimen.energies(specimen.force)
+    truths = specimen.energies(specimen.truth.response)
     errors = []
     for spring in springs:
         branches = spring.parameters.branches

@@ -12,46 +12,28 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from scipy.signal import fftconvolve, lfilter
 
-from rig import FloatArray, Generator, log_uniform, strokes_of
+from rig import FloatArray, Generator, Truth, amplitude_of, log_uniform, strokes_of
 from strandspring import Spring, SpringParameters
 
 CALIBRATED = 1600  # samples in a cycle of the path that forces are scaled on
 _EXPECTED = 25.0  # the integral of z*dy over a usual test
-CHANGING = ("degrading", "pinching", "hardening")  # from cycle to cycle
 
 Law = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray | float]]
 Draw = Callable[[Generator, float], Law]
 
 
 @dataclass(frozen=True)
-class Mount:
-    """A mount with an elastic force in parallel.
+class Mount(Truth):
+    """A mount with an elastic force in parallel; its spring is a linear one of its size, without its law."""
 
-    Parameters
-    ----------
-    law : callable
-    changes : bool              From cycle to cycle.
-    centre, amplitude : float   Middle and half of the range of displacement [m].
-    elastic : tuple of float    FE by ascending powers of y [N].
-    friction : float            Scale of the hysteretic force [N].
-    """
+    law: Law = lambda y, _: (y, 1.0)
+    elastic: tuple[float, ...] = ()  # FE by ascending powers of y [N]
+    friction: float = 0.0  # scale of the hysteretic force [N]
 
-    law: Law
-    changes: bool
-    centre: float
-    amplitude: float
-    elastic: tuple[float, ...]
-    friction: float
-
-    def force(self, displacement: FloatArray, time: FloatArray) -> FloatArray:
-        """Force along a path that begins in the virgin state [N], shape (K,); times [s] of equal steps."""
-        return sum(self.parts(displacement, time))
-
-    def parts(self, displacement: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Elastic and hysteretic force [N]."""
-        y = (displacement - self.centre) / self.amplitude
+    def parts(self, path: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Elastic and hysteretic force along a path that begins in the virgin state [N]; times [s] of equal steps."""
+        y = (path - self.spring.displacement_offset) / amplitude_of(self.spring)
         h, share = self.law(y, time)
         return polyval(y, self.elastic) * share, self.friction * h
 
@@ -235,6 +217,8 @@ def maxwell_rubber(generator: Generator, frequency: float) -> Law:
     ]
 
     def law(y: FloatArray, time: FloatArray) -> tuple[FloatArray, float]:
+        from scipy.signal import lfilter
+
         step = float(time[1] - time[0])
         h, moved = berg(y, half_way), np.diff(y, prepend=y[0])
         for stiffness, relaxation in branches:
@@ -242,22 +226,6 @@ def maxwell_rubber(generator: Generator, frequency: float) -> Law:
             gain = stiffness * relaxation / step * (1.0 - keep)  # exact for straight lines between the samples
             h = h + lfilter([gain], [1.0, -keep], moved)
         return h, 1.0
-
-    return law
-
-
-def fractional_rubber(generator: Generator, frequency: float) -> Law:
-    """Rubber: Berg's friction and a spring-pot, b*d^a y/d(t/unit)^a, by the sum of Gruenwald and Letnikov.
-
-    Sjoeberg and Kari, Vehicle System Dynamics 37, 2002, 217.
-    """
-    half_way, order = log_uniform(generator, 0.05, 0.4), generator.uniform(0.1, 0.5)
-    gain, unit = log_uniform(generator, 0.3, 4.0), 0.5 / np.pi / frequency
-
-    def law(y: FloatArray, time: FloatArray) -> tuple[FloatArray, float]:
-        step = float(time[1] - time[0]) / unit
-        weights = np.cumprod(np.concatenate([[1.0], 1.0 - (order + 1.0) / np.arange(1, y.size)]))
-        return berg(y, half_way) + gain * (fftconvolve(weights, y - y[0])[: y.size] / step**order), 1.0
 
     return law
 
@@ -283,61 +251,6 @@ def degrading(generator: Generator, _: float) -> Law:
     return law
 
 
-def pinching(generator: Generator, _: float) -> Law:
-    """Baber and Noori (J. Eng. Mech. 111, 1985, 1010) in Foliente's form: dz = g(z)*rho*dy*(1 - |z|^n*(...)),
-
-    g = 1 - zeta*(1 - exp(-p*e))*exp(-((z*sgn(dy) - q)/width)^2).
-    """
-    rho, n = log_uniform(generator, 3.0, 15.0), log_uniform(generator, 0.7, 3.0)
-    beta, slip = generator.uniform(0.4, 0.9), generator.uniform(0.5, 0.95)
-    onset = log_uniform(generator, 0.3, 3.0)
-    middle, width = generator.uniform(0.0, 0.3), generator.uniform(0.1, 0.4)
-
-    def slope(z: float, _: float, s: float, e: float) -> float:
-        share = beta if s * z >= 0.0 else -beta
-        depth = slip * -float(np.expm1(-onset * e))
-        free = 1.0 - depth * float(np.exp(-(((s * z - middle) / width) ** 2)))
-        return free * rho * (1.0 - abs(z) ** n * (share + 1.0 - beta))
-
-    return lambda y, _: (integrated(y, slope)[0], 1.0)
-
-
-def hardening(generator: Generator, _: float) -> Law:
-    """Friction of the own class and FE that both grow with the way: 1 + a*(1 - exp(-c/c0)), c = way/(4*amplitude)."""
-    own = draw_law(generator)
-    friction_gain, stiffness_gain = generator.uniform(0.1, 0.8), generator.uniform(0.0, 0.3)
-    cycles = log_uniform(generator, 1.0, 8.0)
-
-    def law(y: FloatArray, _: FloatArray) -> tuple[FloatArray, FloatArray]:
-        grown = -np.expm1(-np.cumsum(np.abs(np.diff(y, prepend=y[0]))) / (4.0 * cycles))
-        return own_class(y, *own) * (1.0 + friction_gain * grown), 1.0 + stiffness_gain * grown
-
-    return law
-
-
-def chatter(generator: Generator, frequency: float) -> Law:
-    """Friction of the own class and a slider with static and kinetic friction behind an elastic drive k.
-
-    The slider's load q = k*(y - slider) drops from q_s to q_s - drop/(1 + |v|/v_s) whenever it reaches q_s (Rabinowicz;
-    Stribeck's fall with the velocity), a slip that takes no time.
-    """
-    own, share = draw_law(generator), generator.uniform(0.1, 0.5)
-    drive, drop = log_uniform(generator, 10.0, 60.0), generator.uniform(0.1, 0.5)
-    slow = log_uniform(generator, 0.5, 20.0) * frequency  # v_s [1/s]
-
-    def law(y: FloatArray, time: FloatArray) -> tuple[FloatArray, float]:
-        loads, load, step = np.zeros(y.size), 0.0, float(time[1] - time[0])
-        for k, moved in enumerate(np.diff(y).tolist(), start=1):
-            load += drive * moved
-            if abs(load) >= 1.0:
-                left = 1.0 - drop / (1.0 + abs(moved) / step / slow)
-                load = left if load > 0.0 else -left
-            loads[k] = load
-        return (1.0 - share) * own_class(y, *own) + share * loads, 1.0
-
-    return law
-
-
 def hump(generator: Generator, _: float) -> Law:
     """The own class with FA = 1 + a*exp(-((y - y0)/w)^2/2), which is no polynomial."""
     size = generator.uniform(0.4, 2.0) if generator.random() < 0.6 else generator.uniform(-0.7, -0.3)
@@ -345,38 +258,16 @@ def hump(generator: Generator, _: float) -> Law:
     return lambda y, _: (own_class(y, *own) * (1.0 + size * np.exp(-0.5 * ((y - middle) / width) ** 2)), 1.0)
 
 
-def step(generator: Generator, _: float) -> Law:
-    """The own class with FA = 1 + a*tanh((y - y0)/w), which is no polynomial."""
-    own, size = draw_law(generator), generator.choice([-1.0, 1.0]) * generator.uniform(0.15, 0.6)
-    middle, width = generator.uniform(-0.5, 0.5), log_uniform(generator, 0.05, 0.3)
-    return lambda y, _: (own_class(y, *own) * (1.0 + size * np.tanh((y - middle) / width)), 1.0)
-
-
 DRAWS: dict[str, Draw] = {
-    "preisach": preisach,
-    "iwan": iwan,
-    "two mechanisms": two_mechanisms,
-    "generalised bouc-wen": generalised,
-    "vaiana-rosati": vaiana_rosati,
-    "maxwell rubber": maxwell_rubber,
-    "fractional rubber": fractional_rubber,
-    "degrading": degrading,
-    "pinching": pinching,
-    "hardening": hardening,
-    "chatter": chatter,
-    "hump": hump,
-    "step": step,
-}
+    "preisach": preisach, "iwan": iwan, "two mechanisms": two_mechanisms, "generalised bouc-wen": generalised,
+    "vaiana-rosati": vaiana_rosati, "maxwell rubber": maxwell_rubber, "degrading": degrading, "hump": hump,
+}  # fmt: skip
 
 
 def draw_mount(name: str, generator: Generator, frequency: float) -> Mount:
-    """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force.
+    """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force;
 
-    Parameters
-    ----------
-    name : str           Of `DRAWS`.
-    generator : Generator
-    frequency : float    Of the test [Hz].
+    its name is one of `DRAWS`, the frequency that of the test [Hz].
     """
     law = DRAWS[name](generator, frequency)
     reach = log_uniform(generator, 10.0, 20e3)  # half the range of the force [N]
@@ -395,4 +286,7 @@ def draw_mount(name: str, generator: Generator, frequency: float) -> Mount:
     shape *= elastic / (0.5 * np.ptp(polyval(grid, shape)))
     amplitude = log_uniform(generator, 1e-3, 50e-3)
     centre = float(generator.uniform(-1.0, 1.0) * amplitude)
-    return Mount(law, name in CHANGING, centre, amplitude, tuple(shape.tolist()), friction)
+    ends = centre - amplitude, centre + amplitude
+    kE = float(shape[0]), max(abs(float(shape[1:].sum())), 1e-3 * friction) / amplitude
+    size = SpringParameters(kE, (1.0,), friction, 10.0 / amplitude, 1.0, 1.0, centre, *ends)
+    return Mount(size, law=law, elastic=tuple(shape.tolist()), friction=friction)

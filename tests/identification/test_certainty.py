@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rig import draw_experiment, draw_spring, simulate
+from rig import Experiment, draw_experiment, draw_spring, simulate
 from springs import TABLE
 from strandspring import (
     Outcome,
@@ -209,11 +209,14 @@ def test_lack_of_fit_names_where_it_lies() -> None:
 def test_figures_are_those_of_the_saved_spring_along_the_record(name: str) -> None:
     """Recomputed from the model file alone by an ODE solver."""
     from oracles import OracleSpring
-    from zoo_rig import draw_case
+    from zoo_mounts import draw_mount
 
-    mount, _, index = name.rpartition(" ")
-    hinge = read_record(bundled_record(), reverse="displacement")
-    records = draw_case(mount, 0, int(index)).records if mount else (hinge,)
+    mount, _, seed = name.rpartition(" ")
+    if mount:
+        draw = np.random.default_rng(int(seed))
+        records = simulate(draw_mount(mount, draw, 0.5), Experiment(separate=True), draw).records
+    else:
+        records = (read_record(bundled_record(), reverse="displacement"),)
     found = identify(records, save_anyway=True)
     model = found.model_file()
     spring = OracleSpring(model.parameters.as_dict())
