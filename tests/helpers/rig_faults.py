@@ -77,7 +77,7 @@ def _maxwell(run: Run, share: float, seconds: float) -> FloatArray:
     return _filtered(moved, keep, keep)
 
 
-def _stored(spring: SpringParameters, experiment: Experiment, share: float) -> tuple[Truth, ...]:
+def _stored(spring: SpringParameters, _: Experiment, share: float) -> tuple[Truth, ...]:
     """Without the Maxwell element, or with its storage stiffness at the test's frequency, which FE cannot but hold."""
     turned = (2.0 * np.pi * 0.3) ** 2
     stiffness = share * elastic_force(spring) / amplitude_of(spring) * turned / (1.0 + turned)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomllib
 
 from strandspring import Outcome, Record, Spring, SpringParameters, identify
 from strandspring.identification.plain_models import PLAIN_MODELS, held_out
@@ -14,6 +16,7 @@ from strandspring.identification.samples import FloatArray, Samples
 from strandspring.identification.verdict import Verdict
 from synthetic import record_of, sine, spring_of
 
+CASES = tomllib.loads(Path(__file__).with_name("verdicts.toml").read_text("utf-8"))
 STEPS = 200  # in a cycle
 
 
@@ -39,27 +42,7 @@ def on_short_strokes(samples: Samples) -> FloatArray:
     return np.where((length < 0.007)[stroke], 2.5, 1.0)
 
 
-SIX, FLAT = {"amplitudes": [10.0], "cycles": 6}, {"amplitudes": [10.0], "cycles": 6, "loop": 0.06}
-SINGLE, SEVERAL = {"amplitudes": [10.0], "cycles": 1}, {"amplitudes": [3.0, 8.0, 16.0, 26.0]}
-
-
-@pytest.mark.parametrize(
-    ("made", "size", "plain", "sentence"),
-    [
-        (SIX, 0.047, 0.087, "usable: 4.7 % on held-out strokes (best plain model 8.7 %)"),
-        (SIX, 0.68, 0.7, "not usable: 68 % on held-out strokes (best plain model 70 %)"),
-        (SIX, 0.12, 0.08, "usable: 12 % on held-out strokes (best plain model 8 %)"),
-        # The form of these loops repeats, and the spring misses it.
-        (SIX, 0.12, 0.03, "not usable: 12 % on held-out strokes (best plain model 3 %)"),
-        (SIX | {"noise": 0.3}, 0.3, 0.3, "usable: 30 %"),  # nothing but noise
-        (SINGLE, 0.02, 0.2, "usable: 2.1 % on held-out parts of strokes"),
-        # Damping that is not known.
-        (FLAT, 0.05, 0.2, "usable for stiffness only: 5 % on held-out strokes (best plain model 20 %), 6 % without"),
-        (FLAT, 0.02, 0.2, "usable: 2 %"),
-        (SEVERAL, 0.005, 0.2, "usable: 0.5 %"),
-        (SEVERAL, -0.02, 0.2, "usable at 8 to 26 mm, 0.1 Hz: "),  # more on short strokes
-    ],
-)
+@pytest.mark.parametrize(("made", "size", "plain", "sentence"), CASES["sentences"])
 def test_sentences(made: dict[str, Any], size: float, plain: float, sentence: str) -> None:
     samples = record(**made)
     others = {"one": errors(samples, plain), "other": errors(samples, 3.0)}

@@ -6,10 +6,12 @@ import math
 from dataclasses import asdict, replace
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import tomllib
 from numpy.polynomial.polynomial import polyval
 
 from strandspring import (
@@ -31,6 +33,7 @@ from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 pytestmark = pytest.mark.long
 
+CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
 PERIOD = sine_period(5.0, 1000)
 
 
@@ -87,15 +90,7 @@ def test_the_experiment_has_the_rms_force_of_table_1(amplitude: float, n: float)
     np.testing.assert_allclose(other.steady_force(period), p.steady_force(period), rtol=1e-13)
 
 
-@pytest.mark.parametrize(
-    ("change", "named"),
-    [
-        ({"B": 0.0}, "`B` must be > 0"), ({"eta": -1.0}, "`eta` must be > 0"), ({"theta": 50.0}, "at least theta"),
-        ({"theta": -50.0, "lambda_": 40.0}, "above -theta"), ({"n": 0.0}, "`n` must be within"),
-        ({"n": 0.01, "eta": 1e6}, "must keep z0"), ({"K1": math.nan}, "`K1` must be finite"),
-        ({"theta": -44.7259}, "must be at most 1000"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("change", "named"), CASES["parameters"])
 def test_impossible_parameters_are_refused(change: dict[str, float], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         replace(PAPER_NI, **change)
@@ -249,15 +244,7 @@ def test_a_spring_with_a_closed_form_is_found(branch: Any) -> None:
     assert (low.parameters.sigma, Outcome.SIGMA_RAISED in low.outcomes) == (0.5, True)
 
 
-@pytest.mark.parametrize(
-    ("options", "reason"),
-    [
-        ({"steady": 1e-4}, "the steady section has too few samples"),
-        ({"smoothing": 60}, r"no sample .* can be H1, Omega/kappa >= -0\.5"),
-        ({"smoothing": 120}, "Omega does not cross 0"),
-        ({"smoothing": 200}, "a window of 401 samples is longer than the period of 400"),
-    ],
-)
+@pytest.mark.parametrize(("options", "reason"), CASES["formulas"])
 def test_formulas_without_a_value_are_refused_with_the_reason(options: dict[str, Any], reason: str) -> None:
     with pytest.raises(IdentificationError, match=reason) as refusal:
         identify(tanh_record(400), PaperOptions((2, 1), **options))
