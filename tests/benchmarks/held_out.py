@@ -17,10 +17,9 @@ out are, of which the fit sees what precedes and what follows as two records if 
     A       the middle third of the strokes
     B       a sixth of the strokes, and at least two, that travel farthest in a row; the last such if equal within 1 %
 
-A row has the product's error, that of the version of held_out_before.json, and errors of models that were fitted to the
-same part (tests/helpers/other_models.py): Bouc-Wen with linear spring, offset and, where there is time, dashpot;
-Prandtl-Ishlinskii with a cubic; ridge regression on kernels. Averages are of ratios limited to [0.5, 2], so that one
-mended explosion does not carry all; what is refused counts as infinite, and what is refused on both sides is left out.
+A row has the product's error and that of the version of held_out_before.json; what other models reach is in its verdict.
+Averages are of ratios limited to [0.5, 2], so that one mended explosion does not carry all; what is refused counts as
+infinite, and what is refused on both sides is left out.
 """
 
 from __future__ import annotations
@@ -39,8 +38,7 @@ import numpy as np
 import pytest
 from tables import IMPORT, ROOT, console, hinge, processor_time, show
 
-from other_models import Array, Model, bouc_wen, kernels, stops, turning_points
-from strandspring import IdentificationError, Record, StrandspringError, identify, read_record
+from strandspring import IdentificationError, Record, Spring, StrandspringError, identify, read_record
 from tools import shared_data
 
 Split = Literal["paper", "A", "B"]
@@ -49,7 +47,6 @@ BEFORE = Path(__file__).with_name("held_out_before.json")
 UNCOUNTED = ("wire_rope", "explode", "snap_through")  # in averages: synthetic, or to be refused
 LIMITS = 0.5, 2.0  # of a ratio before it is averaged
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
-OTHERS = {"Bouc-Wen": bouc_wen, "stops": stops, "kernels": kernels}
 
 
 def own(name: str, **options: Any) -> list[Record]:
@@ -100,13 +97,27 @@ class Case:
     training: list[Record]
     driven: list[tuple[Record, slice]]
 
-    def error(self, model: Model) -> float:
+    def error(self, spring: Spring) -> float:
         """Of the force held out, in % of its standard deviation."""
-        with np.errstate(all="ignore"):
-            misses = np.concatenate([model(record)[held] - record.force[held] for record, held in self.driven])
-            scale = np.std(np.concatenate([record.force[held] for record, held in self.driven]))
-            error = 100.0 * math.sqrt(np.mean(misses**2)) / scale
-        return error if math.isfinite(error) else math.inf
+        held = np.concatenate([record.force[part] for record, part in self.driven])
+        forces = [spring.response(record.displacement, time=record.time)[part] for record, part in self.driven]
+        return 100.0 * math.sqrt(np.mean((np.concatenate(forces) - held) ** 2)) / float(np.std(held))
+
+
+def turning_points(path: np.ndarray, share: float = 0.1) -> NDArray[np.intp]:
+    """Samples where a path turns by more than a share of its range, and both its ends."""
+    turns, direction, extreme, least = [0], 0, 0, share * np.ptp(path)
+    for k, x in enumerate(path.tolist()):
+        ahead = (x - path[extreme]) * direction
+        if direction == 0:
+            if abs(x - path[0]) > least:
+                direction, extreme = (1 if x > path[0] else -1), k
+        elif ahead >= 0.0:
+            extreme = k
+        elif ahead < -least:
+            turns.append(extreme)
+            direction, extreme = -direction, k
+    return np.array([*turns, path.size - 1])
 
 
 def part_of(record: Record, samples: slice) -> Record:
@@ -115,7 +126,7 @@ def part_of(record: Record, samples: slice) -> Record:
     return Record(record.displacement[samples], record.force[samples], moments, path=record.path)
 
 
-def held_strokes(name: str, split: Split, travel: Array) -> tuple[int, int]:
+def held_strokes(name: str, split: Split, travel: np.ndarray) -> tuple[int, int]:
     """The first stroke that is held out, and the one after the last."""
     count = travel.size
     if split == "A":
@@ -154,8 +165,7 @@ def fitted(case: Case) -> tuple[float, str]:
     except StrandspringError as refusal:
         return math.inf, refusal.outcome.name if isinstance(refusal, IdentificationError) else str(refusal)
     taken = time.process_time() - begin
-    error = case.error(lambda record: spring.response(record.displacement, time=record.time))
-    return error, f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
+    return case.error(spring), f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
 
 
 def limited(now: float, then: float) -> float:
@@ -165,7 +175,7 @@ def limited(now: float, then: float) -> float:
 
 
 def held_out(only: str = "", split: str = "") -> None:
-    """Errors of the product, its version before and three plain models on strokes that are held out.
+    """Errors of the product and its version before on strokes that are held out.
 
     `only` is the beginning of a record's name, `split` one of the three.
     """
@@ -185,19 +195,14 @@ def held_out(only: str = "", split: str = "") -> None:
             continue
         then = before["errors"][name][part]
         error, note = fitted(case)
-        errors = {other: case.error(fit(case.training)) for other, fit in OTHERS.items()}
         then = math.inf if isinstance(then, str) else then
-        rows.append({"record": name, "split": part, "now": error, "before": then, **errors, "of now": note})
+        rows.append({"record": name, "split": part, "now": error, "before": then, "of now": note})
         console.print(f"{name} {part}: {error:.2f} %, {note}")
     show(f"Errors held out [%]; before is {before['commit']}", rows)
     chosen = [row for row in rows if row["record"] not in UNCOUNTED]
-    references = {name: [row[name] for row in chosen] for name in ("before", *OTHERS)}
-    references["best of the other models"] = [min(row[name] for name in OTHERS) for row in chosen]
-    means = []
-    for name, values in references.items():
-        ratios = [limited(row["now"], value) for row, value in zip(chosen, values, strict=True)]
-        ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
-        mean, above = math.exp(np.mean(np.log(ratios))), sum(ratio > 1.0 for ratio in ratios)
-        means.append({"to": name, "rows": len(ratios), "geometric mean": mean,
-                      "median": float(np.median(ratios)), "above 1": above})  # fmt: skip
-    show("Ratios of the errors now, of measured records", means)
+    ratios = np.array([limited(row["now"], row["before"]) for row in chosen])
+    ratios = ratios[~np.isnan(ratios)]
+    mean, above = math.exp(np.mean(np.log(ratios))), int(np.sum(ratios > 1.0))
+    show("Ratios of the errors now to before, of measured records", [
+        {"rows": ratios.size, "geometric mean": mean, "median": float(np.median(ratios)), "above 1": above}
+    ])  # fmt: skip

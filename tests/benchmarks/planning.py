@@ -19,7 +19,7 @@ from strandspring import Record, identify, plan
 from strandspring.errors import StrandspringError
 from zoo_mounts import draw_mount
 
-FOREIGN = ("preisach", "iwan", "two mechanisms", "generalised bouc-wen", "vaiana-rosati")
+FOREIGN = ("preisach", "iwan", "two mechanisms", "generalised bouc-wen", "maxwell rubber")
 SHARES = (0.1, 0.3)  # amplitudes of small loops, shares of the largest
 PER_LOOP = 300  # samples
 LOOPS = 16  # time of the second test at most, in full loops of 1 s
