@@ -17,7 +17,7 @@ out are, of which the fit sees what precedes and what follows as two records if 
     A       the middle third of the strokes
     B       a sixth of the strokes, and at least two, that travel farthest in a row; the last such if equal within 1 %
 
-A row has the product's error and that of the version of held_out_before.json; what other models reach is in its verdict.
+A row has the product's error and that of the version of held_out_before.json; other models' are in its verdict.
 Averages are of ratios limited to [0.5, 2], so that one mended explosion does not carry all; what is refused counts as
 infinite, and what is refused on both sides is left out.
 """
@@ -104,7 +104,7 @@ class Case:
         return 100.0 * math.sqrt(np.mean((np.concatenate(forces) - held) ** 2)) / float(np.std(held))
 
 
-def turning_points(path: np.ndarray, share: float = 0.1) -> NDArray[np.intp]:
+def turning_points(path: np.ndarray, share: float = 0.1) -> np.ndarray:
     """Samples where a path turns by more than a share of its range, and both its ends."""
     turns, direction, extreme, least = [0], 0, 0, share * np.ptp(path)
     for k, x in enumerate(path.tolist()):
