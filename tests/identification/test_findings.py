@@ -347,14 +347,6 @@ def test_a_lag_that_turns_the_loop_round_is_measured_found_or_given() -> None:
         assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
 
 
-# Straight lines between samples of this sine are further off than the noise; loops of one amplitude are turned round.
-@pytest.mark.parametrize(("fault", "index"), [("force leads", 8), ("force lags", 14)])
-def test_a_delay_is_found_or_leaves_the_spring_right(fault: str, index: int) -> None:
-    case = drawn(fault, 0, index)
-    found = identify(case.records, save_anyway=True)
-    assert found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1) or not is_wrong(case, found)
-
-
 @pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.slow)])
 def test_clean_records_have_no_effects(count: int) -> None:
     for seed in range(count):

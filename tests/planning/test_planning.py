@@ -184,21 +184,6 @@ def test_a_rough_stiffness_is_enough_and_limits_narrow_the_range() -> None:
     assert max(decided[name] for name in ("second.kappa_omega", "branches[1].stiffness")) < 0.4
 
 
-def test_a_plan_in_all_forms_and_from_all_sources(first: Record, tmp_path: Path) -> None:
-    test, found = plan(first, **RIG), identify(first)
-    frame = test.to_frame()
-    assert max(map(len, test.text_lines(80)[1:-1])) <= 80
-    assert frame["duration"].sum() == pytest.approx(test.plan.duration)
-    assert len(test.plot().lines) == len(test.blocks) == len(frame)
-    test.save_csv(tmp_path / "program.csv")
-    displacement = np.loadtxt(tmp_path / "program.csv", delimiter=",", skiprows=1)[:, 1]
-    assert displacement * 1e-3 == pytest.approx(test.program().displacement, rel=1e-8)
-    found.spring("one").save(tmp_path / "one.json")
-    one, other = (plan(source, **RIG).program() for source in (found.spring("one"), tmp_path / "one.json"))
-    assert np.array_equal(one.displacement, other.displacement)
-    assert [block.decides for block in plan(found, **RIG).blocks] == [block.decides for block in test.blocks]
-
-
 @pytest.mark.parametrize(("arguments", "words"), CASES["refused"])
 def test_what_cannot_be_planned_is_refused(arguments: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import subprocess
 import sys
 import zipfile
 from pathlib import Path
@@ -136,12 +135,3 @@ def test_what_unpacks_to_too_much_is_refused(samples: Path, tmp_path: Path, monk
 def test_a_name_like_the_mark_of_a_format_is_a_name(tmp_path: Path, mark: str) -> None:
     (tmp_path / "a.csv").write_text(f"{mark};Weg;Kraft\n" + "".join(f"{k};{k};{2 * k}\n" for k in range(9)))
     assert len(read_record(tmp_path / "a.csv")) == 9
-
-
-def test_text_is_read_without_the_libraries_of_other_formats(samples: Path) -> None:
-    program = (
-        f"import sys; from strandspring import read_record; read_record({str(samples / 'plain.csv')!r});"
-        "print([n for n in ('h5py', 'pyarrow', 'asammdf', 'nptdms', 'scipy', 'pydantic') if n in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"

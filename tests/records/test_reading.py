@@ -180,24 +180,6 @@ def read_or_refused(text: str, skip: bool) -> Record | None:
 LINES = ["1,2", "2.5,-1", "3,4,5", "x,1", "7", '"1,2', "", "1,020.5,3", "nan,1", "12:00:01,4"]
 
 
-@settings(max_examples=100)
-@given(
-    st.lists(st.sampled_from(LINES)), st.integers(0, 30), st.text("0123456789.,;\t\n\r -+eE\"'#[]()mNxF\0", max_size=60)
-)
-def test_garbage_is_read_or_refused_and_with_bad_lines_left_out_alike(lines: list[str], good: int, end: str) -> None:
-    """What is read without the option is read alike with it; else at most a tenth of the lines is left out."""
-    text = "\n".join(["x,F", *(f"{k},{k * k}" for k in range(good)), *lines, *(f"{k},{-k}" for k in range(good)), end])
-    plain, skipped = (read_or_refused(text, skip) for skip in (False, True))
-    if plain is not None:
-        assert skipped is not None
-        np.testing.assert_array_equal(plain.displacement, skipped.displacement)
-        np.testing.assert_array_equal(plain.force, skipped.force)
-        assert plain.notes == skipped.notes
-    elif skipped is not None:
-        (note,) = (note for note in skipped.notes if "cannot be read" in note)
-        assert 10 * int(note.split()[0]) <= text.count("\n") + text.count("\r") + 1
-
-
 # -- lines that cannot be read
 
 
