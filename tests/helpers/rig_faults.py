@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+import tomllib
 from numpy.polynomial.polynomial import polyval
 
 from rig import (
@@ -28,8 +30,6 @@ from rig import (
 )  # fmt: skip
 from strandspring import Record, SpringParameters
 
-# A caution about the misfit as such points to shapes that no polynomial follows, and to no other fault.
-MISFIT = ("misfit", "residual", "poorly", "lack of fit", "shape", "polynomial")
 SHIFTS = (0.0, 1.0, -0.7, 0.5)  # of the zeros of records
 Truths = Callable[[SpringParameters, Experiment, float], tuple[Truth, ...]]
 
@@ -259,90 +259,62 @@ def _separate(experiment: Experiment, _: float) -> Experiment:
     return replace(experiment, separate=True)
 
 
-_RATE, _ZERO = ("delay", "lag", "synchron", "rate", "velocity", "viscous"), ("zero", "shift", "offset")
-_COARSE = ("resolution", "quanti", "steps", "coarse")
-
-# Sizes are shares of the period, the amplitude, the elastic force, kappa_omega, or as said.
-FAULTS: dict[str, Fault] = {
-    "force lags": Fault(0.0005, 0.01, _RATE, signals=changed("force", lambda r, s: _late(r, s * r.experiment.period))),
-    "force leads": Fault(
-        0.0005, 0.01, _RATE, signals=changed("force", lambda r, s: _late(r, -s * r.experiment.period))
-    ),
-    "low-pass on the force": Fault(0.0005, 0.01, (*_RATE, "filter"), signals=changed("force", _low_passed)),
-    "viscous damper": Fault(
-        0.05, 1.0, _RATE, signals=added("force", lambda r, s: s * r.truth.spring.kappa_omega * r.velocity)
-    ),
-    "Maxwell element": Fault(
-        0.02, 0.4, (*_RATE, "relax", "creep"), truths=_stored,
-        signals=added("force", lambda r, s: _maxwell(r, s, 0.3 * r.experiment.period)),
-    ),
-    "displacement zero": Fault(
-        0.003, 0.05, _ZERO, truths=_displacement_zeros, programme=_separate,
-        signals=added("measured", lambda r, s: s * r.amplitude * SHIFTS[r.index]),
-    ),
-    "force zero": Fault(
-        0.005, 0.1, (*_ZERO, "drift"), programme=_separate,
-        signals=added("force", lambda r, s: s * r.elastic_scale * SHIFTS[r.index]),
-    ),
-    "linear drift": Fault(
-        0.01, 0.2, ("drift", "zero"), signals=added("force", lambda r, s: s * r.elastic_scale * _elapsed(r))
-    ),
-    "warm-up": Fault(
-        0.01, 0.2, ("drift", "zero"),
-        signals=added("force", lambda r, s: -s * r.elastic_scale * np.exp(-_elapsed(r) / 0.25)),
-    ),
-    "wear of friction": Fault(
-        0.05, 0.5, ("wear", "cycle to cycle"), truths=_parts_of("kappa_omega", -1.0),
-        force=changed("hysteretic", lambda r, s: r.hysteretic * (1.0 - s * _elapsed(r))),
-    ),
-    "wear of stiffness": Fault(
-        0.01, 0.15, ("wear", "cycle to cycle", "soften"), truths=_parts_of("kE", -1.0),
-        force=changed("elastic", lambda r, s: _softened(r, 1.0 - s * _elapsed(r))),
-    ),
-    "first cycle": Fault(0.03, 0.4, ("first cycle", "cycle to cycle"), force=changed("elastic", _first_cycle)),
-    "displacement noise": Fault(
-        0.0005, 0.005, ("noise of the displacement", "displacement noise", "displacement is noisy"),
-        sampled=measured(1, lambda x, r, s, g: x + s * r.amplitude * g.standard_normal(x.size)),
-    ),
-    "displacement steps": Fault(
-        0.001, 0.02, (*_COARSE, "displacement noise"), sampled=measured(1, _displacement_steps)
-    ),
-    "force steps": Fault(0.003, 0.04, _COARSE, sampled=measured(2, _force_steps)),  # of the force's range
-    "sampling jitter": Fault(  # of the sampling interval
-        0.05, 0.6, ("jitter", "displacement noise", "irregular"), sampled=_jitter
-    ),
-    "clipped force": Fault(0.01, 0.15, ("clip", "extreme"), sampled=measured(2, _clipped)),  # of the force's range
-    "play": Fault(0.003, 0.05, ("play", "backlash"), motion=changed("path", _play)),
-    "dwells": Fault(  # of hysteresis
-        0.05, 0.5, ("dwell", "relax", "pause"), motion=_dwell, force=changed("hysteretic", _relaxed)
-    ),
-    "gaps": Fault(0.03, 0.15, ("gap", "lost", "missing"), sampled=_gaps),
-    "reversals between samples": Fault(  # samples
-        2000.0, 500.0, ("reversal",), programme=lambda e, size: replace(e, synchronous=False, samples=round(size))
-    ),
-    "duplicates": Fault(0.01, 0.2, ("duplicate", "repeated", "twice"), sampled=_duplicates),
-    "single amplitude": Fault(  # cycles
-        4.0, 2.0, ("amplitude", "extrapolat", "small loops"),
-        programme=lambda e, size: replace(e, amplitudes=(1.0,), cycles=(round(size),), separate=False),
-    ),
-    "moving mass": Fault(
-        0.003, 0.1, ("mass", "inertia"), signals=added("force", _inertia), options=_moving_mass,
-        programme=lambda e, _: replace(e, shape="sine"),
-    ),
-    "fixture compliance": Fault(
-        0.005, 0.15, ("fixture", "complian"), truths=_complied,
-        options=lambda p, _, s: {"fixture_stiffness": elastic_force(p) / (s * amplitude_of(p))},  # [N/m]
-        signals=changed("measured", lambda r, s: r.path + r.force * s * r.amplitude / r.elastic_scale),
-    ),
-    "kink": Fault(0.15, 1.5, (*MISFIT, "kink"), truths=_shaped(lambda y, size: size * np.maximum(y - 0.1, 0.0))),
-    "tanh": Fault(1.5, 5.0, MISFIT, truths=_shaped(lambda y, size: np.tanh(size * y) / np.tanh(size), False)),
-    "bump stop": Fault(
-        0.1, 2.0, (*MISFIT, "bump stop", "end stop"),
-        truths=_shaped(lambda y, size: size * (np.maximum(y - 0.75, 0.0) / 0.25) ** 1.5),
-    ),
-    "mains hum": Fault(0.005, 0.05, ("hum", "mains", "periodic", "noise"), signals=_mains),  # of the force's deviation
-    "outliers": Fault(1.0, 8.0, ("outlier", "spike"), sampled=measured(2, _outliers)),  # how many
+ACTS: dict[str, dict[str, Any]] = {
+    "force lags": {"signals": changed("force", lambda r, s: _late(r, s * r.experiment.period))},
+    "force leads": {"signals": changed("force", lambda r, s: _late(r, -s * r.experiment.period))},
+    "low-pass on the force": {"signals": changed("force", _low_passed)},
+    "viscous damper": {"signals": added("force", lambda r, s: s * r.truth.spring.kappa_omega * r.velocity)},
+    "Maxwell element": {
+        "truths": _stored, "signals": added("force", lambda r, s: _maxwell(r, s, 0.3 * r.experiment.period)),
+    },
+    "displacement zero": {
+        "truths": _displacement_zeros, "programme": _separate,
+        "signals": added("measured", lambda r, s: s * r.amplitude * SHIFTS[r.index]),
+    },
+    "force zero": {
+        "programme": _separate, "signals": added("force", lambda r, s: s * r.elastic_scale * SHIFTS[r.index]),
+    },
+    "linear drift": {"signals": added("force", lambda r, s: s * r.elastic_scale * _elapsed(r))},
+    "warm-up": {"signals": added("force", lambda r, s: -s * r.elastic_scale * np.exp(-_elapsed(r) / 0.25))},
+    "wear of friction": {
+        "truths": _parts_of("kappa_omega", -1.0),
+        "force": changed("hysteretic", lambda r, s: r.hysteretic * (1.0 - s * _elapsed(r))),
+    },
+    "wear of stiffness": {
+        "truths": _parts_of("kE", -1.0), "force": changed("elastic", lambda r, s: _softened(r, 1.0 - s * _elapsed(r))),
+    },
+    "first cycle": {"force": changed("elastic", _first_cycle)},
+    "displacement noise": {
+        "sampled": measured(1, lambda x, r, s, g: x + s * r.amplitude * g.standard_normal(x.size)),
+    },
+    "displacement steps": {"sampled": measured(1, _displacement_steps)},
+    "force steps": {"sampled": measured(2, _force_steps)},
+    "sampling jitter": {"sampled": _jitter},
+    "clipped force": {"sampled": measured(2, _clipped)},
+    "play": {"motion": changed("path", _play)},
+    "dwells": {"motion": _dwell, "force": changed("hysteretic", _relaxed)},
+    "gaps": {"sampled": _gaps},
+    "reversals between samples": {"programme": lambda e, s: replace(e, synchronous=False, samples=round(s))},
+    "duplicates": {"sampled": _duplicates},
+    "single amplitude": {
+        "programme": lambda e, s: replace(e, amplitudes=(1.0,), cycles=(round(s),), separate=False),
+    },
+    "moving mass": {
+        "programme": lambda e, _: replace(e, shape="sine"), "options": _moving_mass,
+        "signals": added("force", _inertia),
+    },
+    "fixture compliance": {
+        "truths": _complied, "options": lambda p, _, s: {"fixture_stiffness": elastic_force(p) / (s * amplitude_of(p))},
+        "signals": changed("measured", lambda r, s: r.path + r.force * s * r.amplitude / r.elastic_scale),
+    },
+    "kink": {"truths": _shaped(lambda y, s: s * np.maximum(y - 0.1, 0.0))},
+    "tanh": {"truths": _shaped(lambda y, s: np.tanh(s * y) / np.tanh(s), False)},
+    "bump stop": {"truths": _shaped(lambda y, s: s * (np.maximum(y - 0.75, 0.0) / 0.25) ** 1.5)},
+    "mains hum": {"signals": _mains},
+    "outliers": {"sampled": measured(2, _outliers)},
 }  # fmt: skip
+_SIZES = tomllib.loads(Path(__file__).with_name("rig_faults.toml").read_text("utf-8"))
+FAULTS = {name: Fault(*_SIZES[name][:2], tuple(_SIZES[name][2:]), **acts) for name, acts in ACTS.items()}
 
 
 # -- several records of one spring, and faults of a size of their own
