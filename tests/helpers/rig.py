@@ -7,7 +7,7 @@ the fine grid, or on the samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -278,6 +278,31 @@ def _programme(shape: str, segments: tuple[tuple[float, int], ...], fine: int) -
         wave = np.sin(2.0 * np.pi * phase)
     path = np.concatenate([*(amplitude * np.tile(wave, cycles) for amplitude, cycles in segments), [0.0]])
     return path, np.arange(path.size) / fine
+
+
+OfRecord = Callable[[int, float], Fault]  # of the record's number and frequency [Hz]
+
+
+def drawn_case(fault: Fault, seed: int, index: int, **fixed: Any) -> Case:
+    """Records of a drawn spring and experiment with such a fault, of its large size, 400 samples in a cycle."""
+    generator = np.random.default_rng([seed, index])
+    spring, experiment = draw_spring(generator), draw_experiment(generator, **fixed)
+    experiment = fault.programme(experiment, fault.large)
+    experiment = replace(experiment, samples=400 * sum(experiment.cycles))
+    return simulate(spring, experiment, generator, replace(fault, programme=lambda given, _: given), "large")
+
+
+def at_frequencies(
+    generator: Generator, frequencies: Sequence[float], fault: OfRecord, shape: Literal["sine", "triangle"] = "sine"
+) -> tuple[SpringParameters, tuple[Record, ...]]:
+    """A drawn spring and a record of it with three amplitudes at each frequency [Hz]."""
+    spring = draw_spring(generator)
+    records = []
+    for k, frequency in enumerate(frequencies):
+        experiment = Experiment(shape, frequency=frequency, samples=2700)
+        case = simulate(spring, experiment, generator, fault(k, frequency), "large")
+        records += [replace(record, path=f"record_{k + 1}.csv") for record in case.records]
+    return spring, tuple(records)
 
 
 # -- whether a spring is right

@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import tomllib
 from numpy.polynomial.polynomial import polyval
 
-from rig import (
-    Action,
-    Case,
-    Experiment,
-    Fault,
-    FloatArray,
-    Generator,
-    Run,
-    Truth,
-    amplitude_of,
-    draw_experiment,
-    draw_spring,
-    elastic_force,
-    simulate,
-    strokes_of,
-)  # fmt: skip
-from strandspring import Record, SpringParameters
+from rig import Action, Experiment, Fault, FloatArray, Generator, Run, Truth, amplitude_of, elastic_force, strokes_of
+from strandspring import SpringParameters
 
 SHIFTS = (0.0, 1.0, -0.7, 0.5)  # of the zeros of records
 Truths = Callable[[SpringParameters, Experiment, float], tuple[Truth, ...]]
@@ -317,57 +302,33 @@ _SIZES = tomllib.loads(Path(__file__).with_name("rig_faults.toml").read_text("ut
 FAULTS = {name: Fault(*_SIZES[name][:2], tuple(_SIZES[name][2:]), **acts) for name, acts in ACTS.items()}
 
 
-# -- several records of one spring, and faults of a size of their own
-
-OfRecord = Callable[[int, float], Fault]  # of the record's number and frequency [Hz]
+# -- faults of a size of their own
 
 
-def drawn_case(fault: Fault, seed: int, index: int, **fixed: Any) -> Case:
-    """Records of a drawn spring and experiment with such a fault, of its large size, 400 samples in a cycle."""
-    generator = np.random.default_rng([seed, index])
-    spring, experiment = draw_spring(generator), draw_experiment(generator, **fixed)
-    experiment = fault.programme(experiment, fault.large)
-    experiment = replace(experiment, samples=400 * sum(experiment.cycles))
-    return simulate(spring, experiment, generator, replace(fault, programme=lambda given, _: given), "large")
-
-
-def at_frequencies(
-    generator: Generator, frequencies: Sequence[float], fault: OfRecord, shape: Literal["sine", "triangle"] = "sine"
-) -> tuple[SpringParameters, tuple[Record, ...]]:
-    """A drawn spring and a record of it with three amplitudes at each frequency [Hz]."""
-    spring = draw_spring(generator)
-    records = []
-    for k, frequency in enumerate(frequencies):
-        experiment = Experiment(shape, frequency=frequency, samples=2700)
-        case = simulate(spring, experiment, generator, fault(k, frequency), "large")
-        records += [replace(record, path=f"record_{k + 1}.csv") for record in case.records]
-    return spring, tuple(records)
-
-
-def less_friction(share: float, record: int) -> OfRecord:
+def less_friction(share: float, record: int) -> Callable[[int, float], Fault]:
     """The hysteretic force of one record is lower by this share."""
     act = changed("hysteretic", lambda run, size: run.hysteretic * (1.0 - size))
     return lambda k, _: Fault(share, share if k == record else 0.0, force=act)
 
 
-def moving_mass(share: float, highest: float) -> OfRecord:
+def moving_mass(share: float, highest: float) -> Callable[[int, float], Fault]:
     """The inertia of a mass in sine tests, this share of the elastic force at the highest frequency [Hz]."""
     return lambda _, f: Fault(share, share * (f / highest) ** 2, signals=added("force", _inertia))
 
 
-def rubber(share: float) -> OfRecord:
+def rubber(share: float) -> Callable[[int, float], Fault]:
     """Five Maxwell elements from 0.01 to 3 s, each with this share of the elastic stiffness."""
     times = (3.0, 0.8, 0.2, 0.05, 0.0125)
     act = added("force", lambda run, size: sum(_maxwell(run, size, seconds) for seconds in times))
     return lambda *_: Fault(share, share, signals=act)
 
 
-def lagging(delay: float) -> OfRecord:
+def lagging(delay: float) -> Callable[[int, float], Fault]:
     """The force lags by so many seconds at every frequency."""
     return lambda *_: Fault(delay, delay, signals=changed("force", _late))
 
 
-def wearing(share: float, records: int, stiffness: bool = False) -> OfRecord:
+def wearing(share: float, records: int, stiffness: bool = False) -> Callable[[int, float], Fault]:
     """Friction or stiffness that is lost at a constant rate over all records."""
 
     def of(k: int, _: float) -> Fault:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from rig import FloatArray, Generator, Truth, amplitude_of, log_uniform, strokes_of
-from strandspring import Spring, SpringParameters
+from strandspring import SpringParameters
 
 CALIBRATED = 1600  # samples in a cycle of the path that forces are scaled on
 
@@ -54,11 +54,6 @@ def plays(y: FloatArray, radii: FloatArray) -> FloatArray:
     return outputs
 
 
-def own_class(y: FloatArray, rho: float, sigma: float, n: float) -> FloatArray:
-    """omega of the package's own class along y."""
-    return Spring(SpringParameters((0.0,), (1.0,), 1.0, rho, sigma, n, 0.0, -1.0, 1.0)).response(y)
-
-
 def berg(y: FloatArray, half_way: float) -> FloatArray:
     """Friction of Berg (Vehicle System Dynamics 30, 1998, 197): from the reversal (ys, fs) with d = |y - ys|
 
@@ -70,41 +65,6 @@ def berg(y: FloatArray, half_way: float) -> FloatArray:
         way, missing = np.abs(y[stroke] - y[stroke.start]), 1.0 - sign * start
         f[stroke] = start + sign * way * missing / (half_way * missing + way + 1e-300)
     return f
-
-
-def integrated(y: FloatArray, slope: Callable[[float, float, float], float]) -> FloatArray:
-    """z of dz = slope(z, y, direction)*dy from 0 by Runge-Kutta steps of order 4."""
-    z = [0.0]
-    for at, next_at in pairwise(y.tolist()):
-        step, state = next_at - at, z[-1]
-        side, middle = float(np.sign(step)), at + 0.5 * step
-        k1 = slope(state, at, side)
-        k2 = slope(state + 0.5 * step * k1, middle, side)
-        k3 = slope(state + 0.5 * step * k2, middle, side)
-        z.append(state + step * (k1 + 2.0 * k2 + 2.0 * k3 + slope(state + step * k3, next_at, side)) / 6.0)
-    return np.array(z)
-
-
-def draw_law(
-    generator: Generator, rho: tuple[float, float] = (4.0, 40.0), n: tuple[float, float] = (0.3, 4.0)
-) -> tuple[float, float, float]:
-    """rho*amplitude, sigma, n of the own class."""
-    return log_uniform(generator, *rho), log_uniform(generator, 0.5, 4.0), log_uniform(generator, *n)
-
-
-def preisach(generator: Generator, _: float) -> Law:
-    """Preisach's relays with the density w(r)/cosh((s - s0)/c)^2 over half width r and centre s of the relays.
-
-    By play operators p_r (Krejci 1996; Visintin, Differential Models of Hysteresis, 1994, sec. IV), w lognormal:
-    h = y - integral of w(r)*c*tanh((p_r[y] - s0)/c) dr. The force leads the displacement, so that the relays count
-    negatively; the elastic force y keeps it rising.
-    """
-    radius, spread = log_uniform(generator, 0.05, 0.4), generator.uniform(0.3, 1.0)
-    middle, width = generator.uniform(-0.3, 0.3), log_uniform(generator, 0.3, 2.0)
-    radii = np.linspace(0.01, 1.2, 80)
-    weights = np.exp(-0.5 * (np.log(radii / radius) / spread) ** 2) / radii
-    weights /= weights.sum()
-    return lambda y, _: y - width * np.tanh((plays(y, radii) - middle) / width) @ weights
 
 
 def iwan(generator: Generator, _: float) -> Law:
@@ -121,40 +81,6 @@ def iwan(generator: Generator, _: float) -> Law:
     weights *= (1.0 - together) / weights.sum()
     weights[-1] += together
     return lambda y, _: ((y[:, None] - plays(y, radii)) / radii) @ weights
-
-
-def two_mechanisms(generator: Generator, _: float) -> Law:
-    """Two frictions of the package's own class in parallel: h = (1 - w)*omega_1 + w*omega_2."""
-    rho, *form = draw_law(generator, (2.0, 8.0))
-    _rho, *other = draw_law(generator)
-    ratio, share = log_uniform(generator, 3.0, 30.0), generator.uniform(0.25, 0.75)
-    return lambda y, _: (1.0 - share) * own_class(y, rho, *form) + share * own_class(y, ratio * rho, *other)
-
-
-def generalised(generator: Generator, _: float) -> Law:
-    """Song and Der Kiureghian (J. Eng. Mech. 132, 2006, 610): dz = rho*dy*(1 - |z|^n*psi), s = sgn dy,
-
-    psi = b1*sgn(s*z) + b2*sgn(y*s) + b3*sgn(y*z) + b4*s + b5*sgn(z) + b6*sgn(y).
-    """
-    # sgn y, sgn dy, sgn z while z grows, and while it returns.
-    growing = np.array([[1, 1, 1], [1, -1, -1], [-1, -1, -1], [-1, 1, 1]])
-    returning = growing * [1, 1, -1]
-    psi = [np.stack([s * z, y * s, y * z, s, z, y], axis=1) for y, s, z in (growing.T, returning.T)]
-    while True:
-        beta = np.array([generator.uniform(0.4, 0.9), *generator.uniform(-0.25, 0.25, 5)])
-        bounded, back = (terms @ beta for terms in psi)
-        # z is bounded by 1/psi^(1/n), and must come back from there after a reversal.
-        if bounded.min() > 0.25 and back.max() < 0.8 * bounded.min():
-            break
-    rho, _sigma, n = draw_law(generator, n=(0.5, 3.0))
-    b1, b2, b3, b4, b5, b6 = beta.tolist()
-
-    def slope(z: float, at: float, s: float) -> float:
-        side, sign = (1.0 if at >= 0.0 else -1.0), (1.0 if z >= 0.0 else -1.0)
-        psi = b1 * s * sign + b2 * side * s + b3 * side * sign + b4 * s + b5 * sign + b6 * side
-        return rho * (1.0 - abs(z) ** n * psi)
-
-    return lambda y, _: integrated(y, slope)
 
 
 def maxwell_rubber(generator: Generator, frequency: float) -> Law:
@@ -179,10 +105,7 @@ def maxwell_rubber(generator: Generator, frequency: float) -> Law:
     return law
 
 
-DRAWS: dict[str, Draw] = {
-    "preisach": preisach, "iwan": iwan, "two mechanisms": two_mechanisms, "generalised bouc-wen": generalised,
-    "maxwell rubber": maxwell_rubber,
-}  # fmt: skip
+DRAWS: dict[str, Draw] = {"iwan": iwan, "maxwell rubber": maxwell_rubber}
 
 
 def draw_mount(name: str, generator: Generator, frequency: float) -> Mount:

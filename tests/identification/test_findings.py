@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rig import Case, Experiment, amplitude_of, draw_experiment, draw_spring, elastic_force, judge_case, simulate
-from rig_faults import (
-    FAULTS,
+from rig import (
+    Case,
+    Experiment,
+    amplitude_of,
     at_frequencies,
+    draw_experiment,
+    draw_spring,
     drawn_case,
-    gapped,
-    humming,
-    lagging,
-    less_friction,
-    moving_mass,
-    rubber,
-    wearing,
+    elastic_force,
+    judge_case,
+    simulate,
 )  # fmt: skip
+from rig_faults import FAULTS, gapped, humming, lagging, less_friction, moving_mass, rubber, wearing
 from strandspring import (
     Finding,
     Identification,
