@@ -389,7 +389,7 @@ def test_times_are_needed_and_those_that_do_not_rise_count_as_none() -> None:
         assert any("the time does not rise at" in note for note in found.notes)
 
 
-# -- several records, and what is asked for wrongly
+# -- several records
 
 
 def test_the_same_samples_twice_are_refused() -> None:
@@ -421,21 +421,3 @@ def test_a_spring_that_is_worse_than_a_line_is_refused_unless_asked_for() -> Non
         identify(drifting, first)
     assert refused.value.outcome is Outcome.WORSE_THAN_LINE
     assert Outcome.WORSE_THAN_LINE in identify(drifting, first, save_anyway=True).outcomes
-
-
-WRONG: list[tuple[type[Exception], str, tuple[Any, ...]]] = [
-    (ValueError, "degrees", ((0, 0), (3, 99), (3, -1), 3, (3,), "12")), (ValueError, "branches", (-1, 4)),
-    (ValueError, "mechanisms", (0, 3)), (ValueError, "state", ("worn",)), (TypeError, "robust", (1,)),
-    (ValueError, "moving_mass", (-1.0, np.nan, np.inf)), (TypeError, "moving_mass", (True, "1")),
-    (ValueError, "fixture_stiffness", (0.0, np.nan)), (ValueError, "delay", (np.nan, np.inf)),
-    (TypeError, "delay", ([0.1],)), (TypeError, "branches", (1.5,)),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("error", "name", "values"), WRONG)
-def test_options_check_themselves(error: type[Exception], name: str, values: tuple[Any, ...]) -> None:
-    for value in values:
-        with pytest.raises(error, match=f"`{name}` must be"):
-            RefinedOptions(**{name: value})
-    with pytest.raises(ValueError, match="at least one record"):
-        identify([])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -142,34 +141,3 @@ def test_windows_cut_what_cycles_leave_and_ranges_keep_the_path() -> None:
     assert loop.figures.amplitude == pytest.approx(0.01, rel=1e-3)
     with pytest.raises(RecordError, match=r"no full cycle .* lies within the selected displacements"):
         measured_loops(select(record, displacement=(0.045, 0.055)))
-
-
-LINE = np.linspace(0.0, 1.0, 50)
-
-
-@pytest.mark.parametrize(
-    ("record", "selection", "expected"),
-    [
-        (RECORD, {"cycles": (7, 12)}, "cycle 12 cannot be selected, since the record has 9; select among 1 to 9."),
-        (RECORD, {"cycles": (12, None)}, "cycle 12 cannot be selected, since the record has 9"),
-        (RECORD, {"time": (20.0, None)}, "must hold at least 16 samples, found 0; the record goes from 0 to 10 s."),
-        (RECORD, {"displacement": (1.0, 2.0)}, "at least 16 samples, found 0; the record goes from 25 to 75 mm."),
-        (RECORD, {"displacement": (0.0499, 0.0501)}, "over at least 2 % of the record's range"),
-        (RECORD, {"cycles": (0, 3)}, "must be whole numbers from 1 on"),
-        (RECORD, {"cycles": (3, 2)}, "the first is not above the second"),
-        (RECORD, {"cycles": (1j, None)}, "`cycles` must be two finite numbers"),
-        (RECORD, {"time": (float("nan"), 2.0)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": (10**400, None)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": ("a", None)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": 3.0}, "`time` must be a pair of first and last [s]"),
-        (RECORD, {"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
-        (Record(PATH, PATH), {"time": (0.0, 5.0)}, "the record has none"),
-        (Record(PATH, PATH, -TIME), {"time": (0.0, 5.0)}, "do not fall back"),
-        (Record(LINE, LINE), {"cycles": (1, 1)}, "has no full cycle"),
-    ],
-)
-def test_what_leaves_nothing_usable_is_refused(record: Record, selection: dict[str, Any], expected: str) -> None:
-    with pytest.raises(RecordError) as caught:
-        select(record, **selection)
-    assert expected in str(caught.value)
-    assert len(str(caught.value)) < 200

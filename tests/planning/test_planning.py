@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import tomllib
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -26,7 +24,6 @@ from synthetic import AMPLITUDE, MEAN, spring_of
 
 pytestmark = pytest.mark.long
 
-CASES = tomllib.loads(Path(__file__).with_name("refused.toml").read_text("utf-8"))
 RIG: dict[str, Any] = {"velocity": 0.3, "duration": 40.0, "sample_rate": 200.0}
 TRUE = spring_of(1.0, 1.2, strokes_in_steady=4.0)
 SPAN = Range(0.05, 0.02)  # of the springs of EXAMPLES
@@ -182,9 +179,3 @@ def test_a_rough_stiffness_is_enough_and_limits_narrow_the_range() -> None:
     known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0).plan
     decided = {f.of: a / b for f, b, a in zip(known.figures, known.before, known.after, strict=True)}
     assert max(decided[name] for name in ("second.kappa_omega", "branches[1].stiffness")) < 0.4
-
-
-@pytest.mark.parametrize(("arguments", "words"), CASES["refused"])
-def test_what_cannot_be_planned_is_refused(arguments: dict[str, Any], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        plan(**arguments | ({"source": Spring(TRUE)} if "source" in arguments else {}))

@@ -296,30 +296,6 @@ def test_paths_and_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert "has 19 bytes, and a record file may have at most 10" in refusal("Disp,Force\n1,2\n2,3\n")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        (([1.0, np.nan], [1, 2]), "`displacement` must be finite, got nan at index 1"),
-        (([1.0], [1.0]), "at least 2 samples, got 1"),
-        (([1.0, 2.0], [1.0, 2.0, 3.0]), "as many samples as `displacement`, got 3 and 2"),
-        (([1.0, 2.0], [1.0, 2.0], [0.0]), "`time` must have at least 2"),
-        (([[1.0, 2.0]], [1.0, 2.0]), "one dimension, got the shape (1, 2)"),
-        ((["a", "b"], [1.0, 2.0]), "real numbers"),
-        (([[1], [1, 2]], [1.0, 2.0]), "one dimension, got sequences of several lengths"),
-        (([1, 10**400], [1.0, 2.0]), "real numbers, got Python objects, or integers too large for a double"),
-        (([1.0, 2.0], np.ma.array([1.0, 2.0], mask=[True, False])), "`force` must have no masked samples"),
-        (([1e-200, 2e-200], [1.0, 2.0]), "check its unit"),
-        (([1.0, 2.0], [1e200, 2.0]), "check its unit"),
-        (([1.0, 2.0], [1.0, 2.0], [1e300, 2e300]), "the largest `time` must be within"),
-        (([1.0, 2.0], [1.0, 2.0], None, "a", None, (), [1.0, 2.0]), "`compared` must be an array of booleans"),
-    ],
-)
-def test_impossible_arrays_are_refused(arguments: tuple[Any, ...], part: str) -> None:
-    with pytest.raises(RecordError) as caught:
-        Record(*arguments)
-    assert part in str(caught.value)
-
-
 def test_a_record_is_a_read_only_copy() -> None:
     x = np.arange(6, dtype=np.float32)[::2]
     record = Record(x, [1, 2, 3], [0.0, 1.0, 1.0])
