@@ -2,7 +2,7 @@
 
 A model is fitted to a part of a record, and driven along the whole displacement as recorded, from its first sample and
 by its default state. The error is the rms of predicted less measured force over the samples held out, in % of the
-standard deviation of the measured force there: a constant has 100. Files of `RECORDS` without a folder are in
+standard deviation of the measured force there: a constant has 100. Files of held_out.toml may be in
 `../shared/data` beside the checkout; records that are absent are named. wire_rope and explode are synthetic,
 snap_through is no such spring and to be refused; mts_25mm_to_5mm and back see the whole of one record and hold out the
 whole of the other. mts_raw_1 to 5 are a current each, between the pauses of one file, in volts of unknown factors (9.83
@@ -27,66 +27,42 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pytest
-from tables import IMPORT, ROOT, console, hinge, processor_time, show
+import tomllib
+from tables import IMPORT, ROOT, console, processor_time, show
 
 from strandspring import IdentificationError, Record, Spring, StrandspringError, identify, read_record
 from tools import shared_data
 
 Split = Literal["paper", "A", "B"]
 SPLITS: tuple[Split, ...] = ("paper", "A", "B")
+RECORDS = tomllib.loads(Path(__file__).with_name("held_out.toml").read_text("utf-8"))
+RAW = RECORDS.pop("raw")
 BEFORE = Path(__file__).with_name("held_out_before.json")
 UNCOUNTED = ("wire_rope", "explode", "snap_through")  # in averages: synthetic, or to be refused
 LIMITS = 0.5, 2.0  # of a ratio before it is averaged
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
 
 
-def own(name: str, **options: Any) -> list[Record]:
-    return [read_record(ROOT / name, **options)]
+def records_of(given: dict[str, Any]) -> list[Record]:
+    """The records of a table of held_out.toml."""
+    if "of" in given:
+        return [record for name in given["of"] for record in records_of(RECORDS[name])]
+    if "current" in given:
+        (whole,) = records_of(RAW)
+        part = slice(*RAW_CUTS[given["current"] - 1 : given["current"] + 1])
+        return [Record(whole.displacement[part], whole.force[part], 0.005 * np.arange(part.stop - part.start))]
+    file, options = given["file"], {name: value for name, value in given.items() if name != "file"}
+    path = ROOT / file if file.startswith(("models/", "tests/")) else shared_data(file)
+    return [read_record(path, **options)]
 
 
-def shared(name: str, **options: Any) -> list[Record]:
-    return [read_record(shared_data(name), **options)]
-
-
-def current(number: int) -> list[Record]:
-    """The record of one current in the file of the acquisition."""
-    volts = {"displacement": 4, "force": 3, "displacement_scale": 9.83, "force_scale": 930.0}
-    (whole,) = shared("mts_damper/raw_25mm_0.25Hz.txt", skip_bad_lines=True, **volts)
-    part = slice(*RAW_CUTS[number - 1 : number + 1])
-    return [Record(whole.displacement[part], whole.force[part], 0.005 * np.arange(part.stop - part.start))]
-
-
-ACTUATOR: dict[str, Any] = {"time": 1, "displacement": 5, "force": 7, "time_unit": "ms"}
-MTS: dict[str, Any] = {"time": 1, "displacement": 2, "force": 4}
-HEM: dict[str, Any] = {"time": 3, "force": 4}
-RECORDS: dict[str, Callable[[], list[Record]]] = {
-    "hinge": lambda: [hinge()],
-    "wire_rope": lambda: own("models/records/wire_rope_mount.csv"),
-    "actuator": lambda: own("tests/data/actuator/circle_3bar.csv", **ACTUATOR),
-    "snap_through": lambda: own("tests/data/hinge/plastic_compress.csv", reverse="displacement"),
-    "SPC1": lambda: own("tests/data/degrading/SPC1.csv"),
-    "mr_damper": lambda: own("tests/data/mr_damper/ensaio1.mat"),
-    "mts_25mm": lambda: shared("mts_damper/25mm_0.25Hz.txt", **MTS),
-    "mts_5mm": lambda: shared("mts_damper/5mm_3Hz.txt", **MTS),
-    "mts_both": lambda: [*RECORDS["mts_25mm"](), *RECORDS["mts_5mm"]()],
-    "mts_25mm_to_5mm": lambda: [*RECORDS["mts_25mm"](), *RECORDS["mts_5mm"]()],
-    "mts_5mm_to_25mm": lambda: RECORDS["mts_both"]()[::-1],
-    **{f"mts_raw_{number}": partial(current, number) for number in range(1, 6)},
-    "coupon_1": lambda: shared("steel_coupon/coupon_1.csv", displacement="e_true", force="Sigma_true"),
-    "HEM320C_stroke": lambda: shared("steel_coupon/HEM320C_LP8.csv", displacement=6, **HEM),
-    "HEM320C_gauge": lambda: shared("steel_coupon/HEM320C_LP8.csv", displacement=5, **HEM),  # its extensometer
-    "rc_column": lambda: shared("rc_column/column.csv"),
-    "explode": lambda: shared("between_samples/explode.csv"),
-}
 THIRDS = ("mts", "coupon", "HEM320C", "rc_column")  # beginnings of names of which a third is held out
 
 
@@ -187,7 +163,7 @@ def held_out(only: str = "", split: str = "") -> None:
         if not name.startswith(only):
             continue
         try:
-            case = case_of(name, part, RECORDS[name]())
+            case = case_of(name, part, records_of(RECORDS[name]))
         except pytest.skip.Exception as reason:
             console.print(f"{name} {part}: {reason}")
             continue

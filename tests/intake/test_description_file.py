@@ -10,7 +10,7 @@ import tomllib
 
 from strandspring import RecordError, read_campaign, read_record
 from strandspring.loops import selection
-from strandspring.loops.selection import Wanted, cycle_range, entries, is_window, window
+from strandspring.loops.selection import Wanted, entries
 
 CASES = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text("utf-8"))
 TIME = np.linspace(0.0, 5.0, 1001)
@@ -101,13 +101,3 @@ def test_mistakes_are_named_by_file_and_field(
     assert message.startswith(str(folder))
     assert expected in message
     assert message.endswith(".")
-
-
-def test_windows_as_users_write_them() -> None:
-    assert [window(text) for text in ("1:2", " -1.5e1 : ", ":.5")] == [(1.0, 2.0), (-15.0, None), (None, 0.5)]
-    assert [cycle_range(text) for text in ("3", "2:", ":4", "2:4")] == [(3, 3), (2, None), (None, 4), (2, 4)]
-    assert not any(is_window(text) for text in ("Time", "3", ":", "1:2:3", "a:b", "", "12 : x"))
-    for parse in (window, cycle_range):
-        for value in (True, {}, [1], None):
-            with pytest.raises(RecordError, match=r"must be .*such as"):
-                parse(value)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from springs import MOUNT
-from strandspring import Record, Spring, SpringParameters, read_record, select
+from strandspring import Record, Spring, SpringParameters, select
 from strandspring.errors import RecordError
 from strandspring.kernel.arrays import FloatArray
 from strandspring.loops.cycles import find_cycles, measured_loops
@@ -66,17 +66,6 @@ def test_small_cycles_at_both_ends_of_a_path_remain() -> None:
     assert turning_points(rested, 1.0).tolist() == [0, 75, 125, 175, 225, 249]
     assert turning_points(np.array([0.0, 1.0, -9.0]), 5.0).tolist() == [0, 2]
     assert turning_points(np.array([0.0, 1.0, 0.9, 1.1, 1.0, 2.0]), 0.0).tolist() == [0, 1, 2, 3, 4, 5]
-
-
-def test_the_measured_records_have_the_strokes_one_sees() -> None:
-    hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
-    # Ten cycles; single samples of its laser jump by up to 0.45 mm.
-    friction = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
-    # After a first one of 3.26 mm come four cycles of 2.44 mm, 3 % of the largest.
-    growing = read_record(ROOT / "tests/data/degrading/SPC1.csv")
-    strokes = [find_strokes(record.displacement) for record in (hinge, friction, growing)]
-    assert [each.count for each in strokes] == [6, 20, 56]
-    assert strokes[2].length[2:9] == pytest.approx(4.88e-3, rel=0.05)  # every tenth sample is kept
 
 
 @pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
