@@ -30,7 +30,6 @@ from rig import (
     draw_experiment,
     draw_spring,
     judge_case,
-    log_uniform,
     simulate,
 )  # fmt: skip
 from rig_faults import FAULTS
@@ -187,7 +186,7 @@ def pairs(count: int = 200, seed: int = 0, coarse: bool = False, verbose: bool =
     """Two faults at a time with drawn sizes."""
     # The first of a pair must leave the experiment, the truth and the number of samples as they are.
     kept = ("truths", "programme", "options")
-    firsts = [name for name, fault in FAULTS.items() if name not in ("gaps", "duplicates")
+    firsts = [name for name, fault in FAULTS.items() if name != "gaps"
               and all(getattr(fault, field) is getattr(NO_FAULT, field) for field in kept)]  # fmt: skip
     results = []
     for index in range(count):
@@ -223,8 +222,8 @@ def zoo(count: int = 24, seed: int = 7, only: str = "", verbose: bool = False) -
     for name, results in groups.items():
         for index in range(count):
             generator = np.random.default_rng([seed, zlib.crc32(name.encode()), index])
-            experiment = draw_experiment(generator, frequency=log_uniform(generator, 0.1, 5.0), noise=0.003)
-            mount = draw_mount(name, generator, experiment.frequency)
+            experiment = draw_experiment(generator, noise=0.003)
+            mount = draw_mount(name, generator)
             case = simulate(mount, experiment, generator)
             label = f"{name} {index}, {len(experiment.amplitudes)} amplitudes"
             results.append(run(label, case, verbose, OF_ANOTHER_CLASS))

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tables import IMPORT, ROOT, console, in_turns, processor_time, show
+from tables import IMPORT, ROOT, in_turns, processor_time, show
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from shaken import shaken
@@ -31,7 +31,6 @@ from strandspring.compiled.targets import host_target
 from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.block import NativeForm, filled
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
@@ -237,7 +236,7 @@ def instances(
 
 
 def native(rounds: int = 21) -> None:
-    """A step of the native FMU in C, of one and of many instances, and through FMPy; a build for five platforms."""
+    """A step of the native FMU in C, of one and of many instances, and through FMPy."""
     model, rows = Spring.load(MODEL).model, []
     p = model.parameters
     middle, half = 0.5 * (p.displacement_min + p.displacement_max), 0.475 * (p.displacement_max - p.displacement_min)
@@ -266,11 +265,7 @@ def native(rounds: int = 21) -> None:
                 taken = 1e9 * (time.perf_counter() - begin) / 2000
                 slave.terminate()
             rows.append({"step": f"by FMPy, {title}", "ns": taken, "samples": taken / base})
-        five = chosen_platforms("all")
-        build_native_fmu(model, folder, five)
-        seconds = in_turns({"": lambda: build_native_fmu(model, folder, five)})[""]
     show("One exchange: displacement set, step done, force read; and samples of a response", rows)
-    console.print(f"FMU for {len(five)} platforms, once compiled: {1e3 * seconds:.0f} ms")
 
 
 def real_time(steps: int = 100_000, rounds: int = 7) -> None:

@@ -84,11 +84,11 @@ class Truth:
     stiffness: float = 0.0  # of a spring in parallel, about the centre [N/m]
     shift: float = 0.0  # where the record's coordinates see the spring's zero [m]
 
-    def response(self, displacement: FloatArray, time: FloatArray) -> FloatArray:
-        """Force along a path that starts with omega = 0 [N]; times [s] of equal steps, which mounts may ask for."""
-        return sum(self.parts(displacement - self.shift, time))
+    def response(self, displacement: FloatArray) -> FloatArray:
+        """Force along a path that starts with omega = 0 [N]."""
+        return sum(self.parts(displacement - self.shift))
 
-    def parts(self, path: FloatArray, _: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def parts(self, path: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Elastic and hysteretic force along a path in the spring's own coordinates [N]."""
         p = self.spring
         x = path - p.displacement_offset
@@ -253,13 +253,13 @@ def simulate(
         begun += sum(cycles for _, cycles in segments)
         run.measured = run.path
         fault.motion(run, magnitude, generator)
-        run.elastic, run.hysteretic = run.truth.parts(run.path, run.time)
+        run.elastic, run.hysteretic = run.truth.parts(run.path)
         fault.force(run, magnitude, generator)
         run.force = run.elastic + run.hysteretic
         fault.signals(run, magnitude, generator)
         run.at = np.arange(0 if experiment.synchronous else int(generator.integers(stride)), run.path.size, stride)
         runs.append(run)
-        clean.append(run.truth.response(run.path, run.time)[run.at])
+        clean.append(run.truth.response(run.path)[run.at])
     scale = float(np.std(np.concatenate([run.force[run.at] for run in runs])))
     for run in runs:
         noise = scale * experiment.noise * generator.standard_normal(run.at.size)
@@ -349,7 +349,7 @@ def judge_case(case: Case, identified: Spring) -> Judgement:
         for y, found in ((small, energies), (minor, forces)):
             path = case.spring.displacement_offset + truth.shift + amplitude_of(case.spring) * y
             times = np.arange(y.size) * case.experiment.period / SAMPLES
-            own = truth.response(path, times), identified.response(path, time=times if timed else None)
+            own = truth.response(path), identified.response(path, time=times if timed else None)
             found += [float(np.trapezoid(f[last], path[last])) if y is small else f[SAMPLES:] for f in own]
         error = float(np.std(forces[1] - forces[0]) / np.std(forces[0]))
         judgements.append(Judgement(energies[1] / energies[0] - 1.0, error))

@@ -72,9 +72,7 @@ def _stored(spring: SpringParameters, _: Experiment, share: float) -> tuple[Trut
 def _force_range(run: Run) -> tuple[float, float]:
     """Range of the force on the whole range of displacement [N]."""
     p = run.truth.spring
-    turns = np.array([p.displacement_offset, *[p.displacement_min, p.displacement_max] * 2])
-    path = np.interp(np.arange(801) / 200, np.arange(5), turns)
-    force = run.truth.response(path, run.experiment.period * np.arange(801) / 400)
+    force = run.truth.response(np.array([p.displacement_offset, *[p.displacement_min, p.displacement_max] * 2]))
     return float(force.min()), float(force.max())
 
 
@@ -102,12 +100,6 @@ def _hum(run: Run, share: float, frequency: float, phase: float) -> FloatArray:
 
 def _mains(run: Run, share: float, generator: Generator) -> None:
     run.force = run.force + _hum(run, share, 50.0, generator.uniform(0.0, 2.0 * np.pi))
-
-
-def _outliers(force: FloatArray, run: Run, count: float, generator: Generator) -> FloatArray:
-    where = generator.choice(run.at.size, size=min(round(count), run.at.size // 20), replace=False)
-    jumps = generator.uniform(0.5, 3.0, where.size) * generator.choice([-1.0, 1.0], where.size)
-    return force + np.bincount(where, jumps * float(np.std(run.force)), force.size)
 
 
 # -- of the spring
@@ -207,19 +199,6 @@ def _gaps(run: Run, share: float, generator: Generator) -> None:
     run.samples = run.samples[:, keep]
 
 
-def _duplicates(run: Run, share: float, generator: Generator) -> None:
-    run.samples = np.repeat(run.samples, 1 + (generator.random(run.samples.shape[1]) < share), axis=1)
-
-
-def _jitter(run: Run, share: float, generator: Generator) -> None:
-    """Each column is sampled at moments of its own about those recorded."""
-    noise = run.samples[2] - run.force[run.at]
-    for row, signal in ((1, run.measured), (2, run.force)):
-        moments = run.samples[0] + share * run.step * run.stride * generator.standard_normal(run.at.size)
-        run.samples[row] = np.interp(moments, run.time, signal)
-    run.samples[2] += noise
-
-
 def _inertia(run: Run, share: float) -> FloatArray:
     """Of a sine only: the acceleration is -(2 pi f)^2 times the displacement."""
     return -share * run.elastic_scale * (run.path - run.truth.spring.displacement_offset) / run.amplitude
@@ -274,13 +253,11 @@ ACTS: dict[str, dict[str, Any]] = {
     },
     "displacement steps": {"sampled": measured(1, _displacement_steps)},
     "force steps": {"sampled": measured(2, _force_steps)},
-    "sampling jitter": {"sampled": _jitter},
     "clipped force": {"sampled": measured(2, _clipped)},
     "play": {"motion": changed("path", _play)},
     "dwells": {"motion": _dwell, "force": changed("hysteretic", _relaxed)},
     "gaps": {"sampled": _gaps},
     "reversals between samples": {"programme": lambda e, s: replace(e, synchronous=False, samples=round(s))},
-    "duplicates": {"sampled": _duplicates},
     "single amplitude": {
         "programme": lambda e, s: replace(e, amplitudes=(1.0,), cycles=(round(s),), separate=False),
     },
@@ -296,7 +273,6 @@ ACTS: dict[str, dict[str, Any]] = {
     "tanh": {"truths": _shaped(lambda y, s: np.tanh(s * y) / np.tanh(s), False)},
     "bump stop": {"truths": _shaped(lambda y, s: s * (np.maximum(y - 0.75, 0.0) / 0.25) ** 1.5)},
     "mains hum": {"signals": _mains},
-    "outliers": {"sampled": measured(2, _outliers)},
 }  # fmt: skip
 _SIZES = tomllib.loads(Path(__file__).with_name("rig_faults.toml").read_text("utf-8"))
 FAULTS = {name: Fault(*_SIZES[name][:2], tuple(_SIZES[name][2:]), **acts) for name, acts in ACTS.items()}

@@ -1,12 +1,12 @@
 """Mounts of other classes than the package's own, to see whether an identification is honest about them.
 
 Every mount is force = FE(y) + friction*h with y = (displacement - centre)/amplitude. Each function of `DRAWS` draws a
-law, which gives h, of the order of 1, along y and time [s].
+law, which gives h, of the order of 1, along y.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -18,28 +18,21 @@ from strandspring import SpringParameters
 
 CALIBRATED = 1600  # samples in a cycle of the path that forces are scaled on
 
-Law = Callable[[FloatArray, FloatArray], FloatArray]
-Draw = Callable[[Generator, float], Law]
+Law = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
 class Mount(Truth):
     """A mount with an elastic force in parallel; its spring is a linear one of its size, without its law."""
 
-    law: Law = lambda y, _: y
+    law: Law = np.zeros_like
     elastic: tuple[float, ...] = ()  # FE by ascending powers of y [N]
     friction: float = 0.0  # scale of the hysteretic force [N]
 
-    def parts(self, path: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Elastic and hysteretic force along a path that begins in the virgin state [N]; times [s] of equal steps."""
+    def parts(self, path: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Elastic and hysteretic force along a path that begins in the virgin state [N]."""
         y = (path - self.spring.displacement_offset) / amplitude_of(self.spring)
-        return polyval(y, self.elastic), self.friction * self.law(y, time)
-
-
-def strokes(y: FloatArray) -> Iterator[tuple[slice, float]]:
-    """The strokes of a path, each with the reversal before it, and their signs."""
-    for begin, end in pairwise(strokes_of(y)):
-        yield slice(begin, end + 1), 1.0 if y[end] >= y[begin] else -1.0
+        return polyval(y, self.elastic), self.friction * self.law(y)
 
 
 def plays(y: FloatArray, radii: FloatArray) -> FloatArray:
@@ -47,27 +40,16 @@ def plays(y: FloatArray, radii: FloatArray) -> FloatArray:
     outputs = np.empty((y.size, radii.size))
     state = np.clip(0.0, y[0] - radii, y[0] + radii)
     outputs[0] = state
-    for stroke, sign in strokes(y):
+    for begin, end in pairwise(strokes_of(y)):
+        stroke = slice(begin, end + 1)
+        sign = 1.0 if y[end] >= y[begin] else -1.0
         piece = y[stroke, None] - sign * radii
         outputs[stroke] = np.maximum(piece, state) if sign > 0.0 else np.minimum(piece, state)
-        state = outputs[stroke.stop - 1]
+        state = outputs[end]
     return outputs
 
 
-def berg(y: FloatArray, half_way: float) -> FloatArray:
-    """Friction of Berg (Vehicle System Dynamics 30, 1998, 197): from the reversal (ys, fs) with d = |y - ys|
-
-    f = fs + s*d*(1 - s*fs)/(y2*(1 - s*fs) + d), where y2 is `half_way`.
-    """
-    f = np.zeros(y.size)
-    for stroke, sign in strokes(y):
-        start = f[stroke.start]
-        way, missing = np.abs(y[stroke] - y[stroke.start]), 1.0 - sign * start
-        f[stroke] = start + sign * way * missing / (half_way * missing + way + 1e-300)
-    return f
-
-
-def iwan(generator: Generator, _: float) -> Law:
+def iwan(generator: Generator) -> Law:
     """Jenkins elements in parallel, a spring and a slider each (Iwan 1966; Segalman, J. Appl. Mech. 72, 2005, 752).
 
     h = sum of w_i*(y - p_ri[y])/r_mean, slip at r_i with the power-law spectrum w ~ r^chi up to r_max and a share of
@@ -80,45 +62,20 @@ def iwan(generator: Generator, _: float) -> Law:
     weights = np.diff(edges ** (exponent + 2.0))  # of forces r*w
     weights *= (1.0 - together) / weights.sum()
     weights[-1] += together
-    return lambda y, _: ((y[:, None] - plays(y, radii)) / radii) @ weights
+    return lambda y: ((y[:, None] - plays(y, radii)) / radii) @ weights
 
 
-def maxwell_rubber(generator: Generator, frequency: float) -> Law:
-    """Rubber: Berg's friction and Maxwell branches, each a spring k_i in series with a dashpot k_i*tau_i [s]."""
-    count = int(generator.integers(1, 4))
-    half_way = log_uniform(generator, 0.05, 0.4)
-    branches = [
-        (log_uniform(generator, 0.2, 3.0) / count, log_uniform(generator, 0.02, 1.5) / frequency) for _ in range(count)
-    ]
-
-    def law(y: FloatArray, time: FloatArray) -> FloatArray:
-        from scipy.signal import lfilter
-
-        step = float(time[1] - time[0])
-        h, moved = berg(y, half_way), np.diff(y, prepend=y[0])
-        for stiffness, relaxation in branches:
-            keep = np.exp(-step / relaxation)
-            gain = stiffness * relaxation / step * (1.0 - keep)  # exact for straight lines between the samples
-            h = h + lfilter([gain], [1.0, -keep], moved)
-        return h
-
-    return law
+DRAWS: dict[str, Callable[[Generator], Law]] = {"iwan": iwan}
 
 
-DRAWS: dict[str, Draw] = {"iwan": iwan, "maxwell rubber": maxwell_rubber}
-
-
-def draw_mount(name: str, generator: Generator, frequency: float) -> Mount:
-    """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force;
-
-    its name is one of `DRAWS`, the frequency that of the test [Hz].
-    """
-    law = DRAWS[name](generator, frequency)
+def draw_mount(name: str, generator: Generator) -> Mount:
+    """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force."""
+    law = DRAWS[name](generator)
     reach = log_uniform(generator, 10.0, 20e3)  # half the range of the force [N]
     half_height = 2.0 * reach * log_uniform(generator, 0.05, 0.4)
     phase = np.linspace(0.0, 3.0, 3 * CALIBRATED + 1)
     y = np.sin(2.0 * np.pi * phase)
-    h = law(y, phase / frequency)
+    h = law(y)
     last = slice(-CALIBRATED - 1, None)
     friction = half_height / float(np.trapezoid(h[last], y[last]) / 4.0)
     elastic = max(reach - 0.5 * friction * float(np.ptp(h[last])), 0.1 * reach)
