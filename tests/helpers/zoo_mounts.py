@@ -1,7 +1,6 @@
-"""Mounts of other classes than the package's own, to see whether an identification is honest about them.
+"""Mounts of another class than the package's own, to see whether an identification is honest about them.
 
-Every mount is force = FE(y) + friction*h with y = (displacement - centre)/amplitude. Each function of `DRAWS` draws a
-law, which gives h, of the order of 1, along y.
+Every mount is force = FE(y) + friction*h with y = (displacement - centre)/amplitude; a law gives h, of the order of 1.
 """
 
 from __future__ import annotations
@@ -65,12 +64,9 @@ def iwan(generator: Generator) -> Law:
     return lambda y: ((y[:, None] - plays(y, radii)) / radii) @ weights
 
 
-DRAWS: dict[str, Callable[[Generator], Law]] = {"iwan": iwan}
-
-
-def draw_mount(name: str, generator: Generator) -> Mount:
+def draw_mount(generator: Generator) -> Mount:
     """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force."""
-    law = DRAWS[name](generator)
+    law = iwan(generator)
     reach = log_uniform(generator, 10.0, 20e3)  # half the range of the force [N]
     half_height = 2.0 * reach * log_uniform(generator, 0.05, 0.4)
     phase = np.linspace(0.0, 3.0, 3 * CALIBRATED + 1)
