@@ -12,7 +12,7 @@ import pytest
 
 import strandspring
 from springs import EXAMPLES
-from strandspring import Spring, SpringParameters
+from strandspring import Record, Spring, SpringParameters
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.arguments import flag, limits, number, numbers, whole
 
@@ -20,6 +20,8 @@ SPRING = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0
 ROPE = Spring(EXAMPLES["wire_rope"])
 CRADLE = SYSTEMS / "gun_cradle.toml"
 X, F = 0.01 * np.sin(np.arange(40.0)), np.arange(40.0)
+TURNS = 2.0 * np.pi * np.linspace(0.0, 10.0, 4001)
+CYCLES = Record(0.01 * np.sin(TURNS), 100.0 * np.sin(TURNS + 0.1), TURNS / (2.0 * np.pi))
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +31,8 @@ def names() -> dict[str, Any]:
 
     names = {name: getattr(strandspring, name) for name in strandspring.__all__}
     checks = {check.__name__: check for check in (flag, limits, number, numbers, whole)}
-    return (
-        names
-        | checks
-        | {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE, "X": X, "F": F, "nan": float("nan"), "pd": pd}
-    )
+    springs = {"SPRING": SPRING, "ROPE": ROPE, "CRADLE": CRADLE}
+    return names | checks | springs | {"X": X, "F": F, "CYCLES": CYCLES, "np": np, "pd": pd, "nan": np.nan}
 
 
 def test_numbers_of_any_kind_are_taken_and_nothing_else() -> None:

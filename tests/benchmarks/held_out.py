@@ -2,7 +2,7 @@
 
 A model is fitted to a part of a record, and driven along the whole displacement as recorded, from its first sample and
 by its default state. The error is the rms of predicted less measured force over the samples held out, in % of the
-standard deviation of the measured force there: a constant has 100. Files of `RECORDS` without a folder are in
+standard deviation of the measured force there: a constant has 100. Files of held_out.toml may be in
 `../shared/data` beside the checkout; records that are absent are named. wire_rope and explode are synthetic,
 snap_through is no such spring and to be refused; mts_25mm_to_5mm and back see the whole of one record and hold out the
 whole of the other. mts_raw_1 to 5 are a current each, between the pauses of one file, in volts of unknown factors (9.83
@@ -17,10 +17,9 @@ out are, of which the fit sees what precedes and what follows as two records if 
     A       the middle third of the strokes
     B       a sixth of the strokes, and at least two, that travel farthest in a row; the last such if equal within 1 %
 
-A row has the product's error, that of the version of held_out_before.json, and errors of models that were fitted to the
-same part (tests/helpers/other_models.py): Bouc-Wen with linear spring, offset and, where there is time, dashpot;
-Prandtl-Ishlinskii with a cubic; ridge regression on kernels. Averages are of ratios limited to [0.5, 2], so that one
-mended explosion does not carry all; what is refused counts as infinite, and what is refused on both sides is left out.
+A row has the product's error and that of the version of held_out_before.json; other models' are in its verdict.
+Averages are of ratios limited to [0.5, 2], so that one mended explosion does not carry all; what is refused counts as
+infinite, and what is refused on both sides is left out.
 """
 
 from __future__ import annotations
@@ -28,68 +27,42 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pytest
-from tables import IMPORT, ROOT, console, hinge, processor_time, show
+import tomllib
+from tables import IMPORT, ROOT, console, processor_time, show
 
-from other_models import Array, Model, bouc_wen, kernels, stops, turning_points
-from strandspring import IdentificationError, Record, StrandspringError, identify, read_record
+from strandspring import IdentificationError, Record, Spring, StrandspringError, identify, read_record
 from tools import shared_data
 
 Split = Literal["paper", "A", "B"]
 SPLITS: tuple[Split, ...] = ("paper", "A", "B")
+RECORDS = tomllib.loads(Path(__file__).with_name("held_out.toml").read_text("utf-8"))
+RAW = RECORDS.pop("raw")
 BEFORE = Path(__file__).with_name("held_out_before.json")
 UNCOUNTED = ("wire_rope", "explode", "snap_through")  # in averages: synthetic, or to be refused
 LIMITS = 0.5, 2.0  # of a ratio before it is averaged
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
-OTHERS = {"Bouc-Wen": bouc_wen, "stops": stops, "kernels": kernels}
 
 
-def own(name: str, **options: Any) -> list[Record]:
-    return [read_record(ROOT / name, **options)]
+def records_of(given: dict[str, Any]) -> list[Record]:
+    """The records of a table of held_out.toml."""
+    if "of" in given:
+        return [record for name in given["of"] for record in records_of(RECORDS[name])]
+    if "current" in given:
+        (whole,) = records_of(RAW)
+        part = slice(*RAW_CUTS[given["current"] - 1 : given["current"] + 1])
+        return [Record(whole.displacement[part], whole.force[part], 0.005 * np.arange(part.stop - part.start))]
+    file, options = given["file"], {name: value for name, value in given.items() if name != "file"}
+    path = ROOT / file if file.startswith(("models/", "tests/")) else shared_data(file)
+    return [read_record(path, **options)]
 
 
-def shared(name: str, **options: Any) -> list[Record]:
-    return [read_record(shared_data(name), **options)]
-
-
-def current(number: int) -> list[Record]:
-    """The record of one current in the file of the acquisition."""
-    volts = {"displacement": 4, "force": 3, "displacement_scale": 9.83, "force_scale": 930.0}
-    (whole,) = shared("mts_damper/raw_25mm_0.25Hz.txt", skip_bad_lines=True, **volts)
-    part = slice(*RAW_CUTS[number - 1 : number + 1])
-    return [Record(whole.displacement[part], whole.force[part], 0.005 * np.arange(part.stop - part.start))]
-
-
-ACTUATOR: dict[str, Any] = {"time": 1, "displacement": 5, "force": 7, "time_unit": "ms"}
-MTS: dict[str, Any] = {"time": 1, "displacement": 2, "force": 4}
-HEM: dict[str, Any] = {"time": 3, "force": 4}
-RECORDS: dict[str, Callable[[], list[Record]]] = {
-    "hinge": lambda: [hinge()],
-    "wire_rope": lambda: own("models/records/wire_rope_mount.csv"),
-    "actuator": lambda: own("tests/data/actuator/circle_3bar.csv", **ACTUATOR),
-    "snap_through": lambda: own("tests/data/hinge/plastic_compress.csv", reverse="displacement"),
-    "SPC1": lambda: own("tests/data/degrading/SPC1.csv"),
-    "mr_damper": lambda: own("tests/data/mr_damper/ensaio1.mat"),
-    "mts_25mm": lambda: shared("mts_damper/25mm_0.25Hz.txt", **MTS),
-    "mts_5mm": lambda: shared("mts_damper/5mm_3Hz.txt", **MTS),
-    "mts_both": lambda: [*RECORDS["mts_25mm"](), *RECORDS["mts_5mm"]()],
-    "mts_25mm_to_5mm": lambda: [*RECORDS["mts_25mm"](), *RECORDS["mts_5mm"]()],
-    "mts_5mm_to_25mm": lambda: RECORDS["mts_both"]()[::-1],
-    **{f"mts_raw_{number}": partial(current, number) for number in range(1, 6)},
-    "coupon_1": lambda: shared("steel_coupon/coupon_1.csv", displacement="e_true", force="Sigma_true"),
-    "HEM320C_stroke": lambda: shared("steel_coupon/HEM320C_LP8.csv", displacement=6, **HEM),
-    "HEM320C_gauge": lambda: shared("steel_coupon/HEM320C_LP8.csv", displacement=5, **HEM),  # its extensometer
-    "rc_column": lambda: shared("rc_column/column.csv"),
-    "explode": lambda: shared("between_samples/explode.csv"),
-}
 THIRDS = ("mts", "coupon", "HEM320C", "rc_column")  # beginnings of names of which a third is held out
 
 
@@ -100,13 +73,27 @@ class Case:
     training: list[Record]
     driven: list[tuple[Record, slice]]
 
-    def error(self, model: Model) -> float:
+    def error(self, spring: Spring) -> float:
         """Of the force held out, in % of its standard deviation."""
-        with np.errstate(all="ignore"):
-            misses = np.concatenate([model(record)[held] - record.force[held] for record, held in self.driven])
-            scale = np.std(np.concatenate([record.force[held] for record, held in self.driven]))
-            error = 100.0 * math.sqrt(np.mean(misses**2)) / scale
-        return error if math.isfinite(error) else math.inf
+        held = np.concatenate([record.force[part] for record, part in self.driven])
+        forces = [spring.response(record.displacement, time=record.time)[part] for record, part in self.driven]
+        return 100.0 * math.sqrt(np.mean((np.concatenate(forces) - held) ** 2)) / float(np.std(held))
+
+
+def turning_points(path: np.ndarray, share: float = 0.1) -> np.ndarray:
+    """Samples where a path turns by more than a share of its range, and both its ends."""
+    turns, direction, extreme, least = [0], 0, 0, share * np.ptp(path)
+    for k, x in enumerate(path.tolist()):
+        ahead = (x - path[extreme]) * direction
+        if direction == 0:
+            if abs(x - path[0]) > least:
+                direction, extreme = (1 if x > path[0] else -1), k
+        elif ahead >= 0.0:
+            extreme = k
+        elif ahead < -least:
+            turns.append(extreme)
+            direction, extreme = -direction, k
+    return np.array([*turns, path.size - 1])
 
 
 def part_of(record: Record, samples: slice) -> Record:
@@ -115,7 +102,7 @@ def part_of(record: Record, samples: slice) -> Record:
     return Record(record.displacement[samples], record.force[samples], moments, path=record.path)
 
 
-def held_strokes(name: str, split: Split, travel: Array) -> tuple[int, int]:
+def held_strokes(name: str, split: Split, travel: np.ndarray) -> tuple[int, int]:
     """The first stroke that is held out, and the one after the last."""
     count = travel.size
     if split == "A":
@@ -154,8 +141,7 @@ def fitted(case: Case) -> tuple[float, str]:
     except StrandspringError as refusal:
         return math.inf, refusal.outcome.name if isinstance(refusal, IdentificationError) else str(refusal)
     taken = time.process_time() - begin
-    error = case.error(lambda record: spring.response(record.displacement, time=record.time))
-    return error, f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
+    return case.error(spring), f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
 
 
 def limited(now: float, then: float) -> float:
@@ -165,7 +151,7 @@ def limited(now: float, then: float) -> float:
 
 
 def held_out(only: str = "", split: str = "") -> None:
-    """Errors of the product, its version before and three plain models on strokes that are held out.
+    """Errors of the product and its version before on strokes that are held out.
 
     `only` is the beginning of a record's name, `split` one of the three.
     """
@@ -177,7 +163,7 @@ def held_out(only: str = "", split: str = "") -> None:
         if not name.startswith(only):
             continue
         try:
-            case = case_of(name, part, RECORDS[name]())
+            case = case_of(name, part, records_of(RECORDS[name]))
         except pytest.skip.Exception as reason:
             console.print(f"{name} {part}: {reason}")
             continue
@@ -185,19 +171,14 @@ def held_out(only: str = "", split: str = "") -> None:
             continue
         then = before["errors"][name][part]
         error, note = fitted(case)
-        errors = {other: case.error(fit(case.training)) for other, fit in OTHERS.items()}
         then = math.inf if isinstance(then, str) else then
-        rows.append({"record": name, "split": part, "now": error, "before": then, **errors, "of now": note})
+        rows.append({"record": name, "split": part, "now": error, "before": then, "of now": note})
         console.print(f"{name} {part}: {error:.2f} %, {note}")
     show(f"Errors held out [%]; before is {before['commit']}", rows)
     chosen = [row for row in rows if row["record"] not in UNCOUNTED]
-    references = {name: [row[name] for row in chosen] for name in ("before", *OTHERS)}
-    references["best of the other models"] = [min(row[name] for name in OTHERS) for row in chosen]
-    means = []
-    for name, values in references.items():
-        ratios = [limited(row["now"], value) for row, value in zip(chosen, values, strict=True)]
-        ratios = [ratio for ratio in ratios if not math.isnan(ratio)]
-        mean, above = math.exp(np.mean(np.log(ratios))), sum(ratio > 1.0 for ratio in ratios)
-        means.append({"to": name, "rows": len(ratios), "geometric mean": mean,
-                      "median": float(np.median(ratios)), "above 1": above})  # fmt: skip
-    show("Ratios of the errors now, of measured records", means)
+    ratios = np.array([limited(row["now"], row["before"]) for row in chosen])
+    ratios = ratios[~np.isnan(ratios)]
+    mean, above = math.exp(np.mean(np.log(ratios))), int(np.sum(ratios > 1.0))
+    show("Ratios of the errors now to before, of measured records", [
+        {"rows": ratios.size, "geometric mean": mean, "median": float(np.median(ratios)), "above 1": above}
+    ])  # fmt: skip

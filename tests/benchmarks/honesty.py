@@ -2,7 +2,8 @@
 
 Wrong: more than 10 % in the energy of loops at 30 % of the amplitude, or more than 5 % of the force's standard
 deviation on minor loops, against the noise-free truth. Silent: wrong, and no caution that points to it; extrapolated is
-what was silent but for the caution on records of one amplitude. Refused: no spring, but a sentence that says why.
+what was silent but for the caution on records of one amplitude. Refused: no spring, but a sentence that says why. Held:
+the range that is given for the energy of those small loops holds it.
 """
 
 from __future__ import annotations
@@ -16,16 +17,38 @@ from typing import Any
 import numpy as np
 from tables import console, counted, percent, show
 
-from judgement import Judgement, judge_case
-from noise_bound import bound
-from rig import DOUBTED, UNDECIDED, Case, Experiment, Fault, draw_experiment, draw_spring, simulate
+from rig import (
+    DOUBTED,
+    NO_FAULT,
+    UNDECIDED,
+    Action,
+    Case,
+    Experiment,
+    Judgement,
+    Run,
+    amplitude_of,
+    draw_experiment,
+    draw_spring,
+    judge_case,
+    simulate,
+)  # fmt: skip
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, RefinedOptions, identify
 from strandspring.errors import StrandspringError
+from zoo_mounts import draw_mount
 
 FEW = (9.0, 60.0)  # samples in a cycle of coarse records
-WITHIN = 0.05  # error of n and rho that is allowed under noise of the displacement, share of them
 KNOWN = {field.name for field in fields(RefinedOptions)}
+OF_ANOTHER_CLASS = (
+    *UNDECIDED,
+    "minor loops",
+    "nested",
+    "another class",
+    "other class",
+    "rate",
+    "bound",
+    "cycle to cycle",
+)
 
 
 @dataclass(frozen=True)
@@ -62,24 +85,30 @@ class Result:
         return self.wrong and not self.says(self.words)
 
     @property
-    def line(self) -> str:
-        p = self.case.spring
-        case = f"n {p.n:5.2f} sigma {p.sigma:5.2f} rho*A {p.rho * self.case.amplitude:5.1f}"
-        if self.judgement is None:
-            return f"{case} refused: {self.problem}"
-        verdict = "SILENT" if self.silent else "WRONG" if self.wrong else "right"
-        energy, force = 100.0 * self.judgement.energy, 100.0 * self.judgement.force
-        return f"{case} {verdict:6} energy {energy:+6.1f} % force {force:5.1f} % {', '.join(self.cautions)}"
+    def held(self) -> bool:
+        if self.found is None or self.judgement is None:
+            return False
+        given = self.found.certainty.unrecorded
+        return given.low / given.energy <= 1.0 / (1.0 + self.judgement.energy) <= given.high / given.energy
 
 
-def run(case: Case, words: Sequence[str] = UNDECIDED) -> Result:
-    """The case identified with the options that a user of this rig would give."""
+def run(label: str, case: Case, verbose: bool, words: Sequence[str] = UNDECIDED) -> Result:
+    """The case identified with the options that a user of this rig would give, printed where it is worth it."""
     options = RefinedOptions(**{name: value for name, value in case.options.items() if name in KNOWN})
     try:
         found = identify(case.records, options)
+        result = Result(case, tuple(words), found, judge_case(case, found.spring()))
     except StrandspringError as error:
-        return Result(case, tuple(words), problem=str(error))
-    return Result(case, tuple(words), found, judge_case(case, found.spring()))
+        result = Result(case, tuple(words), problem=str(error))
+    if verbose or result.silent or result.problem:
+        p, judgement, outcome = case.spring, result.judgement, f"refused: {result.problem}"
+        if judgement is not None:
+            verdict = "SILENT" if result.silent else "WRONG" if result.wrong else "right"
+            errors = f"energy {percent(judgement.energy)} % force {percent(judgement.force)} %"
+            outcome = f"{verdict:6} {errors} {', '.join(result.cautions)}"
+        drawn = f"n {p.n:5.2f} sigma {p.sigma:5.2f} rho*A {p.rho * amplitude_of(p):5.1f}"
+        console.print(f"{label:30} {drawn} {outcome}", soft_wrap=True)
+    return result
 
 
 def summary(results: Sequence[Result]) -> dict[str, object]:
@@ -90,6 +119,7 @@ def summary(results: Sequence[Result]) -> dict[str, object]:
         "silent": sum(result.silent for result in results),
         "extrapolated": sum(result.silent and Outcome.ONE_AMPLITUDE.name in result.cautions for result in results),
         "refused": sum(bool(result.problem) for result in results),
+        "held": sum(result.held for result in results),
         "energy [%]": percent(np.median([abs(each.energy) for each in judgements])) if judgements else "-",
         "force [%]": percent(np.median([each.force for each in judgements])) if judgements else "-",
     }
@@ -104,12 +134,6 @@ def drawn_experiment(generator: np.random.Generator, coarse: bool, **fixed: Any)
     return experiment
 
 
-def shown(label: str, result: Result, verbose: bool) -> Result:
-    if verbose or result.silent or result.problem:
-        console.print(f"{label:30} {result.line}", soft_wrap=True)
-    return result
-
-
 def clean(
     count: int = 100, seed: int = 0, noise: float = 0.005, single: bool = False, coarse: bool = False,
     verbose: bool = False,
@@ -120,7 +144,7 @@ def clean(
     for index in range(count):
         generator = np.random.default_rng([seed, index])
         case = simulate(draw_spring(generator), drawn_experiment(generator, coarse, **fixed), generator)
-        results.append(shown(str(index), run(case), verbose))
+        results.append(run(str(index), case, verbose))
     show("Clean records; medians of errors", [summary(results)])
     console.print(f"cautions: {counted([name.lower() for result in results for name in result.cautions])}")
 
@@ -139,8 +163,8 @@ def faults(
                 generator = np.random.default_rng([seed, zlib.crc32(name.encode()), repetition])
                 spring, experiment = draw_spring(generator), drawn_experiment(generator, coarse)
                 case = simulate(spring, experiment, generator, FAULTS[name], size)
-                label = f"{name} {case.magnitude:.3g}"
-                results.append(shown(label, run(case, (*FAULTS[name].points_to, *DOUBTED)), verbose))
+                words = (*FAULTS[name].points_to, *DOUBTED)
+                results.append(run(f"{name} {case.magnitude:.3g}", case, verbose, words))
             pointed = sum(result.says(FAULTS[name].points_to) for result in results)
             rows.append({"fault": name, "size": size} | summary(results) | {"pointed": pointed})
             every += results
@@ -148,75 +172,56 @@ def faults(
     show("Faults of the rig; medians of errors", rows)
 
 
+def both(first: Action, magnitude: float, second: Action) -> Action:
+    """An action of a given size, and after it another one."""
+
+    def act(run: Run, size: float, generator: np.random.Generator) -> None:
+        first(run, magnitude, generator)
+        second(run, size, generator)
+
+    return act
+
+
 def pairs(count: int = 200, seed: int = 0, coarse: bool = False, verbose: bool = False) -> None:
     """Two faults at a time with drawn sizes."""
-    usual = Fault(0.0, 0.0, "", ())
     # The first of a pair must leave the experiment, the truth and the number of samples as they are.
-    firsts = [
-        name
-        for name, fault in FAULTS.items()
-        if name not in ("gaps", "lost reversals", "duplicates")
-        and all(getattr(fault, field) is getattr(usual, field) for field in ("truths", "programme", "options"))
-    ]
+    kept = ("truths", "programme", "options")
+    firsts = [name for name, fault in FAULTS.items() if name != "gaps"
+              and all(getattr(fault, field) is getattr(NO_FAULT, field) for field in kept)]  # fmt: skip
     results = []
     for index in range(count):
         generator = np.random.default_rng([seed, index])
-        first = str(generator.choice(firsts))
-        second = str(generator.choice([name for name in FAULTS if name != first]))
-        magnitude = FAULTS[first].magnitude("drawn", generator)
-        fault = FAULTS[first].beside(FAULTS[second], magnitude)
+        name = str(generator.choice(firsts))
+        other = str(generator.choice([each for each in FAULTS if each != name]))
+        first, second = FAULTS[name], FAULTS[other]
+        magnitude = first.magnitude("drawn", generator)
+        stages = ("motion", "force", "signals", "sampled")
+        actions = {stage: both(getattr(first, stage), magnitude, getattr(second, stage)) for stage in stages}
         spring, experiment = draw_spring(generator), drawn_experiment(generator, coarse)
-        case = simulate(spring, experiment, generator, fault, "drawn")
-        label = f"{index} {first} {magnitude:.3g}, {second} {case.magnitude:.3g}"
-        results.append(shown(label, run(case, (*case.points_to, *DOUBTED)), verbose))
+        case = simulate(spring, experiment, generator, replace(second, **actions), "drawn")
+        label = f"{index} {name} {magnitude:.3g}, {other} {case.magnitude:.3g}"
+        results.append(run(label, case, verbose, (*second.points_to, *first.points_to, *DOUBTED)))
     show("Pairs of faults; medians of errors", [summary(results)])
 
 
 def spans(count: int = 60, seed: int = 0, verbose: bool = False) -> None:
     """Whether the range given for the energy of small loops holds it: one amplitude, tanh, kink and bump stop."""
-    held, results = 0, []
+    results = []
     for index in range(count):
         generator = np.random.default_rng([seed, index])
         name = ("tanh", "kink", "bump stop")[index % 3]
         experiment = draw_experiment(generator, amplitudes=(1.0,), cycles=(3,))
-        result = run(simulate(draw_spring(generator), experiment, generator, FAULTS[name], "drawn"))
-        results.append(shown(f"{index} {name}", result, verbose))
-        if result.judgement is not None and result.found is not None:
-            given = result.found.certainty.unrecorded
-            held += given.low / given.energy <= 1.0 / (1.0 + result.judgement.energy) <= given.high / given.energy
-    show("Ranges of small loops of one amplitude", [{"held": held} | summary(results)])
+        case = simulate(draw_spring(generator), experiment, generator, FAULTS[name], "drawn")
+        results.append(run(f"{index} {name}", case, verbose))
+    show("Ranges of small loops of one amplitude", [summary(results)])
 
 
-def noise(count: int = 20, seed: int = 0, share: float = 0.002, verbose: bool = False) -> None:
-    """Noise of the displacement, a `share` of the amplitude: n and rho beside the Cramer-Rao bound.
-
-    Springs with high loops. The bound is that of a path that is known, as by perfect smoothing, and that of one that is
-    not smoothed at all; both are given as the number of runs within 5 % that they let expect.
-    """
-    rows = []
-    for shape in ("sine", "triangle"):
-        errors, shares, results = [], [], []
-        for index in range(count):
-            generator = np.random.default_rng([seed, index])
-            spring = draw_spring(generator, (0.3, 3.0), (0.5, 3.0), (6.0, 30.0), friction=(0.2, 0.4))
-            experiment = draw_experiment(generator, shape=shape)
-            case = simulate(spring, experiment, generator, replace(FAULTS["displacement noise"], small=share))
-            results.append(shown(f"{index} {shape}", run(case), verbose))
-            covariances = [bound(case, displacement) for displacement in (0.0, case.magnitude * case.amplitude)]
-            draws = np.random.default_rng(0)
-            shares.append([
-                np.mean(np.abs(draws.multivariate_normal(np.zeros(2), each, 20_000)).max(axis=1) <= WITHIN)
-                for each in covariances
-            ])  # fmt: skip
-            found = results[-1].found
-            p = None if found is None else found.parameters
-            errors.append([np.inf] * 2 if p is None else [abs(p.n / spring.n - 1.0), abs(p.rho / spring.rho - 1.0)])
-        n, rho = np.array(errors).T
-        known, unsmoothed = np.sum(shares, axis=0)
-        rows.append({
-            "shape": shape, "n median [%]": percent(np.median(n)), "worst": percent(n.max()),
-            "rho median [%]": percent(np.median(rho)), "rho worst": percent(rho.max()),
-            "within 5 %": int(np.sum(np.maximum(n, rho) <= WITHIN)), "bound": f"{known:.1f}",
-            "unsmoothed": f"{unsmoothed:.1f}", "wrong": sum(result.wrong for result in results),
-        })  # fmt: skip
-    show(f"Displacement noise of {100.0 * share:g} % of the amplitude", rows)
+def zoo(count: int = 24, seed: int = 7, verbose: bool = False) -> None:
+    """Mounts of another class (tests/helpers/zoo_mounts.py)."""
+    results = []
+    for index in range(count):
+        generator = np.random.default_rng([seed, index])
+        experiment = draw_experiment(generator, noise=0.003)
+        case = simulate(draw_mount(generator), experiment, generator)
+        results.append(run(f"{index}, {len(experiment.amplitudes)} amplitudes", case, verbose, OF_ANOTHER_CLASS))
+    show("Mounts of another class; medians of errors", [summary(results)])

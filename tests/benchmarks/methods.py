@@ -1,19 +1,17 @@
 """Methods of identification that the paper names, beside this program's.
 
-Table 1's record is one period of Ni's model with 3 % noise; each method gets the same samples. Ni's method and least
-squares in the time domain fit Ni's model, whose own data Table 1 holds, from exact values, from values read off the
-record, or from random ones within a factor of ten.
+Table 1's record is one period of Ni's model with 3 % noise; each method gets the same samples. Ni's method fits Ni's
+model, whose own data Table 1 holds, from exact values, from values read off the record, or from random ones within a
+factor of ten.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import least_squares
 from tables import show
 
 from strandspring import PaperOptions, Record, RefinedOptions, Spring, StrandspringError, TwoStageOptions, identify
@@ -25,7 +23,6 @@ from strandspring.peers.periods import whole_periods
 SAMPLES, NOISE = (1000, 128), 0.03  # of a period; the paper does not say how many it has
 FAILED = 2.5  # RMSE [N] above which a run counts as failed: the paper's figure
 UNSEEN = (0.3, 0.6)  # amplitudes of the unseen paths, share of the recorded one
-RANDOM_STARTS = 8  # of which the best is taken where several are tried
 
 Array = np.ndarray
 Steady = Callable[[Array], Array]  # displacement over one period [mm] -> force in the steady state [N]
@@ -45,48 +42,6 @@ def ni(start: Start) -> Run:
     def run(x: Array, force: Array, seed: int) -> Steady:
         period, periods = whole_periods(Record(x, force))
         return ni_method(period, periods.mean(axis=0), start(x, force, seed)).parameters.steady_force
-
-    return run
-
-
-# Ni's model as a vector that any numbers make possible: K1, K2, K3, C*ln(B), ln(z0), ln(rho), ln(2*sigma - 1), ln(n).
-def to_vector(p: NiParameters) -> Array:
-    logarithms = (math.log(p.z0), math.log(p.rho), math.log(max(2.0 * p.sigma - 1.0, 1e-6)), math.log(p.n))
-    return np.array([p.K1, p.K2, p.K3, p.growth, *logarithms])
-
-
-def from_vector(vector: Array) -> NiParameters:
-    K1, K2, K3, growth = vector[:4].tolist()
-    z0, rho, recovery, n = np.exp(np.clip(vector[4:], [-60.0, -60.0, -14.0, -3.0], [60.0, 60.0, 4.6, 3.0])).tolist()
-    total, sigma = rho * z0 / z0**n, 0.5 * (1.0 + recovery)
-    return NiParameters(K1, K2, K3, math.e, growth, rho * z0, (1.0 - sigma) * total, sigma * total, n)
-
-
-def time_domain(start: Start, count: int = 1) -> Run:
-    """Least squares over the samples by SciPy, the best of several starts."""
-
-    def run(x: Array, force: Array, seed: int) -> Steady:
-        scale = float(np.ptp(force))
-
-        def misfit(vector: Array) -> Array:
-            try:
-                difference = from_vector(vector).steady_force(x) - force
-                return np.clip(np.nan_to_num(difference, nan=1e3 * scale), -1e3 * scale, 1e3 * scale)
-            except (ValueError, ArithmeticError):
-                return np.full(x.size, 1e3 * scale)
-
-        fits = []
-        for k in range(count):
-            first = to_vector(start(x, force, count * seed + k))
-            try:
-                with np.errstate(over="ignore", invalid="ignore"):
-                    fit = least_squares(misfit, first, x_scale=np.maximum(np.abs(first), 0.1), max_nfev=200)
-                fits.append((fit.cost, from_vector(fit.x)))
-            except (ValueError, ArithmeticError, np.linalg.LinAlgError):
-                continue  # the other starts go on
-        if not fits:
-            raise ArithmeticError("no start led to a possible model")
-        return min(fits, key=lambda fit: fit[0])[1].steady_force
 
     return run
 
@@ -111,8 +66,6 @@ def methods_of(truth: NiParameters) -> dict[str, Run]:
         "Ni's, exact values": ni(exact),
         "Ni's, read off": ni(read_off),
         "Ni's, random": ni(at_random),
-        "least squares, read off": time_domain(read_off),
-        f"least squares, best of {RANDOM_STARTS}": time_domain(at_random, RANDOM_STARTS),
     }
 
 

@@ -24,14 +24,10 @@ def benchmarks() -> dict[str, Callable[..., None]]:
     import honesty
     import methods
     import speed
-    import zoo
-
-    import planning
-    import systems
 
     functions = (
-        honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.noise, zoo.zoo, held_out.held_out,
-        methods.table_1, planning.planning, systems.verdicts, speed.kernel, speed.bulk,
+        honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.zoo, held_out.held_out,
+        methods.table_1, speed.kernel, speed.bulk,
         speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.real_time, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}

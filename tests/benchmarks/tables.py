@@ -14,8 +14,6 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from strandspring import Record, read_record
-
 ROOT = Path(__file__).resolve().parents[2]
 IMPORT = [sys.executable, "-c", "import numpy"]
 console = Console(width=150)
@@ -53,11 +51,6 @@ def processor_time(command: Sequence[str], folder: Path, rounds: int = 3) -> flo
             raise SystemExit(f"{' '.join(command)} ended with status {process.returncode}.")
         times.append(usage.ru_utime + usage.ru_stime)
     return float(np.median(times))
-
-
-def hinge() -> Record:
-    """The measured record of the rubber hinge."""
-    return read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
 
 
 def counted(names: Sequence[str]) -> str:

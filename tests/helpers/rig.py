@@ -1,4 +1,4 @@
-"""A simulated test rig: drawn springs and the records of experiments with them.
+"""A simulated test rig: drawn springs and the records of experiments with them, and whether a spring found is right.
 
 A run is simulated on a fine grid of time that holds every reversal, so that the forces are exact, and is sampled at the
 end. A fault acts at one stage of it: on the programme, on the motion, on the spring's force, on the measured signals of
@@ -7,7 +7,7 @@ the fine grid, or on the samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -58,17 +58,12 @@ def draw_spring(
             break
     shape[0] = generator.uniform(-1.0, 1.5)
     centre = generator.uniform(-0.1, 0.3)
+    rho, own_sigma = log_uniform(generator, *saturations) / amplitude, log_uniform(generator, *sigma)
+    kE, kA = elastic * shape / amplitude ** np.arange(shape.size), amplifier / amplitude ** np.arange(amplifier.size)
     return SpringParameters(
-        kE=tuple(elastic * shape / amplitude ** np.arange(shape.size)),
-        kA=tuple(amplifier / amplitude ** np.arange(amplifier.size)),
-        kappa_omega=share * elastic,
-        rho=log_uniform(generator, *saturations) / amplitude,
-        sigma=log_uniform(generator, *sigma),
-        n=log_uniform(generator, *n),
-        displacement_offset=centre,
-        displacement_min=centre - amplitude,
-        displacement_max=centre + amplitude,
-    )
+        tuple(kE), tuple(kA), share * elastic, rho, own_sigma, log_uniform(generator, *n), centre,
+        centre - amplitude, centre + amplitude,
+    )  # fmt: skip
 
 
 def amplitude_of(spring: SpringParameters) -> float:
@@ -113,18 +108,11 @@ class Experiment:
     frequency: float = 0.5  # [Hz]
     samples: int = 1000  # of all records together, about
     noise: float = 0.005  # standard deviation of the force's noise, share of the force's
-    correlation: float = 0.0  # AR(1) coefficient of the noise
     synchronous: bool = True  # every reversal is sampled; otherwise reversals fall between the samples
 
     @property
     def period(self) -> float:
         return 1.0 / self.frequency
-
-    @property
-    def segments(self) -> tuple[tuple[tuple[float, int], ...], ...]:
-        """(amplitude, cycles) of the parts of each record."""
-        pairs = tuple(zip(self.amplitudes, self.cycles, strict=True))
-        return tuple((pair,) for pair in pairs) if self.separate else (pairs,)
 
 
 def draw_experiment(generator: Generator, **fixed: Any) -> Experiment:
@@ -148,35 +136,26 @@ class Run:
     truth: Truth
     experiment: Experiment
     index: int  # of the record among those of the experiment
-    clock: float  # when the record starts within the experiment [s]
-    duration: float  # of all records [s]
     step: float  # of the fine grid [s]
     stride: int  # fine steps from sample to sample
     path: FloatArray  # displacement of the spring on the fine grid [m]
     cycle: FloatArray  # cycles since the start of the experiment
     # Parts of the spring's force on the fine grid [N], and the signals that are sampled there [m], [N].
-    elastic: FloatArray = field(default_factory=lambda: np.empty(0))
-    hysteretic: FloatArray = field(default_factory=lambda: np.empty(0))
-    measured: FloatArray = field(default_factory=lambda: np.empty(0))
-    force: FloatArray = field(default_factory=lambda: np.empty(0))
-    at: NDArray[np.intp] = field(default_factory=lambda: np.empty(0, dtype=np.intp))  # samples on the fine grid
-    # Time [s], displacement [m] and force [N] as recorded, shape (3, K).
-    samples: FloatArray = field(default_factory=lambda: np.empty((3, 0)))
+    elastic: FloatArray = field(init=False)
+    hysteretic: FloatArray = field(init=False)
+    measured: FloatArray = field(init=False)
+    force: FloatArray = field(init=False)
+    at: NDArray[np.intp] = field(init=False)  # samples on the fine grid
+    samples: FloatArray = field(init=False)  # time [s], displacement [m] and force [N] as recorded, shape (3, K)
 
     @property
     def time(self) -> FloatArray:
         return self.step * np.arange(self.path.size)
 
     @property
-    def elapsed(self) -> FloatArray:
-        """Time since the start of the experiment as a share of its duration."""
-        return (self.clock + self.time) / self.duration
-
-    @property
     def velocity(self) -> FloatArray:
         """Velocity of the spring as a share of the largest [-]."""
-        velocity = np.gradient(self.path, self.step)
-        return velocity / (2.0 * np.pi * self.experiment.frequency * self.amplitude)
+        return np.gradient(self.path, self.step) / (2.0 * np.pi * self.experiment.frequency * self.amplitude)
 
     @property
     def amplitude(self) -> float:
@@ -198,19 +177,22 @@ def strokes_of(path: FloatArray) -> NDArray[np.intp]:
 Action = Callable[[Run, float, Generator], None]
 
 
+def nothing(_run: Run, _size: float, _generator: Generator) -> None:
+    """The action of a fault where it does not act."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One fault of a rig."""
 
-    small: float  # size that is barely worth correcting, in the unit of `size`
+    small: float  # size that is barely worth correcting
     large: float  # what a bad rig does
-    size: str  # what the size is measured in
-    points_to: tuple[str, ...]  # beginnings of words; a caution that points to it has one in its name or sentence
+    points_to: tuple[str, ...] = ()  # beginnings of words; a caution that points to it has one in its name or sentence
     # What it does to a run at that stage.
-    motion: Action | None = None
-    force: Action | None = None
-    signals: Action | None = None
-    sampled: Action | None = None
+    motion: Action = nothing
+    force: Action = nothing
+    signals: Action = nothing
+    sampled: Action = nothing
     # The springs that are right, any of which will do; what the experiment must be; what a user would give as options.
     truths: Callable[[SpringParameters, Experiment, float], tuple[Truth, ...]] = lambda spring, *_: (Truth(spring),)
     programme: Callable[[Experiment, float], Experiment] = lambda experiment, _: experiment
@@ -223,19 +205,8 @@ class Fault:
             return log_uniform(generator, low / 1.5, high * 1.2)
         return self.small if size == "small" else self.large
 
-    def beside(self, other: Fault, magnitude: float) -> Fault:
-        """This fault, and after it another one of a given size, whose experiment, options and truths are kept."""
 
-        def both(own: Action | None, others: Action | None) -> Action:
-            def act(run: Run, size: float, generator: Generator) -> None:
-                _act(own, run, magnitude, generator)
-                _act(others, run, size, generator)
-
-            return act
-
-        stages = ("motion", "force", "signals", "sampled")
-        actions = {name: both(getattr(self, name), getattr(other, name)) for name in stages}
-        return replace(other, points_to=(*other.points_to, *self.points_to), **actions)
+NO_FAULT = Fault(0.0, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,104 +218,139 @@ class Case:
     experiment: Experiment
     magnitude: float  # size of the fault in the fault's unit
     options: dict[str, float]  # what a user would give
-    points_to: tuple[str, ...]
-    # Noise-free displacement of the spring [m] and its response [N] at the samples, before some are lost or doubled.
-    paths: tuple[FloatArray, ...]
-    forces: tuple[FloatArray, ...]
+    deviation: float  # of the spring's force at the samples [N]
 
     @property
     def spring(self) -> SpringParameters:
         return self.truths[0].spring
 
-    @property
-    def centre(self) -> float:
-        return self.spring.displacement_offset
-
-    @property
-    def amplitude(self) -> float:
-        return amplitude_of(self.spring)
-
-
-_NO_FAULT = Fault(0.0, 0.0, "", UNDECIDED)
-
 
 def simulate(
-    spring: SpringParameters,
+    spring: SpringParameters | Truth,
     experiment: Experiment,
     generator: Generator,
-    fault: Fault = _NO_FAULT,
+    fault: Fault = NO_FAULT,
     size: Size = "small",
 ) -> Case:
-    """The records that a rig with this fault gives."""
+    """The records that a rig with this fault gives of a spring, or of a mount that the fault leaves as it is."""
     magnitude = fault.magnitude(size, generator)
     experiment = fault.programme(experiment, magnitude)
-    truths = fault.truths(spring, experiment, magnitude)
+    mount, p = (spring, spring.spring) if isinstance(spring, Truth) else (None, spring)
+    truths = fault.truths(p, experiment, magnitude) if mount is None else (mount,)
     quarter = max(2, round(experiment.samples / (4 * sum(experiment.cycles))))  # samples
     stride = -(-800 // quarter)
     fine = 4 * quarter * stride
-    if not experiment.synchronous:
-        stride += 1
+    stride += not experiment.synchronous
+    pairs = tuple(zip(experiment.amplitudes, experiment.cycles, strict=True))
     runs: list[Run] = []
-    duration = sum(experiment.cycles) * experiment.period
-    begun = 0
-    for index, segments in enumerate(experiment.segments):
-        path, cycle = _programme(experiment, segments, fine)
+    clean, begun = [], 0
+    for index, segments in enumerate([(pair,) for pair in pairs] if experiment.separate else [pairs]):
+        path, cycle = _programme(experiment.shape, segments, fine)
         run = Run(
-            truths[0] if truths[0].shift == 0.0 else replace(truths[0], shift=0.0),
-            experiment, index, begun * experiment.period, duration, experiment.period / fine, stride,
-            spring.displacement_offset + amplitude_of(spring) * path, begun + cycle,
+            replace(truths[0], shift=0.0), experiment, index, experiment.period / fine, stride,
+            p.displacement_offset + amplitude_of(p) * path, begun + cycle,
         )  # fmt: skip
         begun += sum(cycles for _, cycles in segments)
         run.measured = run.path
-        _act(fault.motion, run, magnitude, generator)
+        fault.motion(run, magnitude, generator)
         run.elastic, run.hysteretic = run.truth.parts(run.path)
-        _act(fault.force, run, magnitude, generator)
+        fault.force(run, magnitude, generator)
         run.force = run.elastic + run.hysteretic
-        _act(fault.signals, run, magnitude, generator)
-        first = 0 if experiment.synchronous else int(generator.integers(stride))
-        run.at = np.arange(first, run.path.size, stride)
+        fault.signals(run, magnitude, generator)
+        run.at = np.arange(0 if experiment.synchronous else int(generator.integers(stride)), run.path.size, stride)
         runs.append(run)
+        clean.append(run.truth.response(run.path)[run.at])
     scale = float(np.std(np.concatenate([run.force[run.at] for run in runs])))
     for run in runs:
-        noise = scale * experiment.noise * coloured(generator, run.at.size, experiment.correlation)
+        noise = scale * experiment.noise * generator.standard_normal(run.at.size)
         run.samples = np.stack([run.time[run.at], run.measured[run.at], run.force[run.at] + noise])
-        _act(fault.sampled, run, magnitude, generator)
-    return Case(
-        tuple(Record(run.samples[1], run.samples[2], run.samples[0], f"rig_{run.index + 1}.csv") for run in runs),
-        truths,
-        experiment,
-        magnitude,
-        fault.options(spring, experiment, magnitude),
-        fault.points_to,
-        tuple(run.path[run.at] for run in runs),
-        tuple(Spring(spring).response(run.path)[run.at] for run in runs),
-    )
+        fault.sampled(run, magnitude, generator)
+    records = [Record(run.samples[1], run.samples[2], run.samples[0], f"rig_{run.index + 1}.csv") for run in runs]
+    options, deviation = fault.options(p, experiment, magnitude), float(np.std(np.concatenate(clean)))
+    return Case(tuple(records), truths, experiment, magnitude, options, deviation)
 
 
-def _act(action: Action | None, run: Run, magnitude: float, generator: Generator) -> None:
-    if action is not None:
-        action(run, magnitude, generator)
-
-
-def _programme(
-    experiment: Experiment, segments: tuple[tuple[float, int], ...], fine: int
-) -> tuple[FloatArray, FloatArray]:
+def _programme(shape: str, segments: tuple[tuple[float, int], ...], fine: int) -> tuple[FloatArray, FloatArray]:
     """Displacement over the largest amplitude, and the number of the cycle, on the fine grid of one record."""
-    quarter = fine // 4
-    if experiment.shape == "sine":
-        wave = np.sin(2.0 * np.pi * np.arange(fine) / fine)
-    else:
-        wave = np.interp(np.arange(fine), np.array([0, 1, 3, 4]) * quarter, [0.0, 1.0, -1.0, 0.0])
+    phase = np.arange(fine) / fine
+    wave = np.interp(phase, [0.0, 0.25, 0.75, 1.0], [0.0, 1.0, -1.0, 0.0])
+    if shape == "sine":
+        wave = np.sin(2.0 * np.pi * phase)
     path = np.concatenate([*(amplitude * np.tile(wave, cycles) for amplitude, cycles in segments), [0.0]])
     return path, np.arange(path.size) / fine
 
 
-def coloured(generator: Generator, count: int, correlation: float) -> FloatArray:
-    """Stationary AR(1) noise of unit standard deviation."""
-    from scipy.signal import lfilter
+OfRecord = Callable[[int, float], Fault]  # of the record's number and frequency [Hz]
 
-    white = generator.standard_normal(count)
-    if correlation == 0.0:
-        return white
-    white[0] /= np.sqrt(1.0 - correlation**2)
-    return np.asarray(np.sqrt(1.0 - correlation**2) * lfilter([1.0], [1.0, -correlation], white))
+
+def drawn_case(fault: Fault, seed: int, index: int, **fixed: Any) -> Case:
+    """Records of a drawn spring and experiment with such a fault, of its large size, 400 samples in a cycle."""
+    generator = np.random.default_rng([seed, index])
+    spring, experiment = draw_spring(generator), draw_experiment(generator, **fixed)
+    experiment = fault.programme(experiment, fault.large)
+    experiment = replace(experiment, samples=400 * sum(experiment.cycles))
+    return simulate(spring, experiment, generator, replace(fault, programme=lambda given, _: given), "large")
+
+
+def at_frequencies(
+    generator: Generator, frequencies: Sequence[float], fault: OfRecord, shape: Literal["sine", "triangle"] = "sine"
+) -> tuple[SpringParameters, tuple[Record, ...]]:
+    """A drawn spring and a record of it with three amplitudes at each frequency [Hz]."""
+    spring = draw_spring(generator)
+    records = []
+    for k, frequency in enumerate(frequencies):
+        experiment = Experiment(shape, frequency=frequency, samples=2700)
+        case = simulate(spring, experiment, generator, fault(k, frequency), "large")
+        records += [replace(record, path=f"record_{k + 1}.csv") for record in case.records]
+    return spring, tuple(records)
+
+
+# -- whether a spring is right
+
+SAMPLES = 2000  # a cycle, of the paths that are judged
+WRONG_ENERGY, WRONG_FORCE = 0.10, 0.05  # of loops at 30 % of the amplitude; of the deviation on minor loops
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Errors of an identified spring against the truth.
+
+    Attributes
+    ----------
+    energy : float   Relative error of the energy of the steady loop at 30 % of the amplitude, with its sign.
+    force : float    rms error on minor loops, means removed, as a share of the force's standard deviation.
+    """
+
+    energy: float
+    force: float
+
+    @property
+    def excess(self) -> float:
+        """The larger error in units of what is allowed."""
+        return max(abs(self.energy) / WRONG_ENERGY, self.force / WRONG_FORCE)
+
+    @property
+    def wrong(self) -> bool:
+        return not self.excess <= 1.0
+
+
+def judge_case(case: Case, identified: Spring) -> Judgement:
+    """The judgement by that of the right springs which comes closest, at the rate of the records.
+
+    Loops lie about the centre of the programme, and offsets of the force are left aside.
+    """
+    phase = 2.0 * np.pi * np.arange(10 * SAMPLES + 1) / SAMPLES
+    small, last, nested = 0.3 * np.sin(phase), slice(-SAMPLES - 1, None), np.linspace(0.0, 6.0 * np.pi, 3 * SAMPLES + 1)
+    # A full cycle that sets the memory, and nested minor loops.
+    minor = np.concatenate([0.9 * np.sin(nested[:SAMPLES]), 0.55 * np.sin(nested) + 0.35 * np.sin(4.6 * nested)])
+    timed, judgements = bool(identified.parameters.branches), []
+    for truth in case.truths:
+        energies, forces = [], []
+        for y, found in ((small, energies), (minor, forces)):
+            path = case.spring.displacement_offset + truth.shift + amplitude_of(case.spring) * y
+            times = np.arange(y.size) * case.experiment.period / SAMPLES
+            own = truth.response(path), identified.response(path, time=times if timed else None)
+            found += [float(np.trapezoid(f[last], path[last])) if y is small else f[SAMPLES:] for f in own]
+        error = float(np.std(forces[1] - forces[0]) / np.std(forces[0]))
+        judgements.append(Judgement(energies[1] / energies[0] - 1.0, error))
+    return min(judgements, key=lambda judgement: judgement.excess)

@@ -29,7 +29,7 @@ from strandspring.errors import ModelError
 from strandspring.identification.method import Method
 from strandspring.model.certificate import Driven, ForceRange, shortcoming
 from strandspring.model.modelfile import load_model
-from synthetic import drawn_own_record, record_of, sine, spring_of
+from synthetic import drawn_own_record
 from tools import shared_data
 
 pytestmark = pytest.mark.long
@@ -152,23 +152,3 @@ def test_build_and_verify_hold_the_spring_to_its_certificate(tmp_path: Path) -> 
     with pytest.raises(ModelError, match=r"does not meet its certificate: FE reaches .* identify it again"):
         build_fmu(file, tmp_path / "bad")
     assert not list((tmp_path / "bad").glob("*"))
-
-
-def test_the_file_says_what_was_found_and_of_what(tmp_path: Path) -> None:
-    one = replace(record_of(spring_of(1.0, 1.0), sine(), noise=0.01), path="m\udcfc\x1b.csv")
-    found, again = (identify(one, RefinedOptions((3, 2))) for _ in range(2))
-    for name, each in (("a", found), ("b", again)):
-        each.spring("a").save(tmp_path / f"{name}.json")
-    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
-    model = Spring.load(tmp_path / "a.json").model
-    assert model.parameters == found.parameters
-    assert model.fit["rnl"] == found.rnl
-    assert model.fit["verdict"]["sentence"] == str(found.verdict)
-    assert [finding["name"] for finding in model.fit["outcomes"]] == [
-        outcome.name.lower() for outcome in found.outcomes
-    ]
-    assert {"degrees", "fitted", "recorded_loops", "small_loops", "lack_of_fit", "records"} <= set(model.fit)
-    assert model.provenance["records"][0]["file"] == "m\ufffd\ufffd.csv"  # a name that is not UTF-8
-    assert model.provenance["records"][0]["sha256"] == one.sha256
-    assert model.provenance["method"] == "refined"
-    assert len(model.uncertainty["kE"]) == 4

@@ -12,10 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from judgement import judge_case
-from rig import Case, Experiment, amplitude_of, draw_experiment, draw_spring, elastic_force, simulate
-from rig_causes import at_frequencies, drawn_case, gapped, humming, lagging, less_friction, moving_mass, rubber, wearing
-from rig_faults import FAULTS
+from rig import (
+    Case,
+    Experiment,
+    amplitude_of,
+    at_frequencies,
+    draw_experiment,
+    draw_spring,
+    drawn_case,
+    elastic_force,
+    judge_case,
+    simulate,
+)  # fmt: skip
+from rig_faults import FAULTS, gapped, humming, lagging, less_friction, moving_mass, rubber, wearing
 from strandspring import (
     Finding,
     Identification,
@@ -99,7 +108,7 @@ def turning(samples: float, shape: str = "sine") -> Record:
 
 
 def at(frequencies: tuple[float, ...], fault: Any, seed: int = 41) -> Callable[[], tuple[Record, ...]]:
-    return lambda: at_frequencies(np.random.default_rng([seed, 4]), frequencies, fault, (0.4, 0.7, 1.0))[1]
+    return lambda: at_frequencies(np.random.default_rng([seed, 4]), frequencies, fault)[1]
 
 
 def pair(index: int, smaller: float, column: str = "force", factor: float = 1.0) -> tuple[Record, Record]:
@@ -207,7 +216,7 @@ def test_nothing_is_said_without_a_fault() -> None:
 
 def test_sizes_of_what_changes_are_true() -> None:
     def sizes(frequencies: tuple[float, ...], fault: Any) -> dict[Outcome, float]:
-        records = at_frequencies(np.random.default_rng([41, 3]), frequencies, fault, (0.4, 0.7, 1.0))[1]
+        records = at_frequencies(np.random.default_rng([41, 3]), frequencies, fault)[1]
         return {kind: next(iter(finding.numbers.values())) for kind, finding in said(records).items()}
 
     for frequencies in (ONE, THREE):
@@ -215,7 +224,7 @@ def test_sizes_of_what_changes_are_true() -> None:
         assert changes == {Outcome.RECORDS_DIFFER: pytest.approx(-0.15, abs=0.03)}
     # Of 27 cycles; the first is whole, and a change per cycle is of the mean.
     assert 27.0 * sizes(ONE, wearing(0.3, 3))[Outcome.FRICTION_WEAR] == pytest.approx(-0.3 / 0.85, rel=0.15)
-    spring, records = at_frequencies(np.random.default_rng([42, 3]), THREE, moving_mass(0.1, 2.0), (0.4, 0.7, 1.0))
+    spring, records = at_frequencies(np.random.default_rng([42, 3]), THREE, moving_mass(0.1, 2.0))
     (found,) = said(records).values()
     mass = 0.1 * elastic_force(spring) / amplitude_of(spring) / (2.0 * np.pi * 2.0) ** 2
     assert (found.kind, found.numbers["mass"]) == (Outcome.INERTIA, pytest.approx(mass, rel=0.08))
@@ -300,7 +309,7 @@ def test_the_size_of_an_effect_is_found_and_it_is_no_part_of_the_spring(fault: s
     assert outcome in found.outcomes
     assert not is_wrong(case, found)
     # What is left is noise.
-    assert found.fitted_figures["rmse"] < 0.003 * np.std(np.concatenate(case.forces)) < found.rmse
+    assert found.fitted_figures["rmse"] < 0.003 * case.deviation < found.rmse
 
 
 @pytest.mark.parametrize(
@@ -336,14 +345,6 @@ def test_a_lag_that_turns_the_loop_round_is_measured_found_or_given() -> None:
         with pytest.raises(IdentificationError) as refused:
             identify(records)
         assert refused.value.outcome is Outcome.COLUMNS_SWAPPED
-
-
-# Straight lines between samples of this sine are further off than the noise; loops of one amplitude are turned round.
-@pytest.mark.parametrize(("fault", "index"), [("force leads", 8), ("force lags", 14)])
-def test_a_delay_is_found_or_leaves_the_spring_right(fault: str, index: int) -> None:
-    case = drawn(fault, 0, index)
-    found = identify(case.records, save_anyway=True)
-    assert found.effects.get("delay", 0.0) == pytest.approx(lag(case, fault), rel=0.1) or not is_wrong(case, found)
 
 
 @pytest.mark.parametrize("count", [3, pytest.param(40, marks=pytest.mark.slow)])
@@ -388,7 +389,7 @@ def test_times_are_needed_and_those_that_do_not_rise_count_as_none() -> None:
         assert any("the time does not rise at" in note for note in found.notes)
 
 
-# -- several records, and what is asked for wrongly
+# -- several records
 
 
 def test_the_same_samples_twice_are_refused() -> None:
@@ -420,21 +421,3 @@ def test_a_spring_that_is_worse_than_a_line_is_refused_unless_asked_for() -> Non
         identify(drifting, first)
     assert refused.value.outcome is Outcome.WORSE_THAN_LINE
     assert Outcome.WORSE_THAN_LINE in identify(drifting, first, save_anyway=True).outcomes
-
-
-WRONG: list[tuple[type[Exception], str, tuple[Any, ...]]] = [
-    (ValueError, "degrees", ((0, 0), (3, 99), (3, -1), 3, (3,), "12")), (ValueError, "branches", (-1, 4)),
-    (ValueError, "mechanisms", (0, 3)), (ValueError, "state", ("worn",)), (TypeError, "robust", (1,)),
-    (ValueError, "moving_mass", (-1.0, np.nan, np.inf)), (TypeError, "moving_mass", (True, "1")),
-    (ValueError, "fixture_stiffness", (0.0, np.nan)), (ValueError, "delay", (np.nan, np.inf)),
-    (TypeError, "delay", ([0.1],)), (TypeError, "branches", (1.5,)),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("error", "name", "values"), WRONG)
-def test_options_check_themselves(error: type[Exception], name: str, values: tuple[Any, ...]) -> None:
-    for value in values:
-        with pytest.raises(error, match=f"`{name}` must be"):
-            RefinedOptions(**{name: value})
-    with pytest.raises(ValueError, match="at least one record"):
-        identify([])

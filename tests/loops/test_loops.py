@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from strandspring import Record, RecordError, SpringParameters
 from strandspring.kernel.path import PathSolver
@@ -72,18 +70,6 @@ def test_the_steady_loop_is_where_many_cycles_end(n: float, sigma: float, steady
     assert figures.mean_force == pytest.approx(middle, rel=1e-6)
     assert (figures.force_low, figures.force_high) == pytest.approx((force[-1], force[up.size - 1]), rel=1e-9)
     assert (figures.min_force, figures.max_force) == pytest.approx((force.min(), force.max()), rel=1e-6)
-
-
-@settings(max_examples=30)
-@given(st.floats(0.1, 5.0), st.floats(0.5, 20.0), st.floats(-2.0, 2.0), st.floats(0.01, 3.0), st.floats(-1.0, 1.0))
-def test_every_loop_absorbs_and_more_so_a_larger_one(
-    n: float, sigma: float, log_steady: float, amplitude: float, shift: float
-) -> None:
-    parameters = spring_of(n, sigma, 10.0**log_steady)
-    small, large = (loop_of(parameters, a * AMPLITUDE, MEAN + shift * AMPLITUDE) for a in (amplitude, 1.2 * amplitude))
-    # Of the work of the elastic force, which goes to and fro.
-    rounding = 1e-15 * small.max_force * amplitude * AMPLITUDE
-    assert -rounding < small.energy_per_cycle < large.energy_per_cycle + rounding
 
 
 # -- of records

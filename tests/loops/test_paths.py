@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from springs import MOUNT
-from strandspring import Record, Spring, SpringParameters, read_record, select
+from strandspring import Record, Spring, SpringParameters, select
 from strandspring.errors import RecordError
 from strandspring.kernel.arrays import FloatArray
 from strandspring.loops.cycles import find_cycles, measured_loops
@@ -67,17 +66,6 @@ def test_small_cycles_at_both_ends_of_a_path_remain() -> None:
     assert turning_points(rested, 1.0).tolist() == [0, 75, 125, 175, 225, 249]
     assert turning_points(np.array([0.0, 1.0, -9.0]), 5.0).tolist() == [0, 2]
     assert turning_points(np.array([0.0, 1.0, 0.9, 1.1, 1.0, 2.0]), 0.0).tolist() == [0, 1, 2, 3, 4, 5]
-
-
-def test_the_measured_records_have_the_strokes_one_sees() -> None:
-    hinge = read_record(ROOT / "models/records/rubber_stretch.csv", reverse="displacement")
-    # Ten cycles; single samples of its laser jump by up to 0.45 mm.
-    friction = read_record(ROOT / "tests/data/actuator/circle_3bar.csv", displacement=5, force=7)
-    # After a first one of 3.26 mm come four cycles of 2.44 mm, 3 % of the largest.
-    growing = read_record(ROOT / "tests/data/degrading/SPC1.csv")
-    strokes = [find_strokes(record.displacement) for record in (hinge, friction, growing)]
-    assert [each.count for each in strokes] == [6, 20, 56]
-    assert strokes[2].length[2:9] == pytest.approx(4.88e-3, rel=0.05)  # every tenth sample is kept
 
 
 @pytest.mark.parametrize("samples", [9.1, 13.7, 23.4])
@@ -142,34 +130,3 @@ def test_windows_cut_what_cycles_leave_and_ranges_keep_the_path() -> None:
     assert loop.figures.amplitude == pytest.approx(0.01, rel=1e-3)
     with pytest.raises(RecordError, match=r"no full cycle .* lies within the selected displacements"):
         measured_loops(select(record, displacement=(0.045, 0.055)))
-
-
-LINE = np.linspace(0.0, 1.0, 50)
-
-
-@pytest.mark.parametrize(
-    ("record", "selection", "expected"),
-    [
-        (RECORD, {"cycles": (7, 12)}, "cycle 12 cannot be selected, since the record has 9; select among 1 to 9."),
-        (RECORD, {"cycles": (12, None)}, "cycle 12 cannot be selected, since the record has 9"),
-        (RECORD, {"time": (20.0, None)}, "must hold at least 16 samples, found 0; the record goes from 0 to 10 s."),
-        (RECORD, {"displacement": (1.0, 2.0)}, "at least 16 samples, found 0; the record goes from 25 to 75 mm."),
-        (RECORD, {"displacement": (0.0499, 0.0501)}, "over at least 2 % of the record's range"),
-        (RECORD, {"cycles": (0, 3)}, "must be whole numbers from 1 on"),
-        (RECORD, {"cycles": (3, 2)}, "the first is not above the second"),
-        (RECORD, {"cycles": (1j, None)}, "`cycles` must be two finite numbers"),
-        (RECORD, {"time": (float("nan"), 2.0)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": (10**400, None)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": ("a", None)}, "`time` must be two finite numbers"),
-        (RECORD, {"time": 3.0}, "`time` must be a pair of first and last [s]"),
-        (RECORD, {"displacement": (np.array([1.0, 2.0]), None)}, "`displacement` must be two finite numbers"),
-        (Record(PATH, PATH), {"time": (0.0, 5.0)}, "the record has none"),
-        (Record(PATH, PATH, -TIME), {"time": (0.0, 5.0)}, "do not fall back"),
-        (Record(LINE, LINE), {"cycles": (1, 1)}, "has no full cycle"),
-    ],
-)
-def test_what_leaves_nothing_usable_is_refused(record: Record, selection: dict[str, Any], expected: str) -> None:
-    with pytest.raises(RecordError) as caught:
-        select(record, **selection)
-    assert expected in str(caught.value)
-    assert len(str(caught.value)) < 200

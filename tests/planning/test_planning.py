@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -180,43 +179,3 @@ def test_a_rough_stiffness_is_enough_and_limits_narrow_the_range() -> None:
     known = plan(Spring(BRANCHED["both"]), velocity=0.2, duration=200.0).plan
     decided = {f.of: a / b for f, b, a in zip(known.figures, known.before, known.after, strict=True)}
     assert max(decided[name] for name in ("second.kappa_omega", "branches[1].stiffness")) < 0.4
-
-
-def test_a_plan_in_all_forms_and_from_all_sources(first: Record, tmp_path: Path) -> None:
-    test, found = plan(first, **RIG), identify(first)
-    frame = test.to_frame()
-    assert max(map(len, test.text_lines(80)[1:-1])) <= 80
-    assert frame["duration"].sum() == pytest.approx(test.plan.duration)
-    assert len(test.plot().lines) == len(test.blocks) == len(frame)
-    test.save_csv(tmp_path / "program.csv")
-    displacement = np.loadtxt(tmp_path / "program.csv", delimiter=",", skiprows=1)[:, 1]
-    assert displacement * 1e-3 == pytest.approx(test.program().displacement, rel=1e-8)
-    found.spring("one").save(tmp_path / "one.json")
-    one, other = (plan(source, **RIG).program() for source in (found.spring("one"), tmp_path / "one.json"))
-    assert np.array_equal(one.displacement, other.displacement)
-    assert [block.decides for block in plan(found, **RIG).blocks] == [block.decides for block in test.blocks]
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({}, "takes either a model"),
-        ({"stiffness": 1e3}, "needs the `stroke"),
-        ({"stiffness": -1.0, "stroke": (0.0, 0.1)}, "`stiffness` must be > 0"),
-        ({"stiffness": 1e15, "stroke": (-1e3, 1e3)}, "makes a force of 1e\\+18 N"),
-        ({"source": Spring(TRUE), "stiffness": 1e3}, "takes either a model"),
-        ({"source": Spring(TRUE), "duration": 1e-3}, "give a longer `duration=...`"),
-        ({"source": Spring(TRUE), "stroke": (1.0, 2.0)}, "holds too little of the model's range"),
-        ({"source": Spring(TRUE), "stroke": (0.02, -0.02)}, "`stroke` must be a lower and an upper end"),
-        ({"source": Spring(TRUE), "stroke": (-1e12, 0.0)}, "`stroke` must be within"),
-        ({"source": Spring(TRUE), "velocity": 0.1, "force_limit": 1e-6}, "give a larger `force_limit=...`"),
-        ({"source": Spring(TRUE), "duration": 1e6, "sample_rate": 1e6}, "samples, more than"),
-        ({"source": Spring(TRUE), "velocity": 0.0}, "`velocity` must be > 0"),
-        ({"source": Spring(TRUE), "velocity": 0.1, "duration": -1.0}, "`duration` must be > 0"),
-        ({"source": Spring(TRUE), "velocity": 0.1, "sample_rate": np.inf}, "`sample_rate` must be > 0"),
-        ({"source": Spring(TRUE), "velocity": 0.1, "force_limit": 0.0}, "`force_limit` must be > 0"),
-    ],
-)
-def test_what_cannot_be_planned_is_refused(arguments: dict[str, Any], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        plan(**arguments)

@@ -8,7 +8,6 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-import time
 from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
@@ -98,29 +97,6 @@ def test_one_process_reads_file_after_file_or_is_refused(monkeypatch: pytest.Mon
     monkeypatch.setattr("sys.executable", "/nonexistent/python")
     with pytest.raises(RecordError, match=r"a\.dat: is a file, and the process .* cannot be started .*; free some"):
         of_hostile("")
-
-
-@pytest.mark.usefixtures("hostile")
-def test_the_process_ends_with_its_parent(samples: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TMPDIR", str(tmp_path / "temporary"))
-    reading = (
-        "import os\n"
-        "from strandspring import read_record\n"
-        "from strandspring.records.formats import reader_process\n"
-        f"read_record({str(samples / 'hdf5')!r})\n"
-    )
-    killed = f"{reading}print(*(p.pid for p in reader_process._running), flush=True)\nos.kill(os.getpid(), 9)\n"
-    done = subprocess.run([sys.executable, "-c", killed], capture_output=True, text=True, check=False)
-    assert done.stderr == ""
-    status = Path(f"/proc/{int(done.stdout)}/stat")
-    for _ in range(100):
-        if not status.exists() or status.read_text().split()[2] == "Z":
-            break
-        time.sleep(0.1)
-    else:
-        pytest.fail(f"process {done.stdout} has not ended")
-    # The next program removes the folder that is left.
-    subprocess.run([sys.executable, "-c", reading], check=True)
 
 
 # Leaves its name, and then is the module that it is named like.

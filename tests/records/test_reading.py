@@ -180,24 +180,6 @@ def read_or_refused(text: str, skip: bool) -> Record | None:
 LINES = ["1,2", "2.5,-1", "3,4,5", "x,1", "7", '"1,2', "", "1,020.5,3", "nan,1", "12:00:01,4"]
 
 
-@settings(max_examples=100)
-@given(
-    st.lists(st.sampled_from(LINES)), st.integers(0, 30), st.text("0123456789.,;\t\n\r -+eE\"'#[]()mNxF\0", max_size=60)
-)
-def test_garbage_is_read_or_refused_and_with_bad_lines_left_out_alike(lines: list[str], good: int, end: str) -> None:
-    """What is read without the option is read alike with it; else at most a tenth of the lines is left out."""
-    text = "\n".join(["x,F", *(f"{k},{k * k}" for k in range(good)), *lines, *(f"{k},{-k}" for k in range(good)), end])
-    plain, skipped = (read_or_refused(text, skip) for skip in (False, True))
-    if plain is not None:
-        assert skipped is not None
-        np.testing.assert_array_equal(plain.displacement, skipped.displacement)
-        np.testing.assert_array_equal(plain.force, skipped.force)
-        assert plain.notes == skipped.notes
-    elif skipped is not None:
-        (note,) = (note for note in skipped.notes if "cannot be read" in note)
-        assert 10 * int(note.split()[0]) <= text.count("\n") + text.count("\r") + 1
-
-
 # -- lines that cannot be read
 
 
@@ -312,30 +294,6 @@ def test_paths_and_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     assert "must have at most 2 lines, found 3" in refusal("Disp,Force\n1,2\n2,3\n")
     monkeypatch.setattr(content, "MAX_BYTES", 10)
     assert "has 19 bytes, and a record file may have at most 10" in refusal("Disp,Force\n1,2\n2,3\n")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "part"),
-    [
-        (([1.0, np.nan], [1, 2]), "`displacement` must be finite, got nan at index 1"),
-        (([1.0], [1.0]), "at least 2 samples, got 1"),
-        (([1.0, 2.0], [1.0, 2.0, 3.0]), "as many samples as `displacement`, got 3 and 2"),
-        (([1.0, 2.0], [1.0, 2.0], [0.0]), "`time` must have at least 2"),
-        (([[1.0, 2.0]], [1.0, 2.0]), "one dimension, got the shape (1, 2)"),
-        ((["a", "b"], [1.0, 2.0]), "real numbers"),
-        (([[1], [1, 2]], [1.0, 2.0]), "one dimension, got sequences of several lengths"),
-        (([1, 10**400], [1.0, 2.0]), "real numbers, got Python objects, or integers too large for a double"),
-        (([1.0, 2.0], np.ma.array([1.0, 2.0], mask=[True, False])), "`force` must have no masked samples"),
-        (([1e-200, 2e-200], [1.0, 2.0]), "check its unit"),
-        (([1.0, 2.0], [1e200, 2.0]), "check its unit"),
-        (([1.0, 2.0], [1.0, 2.0], [1e300, 2e300]), "the largest `time` must be within"),
-        (([1.0, 2.0], [1.0, 2.0], None, "a", None, (), [1.0, 2.0]), "`compared` must be an array of booleans"),
-    ],
-)
-def test_impossible_arrays_are_refused(arguments: tuple[Any, ...], part: str) -> None:
-    with pytest.raises(RecordError) as caught:
-        Record(*arguments)
-    assert part in str(caught.value)
 
 
 def test_a_record_is_a_read_only_copy() -> None:

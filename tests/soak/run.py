@@ -35,6 +35,8 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, redirect_stdout, suppress
 from pathlib import Path
 
+import tomllib
+
 ROOT = Path(__file__).resolve().parents[2]
 # Found in the environment of every process that descends from a trial, whatever group or session it went to.
 MARK = "STRANDSPRING_TRIAL"
@@ -42,21 +44,6 @@ PATIENCE, ENDED_WITHIN, ATTEMPTS = 5.0, 10.0, 4  # [s], [s], times to reach a ru
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 LIMIT = 2048  # [kB] for the second half, whatever the count: less is what allocators keep or give back
 READINGS = 40
-# A mass on four springs of in/model.json under shocks.
-SYSTEM = """
-format = "strandspring-system"
-format_version = 1
-name = "mass"
-body = [{{ name = "mass", mass = "{mass} kg", motion = {{ axis = [0, 0, 1] }} }}]
-mount_type.spring.axes = [{{ direction = "-z", model = "model.json" }}]
-mount = [{{ name = "spring", type = "spring", places = [[0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]] }}]
-[[case]]
-name = "shock"
-pulse = "half-sine"
-peak = "10 g"
-duration = "5 ms"
-directions = ["+z", "-z"]
-"""
 # What nobody should read who ends a command, what everybody has to whose command has kept finished work, and what
 # Python itself says that is ended while it loads.
 UNWANTED = ("Traceback", "leaked", "Exception ignored", "Warning")
@@ -64,31 +51,8 @@ RESUMED = "the same command continues from there"
 LOADING = ("Could not import runpy module", "Fatal Python error: init_")
 
 
-# Arguments of strandspring. Files in out/ are outputs but for KEPT, which holds work for the next run and may
-# differ; "build-compile" finds nothing compiled, and the next run what this one has left of it.
-COMMANDS = {
-    "show": "show in/a.csv -o out/page.html",
-    "identify": "identify in/a.csv -o out/spring.json --report out/spring.html",
-    "identify-json": "identify in/a.csv -o out/spring.json --method two-stage --json",
-    "identify-many": "identify-many in/many -o out --workers 2",
-    "predict": "predict in/model.json in/a.csv -o out/predicted.csv",
-    "predict-sheet": "predict in/model.json in/a.parquet -o out/predicted.csv",
-    "info": "info in/model.json in/a.csv",
-    "compare": "compare in/model.json in/worn.json --plot out/difference.png",
-    "synthesize": "synthesize spring in/model.json --amplitude 5 -o out/record.csv",
-    "build": "build in/model.json -o out --backend both --platform linux64 --states",
-    "build-record": "build in/a.csv -o out/fmus --models out/models --name mount --platform linux64",
-    "build-compile": "build in/model.json -o out --platform linux64,win64",
-    "build-system": "build in/system.toml -o out --platform linux64",
-    "verify": "verify in/worn.fmu",
-    "export": "export in/model.json --ssv --modelica --ssp --mass 5 -o out",
-    "isolate": "isolate in/model.json --mass 0.5 --points 40 -o out/curves.csv --plot out/curves.svg",
-    "isolate-verify": "isolate in/model.json --mass 0.5 --points 40 --verify",
-    "study": "study in/model.json --mass 0.4:0.6:10 --draws 30 --workers 2 -o out/study.csv",
-    "simulate": "simulate in/system.toml --draws 20 -o out/f.csv --report out/page.html --histories out/histories",
-    "plan": "plan in/model.json -o out/program.csv",
-    "docs": "docs -o out/docs.html",
-}
+NAMES = tomllib.loads(Path(__file__).with_name("names.toml").read_text("utf-8"))
+COMMANDS, LEAKS = NAMES["commands"], NAMES["leaks"]
 KEPT = ".sqlite"
 
 
@@ -112,11 +76,11 @@ def write_inputs(folder: Path) -> None:
             table.to_csv(folder / version / f"{name}.csv", index=False)
             if "/" not in name:
                 table.to_parquet(folder / version / f"{name}.parquet")
-                stem = "model" if name == "a" else name
-                spring = identify(record).spring(stem)
-                spring.save(folder / version / f"{stem}.json")
+                spring = identify(record).spring("model" if name == "a" else name)
+                spring.save(folder / version / f"{spring.model.name}.json")
         spring.build_fmu(folder / version)
-        (folder / version / "system.toml").write_text(SYSTEM.format(mass=2.0 + number), encoding="utf-8")
+        system = Path(__file__).with_name("system.toml").read_text("utf-8").replace("2.0 kg", f"{2 + number} kg")
+        (folder / version / "system.toml").write_text(system, encoding="utf-8")
 
 
 class Trials:
@@ -240,8 +204,7 @@ class Trials:
         # While Python loads, it does not answer yet: the system ends it, as by SIGKILL, or Python says where it was.
         if not answered and status != -number and not any(words in said for words in LOADING):
             wrong.append(f"ended with {status}: {said}")
-        if answered:
-            wrong += [f"printed {word!r}: {said}" for word in UNWANTED if word in said]
+        wrong += [f"printed {word!r}: {said}" for word in UNWANTED if answered and word in said]
         kept = any(name.endswith(KEPT) for name in self.files())
         if number != signal.SIGKILL and status != 0 and kept and RESUMED not in said:
             wrong.append(f"ended with {status} and did not say that it resumes: {said}")
@@ -293,13 +256,12 @@ def leak(name: str, count: int) -> int:
     from strandspring.fmu.checks.check import running
 
     with tempfile.TemporaryDirectory(prefix="soak-") as temporary, ExitStack() as stack:
-        folder = Path(temporary)
+        folder, new = Path(temporary), Path(temporary) / "inputs" / "new"
         write_inputs(folder / "inputs")
-        new = folder / "inputs" / "new"
-        with redirect_stdout(io.StringIO()):
-            backend = "python" if name.startswith("python") else "native"
-            fmu = build_fmu(new / "model.json", folder / "fmu", backend=backend, zero=0.0)
-            slave, found = stack.enter_context(running(fmu)), identify(new / "a.csv")
+        stack.enter_context(redirect_stdout(io.StringIO()))
+        backend = "python" if name.startswith("python") else "native"
+        fmu = build_fmu(new / "model.json", folder / "fmu", backend=backend, zero=0.0)
+        slave, found = stack.enter_context(running(fmu)), identify(new / "a.csv")
 
         def live(number: int) -> None:
             slave.reset()
@@ -316,28 +278,18 @@ def leak(name: str, count: int) -> int:
             slave.doStep(1e-3 * number, 1e-3)
             slave.getReal([1])
 
-        if name.endswith("steps"):
-            live(0)
         works: dict[str, Work] = {
-            "native-steps": lambda number: step(number + 1),
-            "python-steps": lambda number: step(number + 1),
-            "native-lives": live,
+            "steps": lambda number: step(number + 1),
+            "lives": live,
             "identifications": lambda k: identify(new / f"many/m{k % 3}.csv").spring("s").save(folder / "s.json"),
             "builds": lambda _: build_fmu(new / "model.json", folder / "dist"),
             "loads": lambda _: Spring.load(new / "model.json"),
             "reports": lambda _: found.report(folder / "report.html"),
         }
-        with redirect_stdout(io.StringIO()):
-            growth = grown(works[name], count)
+        live(0)
+        growth = grown(works[name.rpartition("-")[2]], count)
     print(f"{name}, {count} times: the second half takes {growth:+d} kB", flush=True)
     return int(growth > LIMIT)
-
-
-# Names with the repetitions of one turn.
-LEAKS = {
-    "native-steps": 1_000_000, "python-steps": 200_000, "native-lives": 100_000, "identifications": 200, "builds": 100,
-    "loads": 1000, "reports": 50,
-}  # fmt: skip
 
 
 def main() -> int:
