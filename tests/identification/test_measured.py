@@ -13,7 +13,7 @@ from tools import slow_but
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
-from held_out import RECORDS, Split, case_of
+from held_out import RECORDS, Split, case_of, records_of
 
 pytestmark = pytest.mark.long
 
@@ -30,7 +30,7 @@ CEILINGS: dict[tuple[str, Split], float] = {
 
 @pytest.mark.parametrize("of", slow_but(CEILINGS, [("hinge", "paper"), ("coupon_1", "paper")]))
 def test_held_out_strokes_are_predicted(of: tuple[str, Split]) -> None:
-    case = case_of(*of, RECORDS[of[0]]())
+    case = case_of(*of, records_of(RECORDS[of[0]]))
     assert case is not None
     spring = identify(case.training).spring()
     with warnings.catch_warnings():
@@ -41,7 +41,7 @@ def test_held_out_strokes_are_predicted(of: tuple[str, Split]) -> None:
 @pytest.mark.slow
 def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:
     """Taken for wear of the friction, the saved spring was worse than none."""
-    found = identify(RECORDS["SPC1"]())
+    found = identify(records_of(RECORDS["SPC1"]))
     assert not found.effects
     assert found.rnl > 0.7
     assert {Outcome.LOOP_ENERGY, Outcome.LACK_OF_FIT} <= set(found.outcomes)
