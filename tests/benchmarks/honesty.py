@@ -35,7 +35,7 @@ from rig import (
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, RefinedOptions, identify
 from strandspring.errors import StrandspringError
-from zoo_mounts import draw_mount
+from zoo_mounts import LAWS, draw_mount
 
 FEW = (9.0, 60.0)  # samples in a cycle of coarse records
 KNOWN = {field.name for field in fields(RefinedOptions)}
@@ -217,11 +217,14 @@ def spans(count: int = 60, seed: int = 0, verbose: bool = False) -> None:
 
 
 def zoo(count: int = 24, seed: int = 7, verbose: bool = False) -> None:
-    """Mounts of another class (tests/helpers/zoo_mounts.py)."""
-    results = []
-    for index in range(count):
-        generator = np.random.default_rng([seed, index])
-        experiment = draw_experiment(generator, noise=0.003)
-        case = simulate(draw_mount(generator), experiment, generator)
-        results.append(run(f"{index}, {len(experiment.amplitudes)} amplitudes", case, verbose, OF_ANOTHER_CLASS))
-    show("Mounts of another class; medians of errors", [summary(results)])
+    """Mounts of other classes (tests/helpers/zoo_mounts.py), so many of each."""
+    rows = []
+    for name in LAWS:
+        results = []
+        for index in range(count):
+            generator = np.random.default_rng([seed, index])
+            experiment = draw_experiment(generator, noise=0.003)
+            case = simulate(draw_mount(generator, name), experiment, generator)
+            results.append(run(f"{name} {index}", case, verbose, OF_ANOTHER_CLASS))
+        rows.append({"mount": name} | summary(results))
+    show("Mounts of other classes; medians of errors", rows)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from rig import FloatArray, Generator, Truth, amplitude_of, log_uniform, strokes_of
-from strandspring import SpringParameters
+from strandspring import Spring, SpringParameters
 
 CALIBRATED = 1600  # samples in a cycle of the path that forces are scaled on
 
@@ -64,9 +64,60 @@ def iwan(generator: Generator) -> Law:
     return lambda y: ((y[:, None] - plays(y, radii)) / radii) @ weights
 
 
-def draw_mount(generator: Generator) -> Mount:
+def exponential(generator: Generator) -> Law:
+    """Exponential branches that differ by the direction s (Vaiana and Rosati, MSSP 182, 2023, 109539): with the way d
+
+    from the reversal (yP, hP), h = F_s(y) - (F_s(yP) - hP)*exp(-alpha_s*d), F_s = s + k_s*y + b_s*(exp(c_s*y) - 1).
+    """
+    alpha, k = log_uniform(generator, 3.0, 40.0), generator.uniform(0.1, 0.4)
+    up = np.array([alpha, k, generator.uniform(0.0, 0.2), generator.uniform(0.5, 2.0)])
+    forms = {1.0: up, -1.0: up * np.exp(generator.uniform(-0.5, 0.5, 4))}
+
+    def law(y: FloatArray) -> FloatArray:
+        h = np.zeros(y.size)
+        for begin, end in pairwise(strokes_of(y)):
+            stroke, sign = slice(begin, end + 1), 1.0 if y[end] >= y[begin] else -1.0
+            alpha, k, b, c = forms[sign]
+            limit = sign + k * y[stroke] + b * np.expm1(c * y[stroke])
+            h[stroke] = limit - (limit[0] - h[begin]) * np.exp(-alpha * np.abs(y[stroke] - y[begin]))
+        return h
+
+    return law
+
+
+def pinched(generator: Generator) -> Law:
+    """Baber and Noori (J. Eng. Mech. 111, 1985, 1010): dz = g*rho*dy*(1 - |z|^n) while it loads, with the pinch
+
+    g = 1 - zeta*exp(-((z*sgn(dy) - q)/w)^2); it unloads as straight as it began. Euler steps.
+    """
+    rho, n = log_uniform(generator, 3.0, 15.0), log_uniform(generator, 0.7, 3.0)
+    slip, middle, width = generator.uniform([0.3, 0.0, 0.1], [0.8, 0.3, 0.4])
+
+    def law(y: FloatArray) -> FloatArray:
+        z = np.zeros(y.size)
+        for k, step in enumerate(np.diff(y).tolist()):
+            along = z[k] * np.sign(step)
+            free = 1.0 - slip * np.exp(-(((along - middle) / width) ** 2))
+            z[k + 1] = z[k] + free * rho * step * (1.0 - abs(z[k]) ** n if along > 0.0 else 1.0)
+        return np.clip(z, -1.0, 1.0)
+
+    return law
+
+
+def humped(generator: Generator) -> Law:
+    """The own class with FA = 1 + a*exp(-((y - y0)/w)^2/2), which is no polynomial."""
+    rho, sigma, n = (log_uniform(generator, *ends) for ends in ((4.0, 40.0), (0.5, 4.0), (0.3, 4.0)))
+    size, middle, width = generator.uniform([0.4, -0.5, 0.1], [2.0, 0.5, 0.35])
+    friction = Spring(SpringParameters((0.0,), (1.0,), 1.0, rho, sigma, n, 0.0, -1.0, 1.0))
+    return lambda y: friction.response(y) * (1.0 + size * np.exp(-0.5 * ((y - middle) / width) ** 2))
+
+
+LAWS = {law.__name__: law for law in (iwan, exponential, pinched, humped)}
+
+
+def draw_mount(generator: Generator, name: str) -> Mount:
     """A mount of 10 N to 20 kN and 1 to 50 mm whose half height of the loop is 5 to 40 % of the range of the force."""
-    law = iwan(generator)
+    law = LAWS[name](generator)
     reach = log_uniform(generator, 10.0, 20e3)  # half the range of the force [N]
     half_height = 2.0 * reach * log_uniform(generator, 0.05, 0.4)
     phase = np.linspace(0.0, 3.0, 3 * CALIBRATED + 1)

@@ -196,7 +196,7 @@ def test_figures_are_those_of_the_saved_spring_along_the_record(name: str) -> No
     draw = np.random.default_rng(0)
     records: Any = {"hinge": [read_record(bundled_record(), reverse="displacement")], "wide": [falling(WIDE, 0.2)]}
     if name == "iwan":
-        records[name] = simulate(draw_mount(draw), Experiment(separate=True), draw).records
+        records[name] = simulate(draw_mount(draw, name), Experiment(separate=True), draw).records
     records = records[name]
     found = identify(records, save_anyway=True)
     model = found.model_file()

@@ -1,4 +1,4 @@
-"""Measured mounts, of no class of ours, on strokes that no fit has seen: `python tests/benchmarks/run.py held_out`."""
+"""Mounts of no class of ours, measured or drawn, judged on what no fit has seen (benchmarks `held-out` and `zoo`)."""
 
 from __future__ import annotations
 
@@ -6,13 +6,17 @@ import sys
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from rig import draw_experiment, simulate
 from strandspring import Outcome, identify
 from tools import slow_but
+from zoo_mounts import LAWS, draw_mount
 
 sys.path.append(str(Path(__file__).parents[1] / "benchmarks"))
 
+import honesty
 from held_out import RECORDS, Split, case_of, records_of
 
 pytestmark = pytest.mark.long
@@ -46,3 +50,13 @@ def test_a_degrading_column_is_a_mean_with_its_errors_by_amplitude() -> None:
     assert found.rnl > 0.7
     assert {Outcome.LOOP_ENERGY, Outcome.LACK_OF_FIT} <= set(found.outcomes)
     assert not str(found.verdict).startswith("usable:")
+
+
+@pytest.mark.parametrize("count", [1, pytest.param(8, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", LAWS)
+def test_the_range_of_small_loops_holds_those_of_other_classes(name: str, count: int) -> None:
+    for index in range(count):
+        generator = np.random.default_rng([7, index])
+        experiment = draw_experiment(generator, noise=0.003)
+        case = simulate(draw_mount(generator, name), experiment, generator)
+        assert honesty.run(name, case, False).held, index
