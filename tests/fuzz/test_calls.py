@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import run as fuzz
+from fuzz import run as fuzz
 from program import ADDRESSES, SANITIZED, program_of, run
 from tools import program
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-import run as fuzz
+from fuzz import run as fuzz
 
 pytestmark = [
     pytest.mark.long,
