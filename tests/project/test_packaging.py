@@ -112,6 +112,13 @@ def test_the_picture_of_the_architecture_is_drawn_from_the_imports_and_every_fol
     assert [room for room in architecture.rooms() if f"**{room}**" not in page.split()] == []
 
 
+def test_every_fault_that_was_named_has_its_test() -> None:
+    for line in (ROOT / "tests" / "faults.txt").read_text(encoding="utf-8").splitlines()[1:]:
+        _issue, _fault, place = line.split(" | ")
+        file, _, name = place.partition("::")
+        assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), line
+
+
 @pytest.mark.slow
 def test_examples_in_docstrings_give_what_they_show(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
