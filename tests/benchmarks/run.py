@@ -22,13 +22,11 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "helpers"), str(HERE.parent)]
 def benchmarks() -> dict[str, Callable[..., None]]:
     import held_out
     import honesty
-    import methods
     import speed
 
     functions = (
-        honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.zoo, held_out.held_out,
-        methods.table_1, speed.kernel, speed.bulk,
-        speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.real_time, speed.startup,
+        honesty.clean, honesty.faults, honesty.spans, honesty.zoo, held_out.held_out, speed.kernel, speed.bulk,
+        speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import itertools
 import math
 import os
 import sys
@@ -266,50 +265,6 @@ def native(rounds: int = 21) -> None:
                 slave.terminate()
             rows.append({"step": f"by FMPy, {title}", "ns": taken, "samples": taken / base})
     show("One exchange: displacement set, step done, force read; and samples of a response", rows)
-
-
-def real_time(steps: int = 100_000, rounds: int = 7) -> None:
-    """The worst step of an FMU for real time: adversarial paths, all degrees of FA, so many `steps` of each."""
-    cases = list(itertools.product(
-        (0.05, 0.5, 1.0, 2.0, 10.0, 100.0), (0.5, 1.0, 10.0, 1000.0), (0.1, 0.7, 3.0, 10.0, 50.0, 400.0, 1e4)
-    ))  # fmt: skip
-    rows, count = [], max(steps // len(cases), 50)
-    with tempfile.TemporaryDirectory() as folder:
-        loops = driver(Path(folder))
-        for no_energy, degree in itertools.product((True, False), range(9)):
-            random, each, outputs = np.random.default_rng(16 + degree), [], 3 if no_energy else 4
-            for case in cases:
-                path, least = adversarial_path(random, count), np.full(count, np.inf)
-                pointers = [ctypes.c_void_p(values.ctypes.data) for values in (path, least)]
-                for _ in range(rounds):
-                    form = NativeForm(real_time=True, no_energy=no_energy)
-                    with instances(Path(folder), wild(*case, degree), path[0], 1, outputs, form) as (calls, made):
-                        status = loops.each_step(ctypes.byref(calls), ctypes.c_void_p(made[0]), count, *pointers)
-                    assert status == 0
-                each.append(least)
-            worst, most, median = np.quantile(np.concatenate(each), (1.0, 0.9999, 0.5)).tolist()
-            rows.append({"degree": degree, "energy": "no" if no_energy else "yes", "worst [ns]": worst,
-                         "99.99 %": most, "median": median})  # fmt: skip
-    show(f"One step by FMI 3.0, all outputs read, {len(cases)} springs of a degree", rows)
-
-
-def wild(n: float, sigma: float, saturations: float, degree: int, reach: float = 0.02) -> SpringParameters:
-    """FA is 1 + 0.9*T(x~) but for its scale; FE is of the same degree."""
-    wave = np.polynomial.chebyshev.cheb2poly([1.0, *(0.0,) * (degree - 1), 0.9] if degree else [1.0])
-    powers = (2.0 / reach) ** np.arange(degree + 1)
-    kE = np.random.default_rng(degree).uniform(-1.0, 1.0, degree + 1) * powers
-    return SpringParameters(
-        tuple(kE), tuple(wave / wave[0] * powers), 25.0, saturations / reach, sigma, n, 0.05, 0.04, 0.06
-    )
-
-
-def adversarial_path(random: np.random.Generator, count: int, reach: float = 0.02) -> np.ndarray:
-    """Stretches of jumps over the range and beyond, and of turns at every step of all sizes."""
-    sides, jumps = (-1.0) ** np.arange(count), random.uniform(-0.8, 0.8, count)
-    turns = random.choice([1.3, 0.02], count) * random.uniform(0.1, 0.5, count) * sides
-    small = np.cumsum(10.0 ** random.uniform(-8.0, 0.0, count) * sides)
-    kinds = np.repeat(random.integers(0, 3, count // 20 + 1), 20)[:count]
-    return np.clip(0.05 + reach * np.choose(kinds, [jumps, turns, small]), 0.05 - 3.0 * reach, 0.05 + 3.0 * reach)
 
 
 def startup(rounds: int = 5) -> None:
