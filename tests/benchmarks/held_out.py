@@ -16,15 +16,10 @@ out are, of which the fit sees what precedes and what follows as two records if 
             four, or the last two of fewer than eight
     A       the middle third of the strokes
     B       a sixth of the strokes, and at least two, that travel farthest in a row; the last such if equal within 1 %
-
-A row has the product's error and that of the version of held_out_before.json; other models' are in its verdict.
-Averages are of ratios limited to [0.5, 2], so that one mended explosion does not carry all; what is refused counts as
-infinite, and what is refused on both sides is left out.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from dataclasses import dataclass
@@ -44,9 +39,6 @@ Split = Literal["paper", "A", "B"]
 SPLITS: tuple[Split, ...] = ("paper", "A", "B")
 RECORDS = tomllib.loads(Path(__file__).with_name("held_out.toml").read_text("utf-8"))
 RAW = RECORDS.pop("raw")
-BEFORE = Path(__file__).with_name("held_out_before.json")
-UNCOUNTED = ("wire_rope", "explode", "snap_through")  # in averages: synthetic, or to be refused
-LIMITS = 0.5, 2.0  # of a ratio before it is averaged
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
 
 
@@ -144,20 +136,9 @@ def fitted(case: Case) -> tuple[float, str]:
     return case.error(spring), f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
 
 
-def limited(now: float, then: float) -> float:
-    """A ratio; NaN where both are infinite, or one unknown."""
-    share = now / then if math.isfinite(now) or math.isfinite(then) else math.nan
-    return min(max(share, LIMITS[0]), LIMITS[1])
-
-
 def held_out(only: str = "", split: str = "") -> None:
-    """Errors of the product and its version before on strokes that are held out.
-
-    `only` is the beginning of a record's name, `split` one of the three.
-    """
-    processor_time(IMPORT, ROOT, 1)
+    """Errors on strokes that are held out; `only` is the beginning of a record's name, `split` one of the three."""
     identify(Record(np.sin(np.arange(400) / 16.0), np.sin(np.arange(400) / 16.0 + 0.2)))  # what is done once
-    before = json.loads(BEFORE.read_text())
     rows: list[dict[str, Any]] = []
     for name, part in product(RECORDS, [each for each in SPLITS if split in ("", each)]):
         if not name.startswith(only):
@@ -167,18 +148,7 @@ def held_out(only: str = "", split: str = "") -> None:
         except pytest.skip.Exception as reason:
             console.print(f"{name} {part}: {reason}")
             continue
-        if case is None:
-            continue
-        then = before["errors"][name][part]
-        error, note = fitted(case)
-        then = math.inf if isinstance(then, str) else then
-        rows.append({"record": name, "split": part, "now": error, "before": then, "of now": note})
-        console.print(f"{name} {part}: {error:.2f} %, {note}")
-    show(f"Errors held out [%]; before is {before['commit']}", rows)
-    chosen = [row for row in rows if row["record"] not in UNCOUNTED]
-    ratios = np.array([limited(row["now"], row["before"]) for row in chosen])
-    ratios = ratios[~np.isnan(ratios)]
-    mean, above = math.exp(np.mean(np.log(ratios))), int(np.sum(ratios > 1.0))
-    show("Ratios of the errors now to before, of measured records", [
-        {"rows": ratios.size, "geometric mean": mean, "median": float(np.median(ratios)), "above 1": above}
-    ])  # fmt: skip
+        if case is not None:
+            error, note = fitted(case)
+            rows.append({"record": name, "split": part, "error": error, "of it": note})
+    show("Errors held out [%]", rows)
