@@ -51,10 +51,6 @@ CHEAP = Study(
     SPRING, Excitation.BASE_DISPLACEMENT, (4.0, 5.0, 400.0), (1e-4,), draws=20, seed=7, spread=SPREAD, band=(2.0, 2.5),
     points=2,
 )  # fmt: skip
-COMMAND = [
-    "study", "mount.json", "--mass", "4", "--mass", "5", "--mass", "400", "--base-displacement", "0.1",
-    "--draws", "20", "--seed", "7", "--band", "2", "2.5", "--points", "2", "--zero", "rig",
-]  # fmt: skip
 
 
 class Counter:
