@@ -20,7 +20,6 @@ import numpy as np
 from tables import IMPORT, ROOT, in_turns, processor_time, show
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
-from oracles import shaken
 from springs import MOUNT
 from strandspring import Record, Spring, SpringParameters, examples, identify, isolate_system, responses
 from strandspring.compiled import zig
@@ -134,23 +133,15 @@ def identify_time(largest: int = 1_000_000) -> None:
     show("Processor time of identify", rows)
 
 
-def isolation(every: int = 20) -> None:
-    """Transmissibility at 200 frequencies by harmonic balance, and its error against SciPy at every so many."""
+def isolation() -> None:
+    """Transmissibility at 200 frequencies by harmonic balance; tests/systems compare it with SciPy."""
     # Without some viscous damping small free vibrations take thousands of periods to die out.
     system, band, rows = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), np.geomspace(2.5, 40.0, 200), []
     base = Excitation.BASE_DISPLACEMENT
     frequency_response(system, base, 2e-4, band[:2])  # imports and tables
     for level in (2e-4, 6e-4, 1.2e-3):
         taken = in_turns({"": lambda level=level: frequency_response(system, base, level, band)})[""]
-        points = [point for point in frequency_response(system, base, level, band).points if point.requested][::every]
-        off, phases = [], []
-        for point, frequency in zip(points, band[::every].tolist(), strict=True):
-            reference = shaken(system, base, level, frequency)
-            found = point.relative * np.exp(1j * np.radians(point.relative_phase))
-            off.append(abs(point.amplitude / reference.amplitude - 1.0))
-            phases.append(abs(np.degrees(np.angle(found / reference.relative))))
-        rows.append({"level [mm]": 1e3 * level, "time [ms]": 1e3 * taken, "samples of response": taken / sample(MOUNT),
-                     "amplitude off [%]": 100.0 * max(off), "phase [deg]": float(max(phases))})  # fmt: skip
+        rows.append({"level [mm]": 1e3 * level, "time [ms]": 1e3 * taken, "samples of response": taken / sample(MOUNT)})
     show("Transmissibility at 200 frequencies", rows)
 
 
