@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from tables import console, counted, percent, show
+from tables import console, percent, show
 
 from rig import (
     DOUBTED,
@@ -131,7 +132,8 @@ def clean(
         case = simulate(draw_spring(generator), drawn_experiment(generator, coarse, **fixed), generator)
         results.append(run(str(index), case, verbose))
     show("Clean records; medians of errors", [summary(results)])
-    console.print(f"cautions: {counted([name.lower() for result in results for name in result.cautions])}")
+    names = Counter(name.lower() for result in results for name in result.cautions)
+    console.print("cautions:", dict(names.most_common()))
 
 
 def faults(

@@ -7,7 +7,6 @@ import math
 import os
 import sys
 import tempfile
-import time
 from _ctypes import dlclose
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,10 +25,7 @@ from strandspring.compiled import zig
 from strandspring.compiled.images import FMU, image
 from strandspring.compiled.sources import FMI_HEADERS, fmi_header
 from strandspring.compiled.targets import host_target
-from strandspring.fmu.checks.check import running
 from strandspring.fmu.native.block import NativeForm, filled
-from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
@@ -226,9 +222,8 @@ def instances(
 
 
 def native(rounds: int = 21) -> None:
-    """A step of the native FMU in C, of one and of many instances, and through FMPy."""
-    model, rows = Spring.load(MODEL).model, []
-    p = model.parameters
+    """A step of the native FMU in C, of one and of many instances."""
+    p, rows = Spring.load(MODEL).parameters, []
     middle, half = 0.5 * (p.displacement_min + p.displacement_max), 0.475 * (p.displacement_max - p.displacement_min)
     wave = middle + half * np.sin(np.linspace(0.0, 200.0 * np.pi, 20_000))
     turns = middle + half * (turning(20_000) - MEAN) / AMPLITUDE
@@ -240,21 +235,7 @@ def native(rounds: int = 21) -> None:
             with instances(folder, p, path[0], count, 1, NativeForm()) as (calls, made):
                 arguments = ctypes.byref(calls), made, count, path.size, ctypes.c_void_p(path.ctypes.data)
                 taken = min(loops.in_turn(*arguments) for _ in range(rounds if count == 1 else 3))
-            rows.append({"step": f"in C, {title}, {count} instances", "ns": taken, "samples": taken / base})
-        for title, build in (("native", build_native_fmu), ("Python-backed", build_python_fmu)):
-            with running(build(model, folder / title, zero=0.0)) as slave:
-                slave.setupExperiment()
-                slave.enterInitializationMode()
-                slave.setReal([0], [wave[0]])
-                slave.exitInitializationMode()
-                begin = time.perf_counter()
-                for k, x in enumerate(wave[:2000].tolist()):
-                    slave.setReal([0], [x])
-                    slave.doStep(1e-3 * k, 1e-3)
-                    slave.getReal([1])
-                taken = 1e9 * (time.perf_counter() - begin) / 2000
-                slave.terminate()
-            rows.append({"step": f"by FMPy, {title}", "ns": taken, "samples": taken / base})
+            rows.append({"step": f"{title}, {count} instances", "ns": taken, "samples": taken / base})
     show("One exchange: displacement set, step done, force read; and samples of a response", rows)
 
 
