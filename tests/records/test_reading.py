@@ -220,14 +220,7 @@ def test_a_faulty_time_costs_its_line_or_where_nobody_asked_for_it_the_column() 
     assert (len(skipped), skipped.time is not None) == (239, True)
 
 
-# In place of a line somewhere in the middle of a large table.
-UNUSUAL = [
-    "", " ", ",,", "1,2", "1,2,3,4", ",1,2", "0.4,nan,2", "0.4,1e400,1", "x,1,2", "0.4,1.2.3,2", "0.4,1e,2",
-    '0.4,"1.5",2', "0.4,0x10,1", "0.4,1 2,1", "0.4,5 mm,1", "0.4,\x1a,1", "0.4,1_000,1", "0.4,+-1,1", "0.4,١,1",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("odd", ["0.4,1.0,2.0", *UNUSUAL])
+@pytest.mark.parametrize("odd", CASES["unusual"])
 def test_a_large_table_is_read_in_parts_as_by_rows(odd: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits, and the same refusals, with numbers in all the ways in which programs write them."""
     draw, forms = np.random.default_rng(5), (repr, "{:.6e}".format, "{:+.3E}".format, "  {:.12f} ".format)
