@@ -11,17 +11,7 @@ import pytest
 
 import strandspring
 from springs import MOUNT
-from strandspring import (
-    Record,
-    Spring,
-    SpringParameters,
-    identify,
-    isolate,
-    predict,
-    simulate,
-    synthesize,
-    synthesize_ni,
-)
+from strandspring import Record, Spring, identify, isolate, predict, simulate, synthesize, synthesize_ni
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.one_mass.response import frequency_response
@@ -119,12 +109,8 @@ def test_a_range_beyond_its_limit_fails(tmp_path: Path) -> None:
 
 
 def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) -> None:
-    import pandas as pd
-
-    x = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 900))
-    spring = SpringParameters((0.0, 2e3), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
     path = tmp_path / "a loop.csv"
-    pd.DataFrame({"x [mm]": 1e3 * x, "F [N]": Spring(spring).response(x)}).to_csv(path, index=False)
+    synthesize(SPRING).save(path, "mm")
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         built = strandspring.build_fmu(path, tmp_path)
