@@ -25,7 +25,7 @@ def benchmarks() -> dict[str, Callable[..., None]]:
     import speed
 
     functions = (
-        honesty.clean, honesty.faults, honesty.spans, honesty.zoo, held_out.held_out, speed.kernel, speed.bulk,
+        honesty.clean, honesty.faults, honesty.spans, honesty.zoo, held_out.held_out, speed.kernel,
         speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}

@@ -20,7 +20,7 @@ from tables import IMPORT, ROOT, in_turns, processor_time, show
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from springs import MOUNT
-from strandspring import Record, Spring, SpringParameters, examples, identify, isolate_system, responses
+from strandspring import Record, Spring, SpringParameters, examples, identify, isolate_system
 from strandspring.compiled import zig
 from strandspring.compiled.images import FMU, image
 from strandspring.compiled.sources import FMI_HEADERS, fmi_header
@@ -76,25 +76,6 @@ def kernel() -> None:
             rows += [{"path": name, "what": key, "ns a sample": 1e9 * taken / path.size,
                       "times pow": taken / times["pow in C"]} for key, taken in times.items()]  # fmt: skip
     show("Along a path", rows)
-
-
-def bulk(springs: int = 1024) -> None:
-    """Responses of springs of different n and sigma along a path of 1000 samples, in one call on one core."""
-    spring, path, draw = Spring(replace(SPRING, n=1.0)), sine(3, 1000), np.random.default_rng(0)
-    rates = {"rho": draw.uniform(300.0, 500.0, springs)}
-    drawn = rates | {"n": draw.uniform(0.2, 2.0, springs), "sigma": draw.uniform(0.6, 2.0, springs)}
-    cases: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {"one n and sigma": (rates, {}), "all drawn": (drawn, {})}
-    cases |= {
-        "coarse": (drawn, {"coarse": True}),
-        "gradients by three": (drawn, {"by": ("rho", "sigma", "n")}),
-        "gradients, coarse": (drawn, {"by": ("rho", "sigma", "n"), "coarse": True}),
-    }
-    works = {name: lambda s=sets, o=options: responses(spring, path, s, workers=1, **o)
-             for name, (sets, options) in cases.items()}  # fmt: skip
-    times = in_turns(works, 3)
-    base = times["one n and sigma"]
-    show("Many springs", [{"springs": name, "us a spring": 1e6 * taken / springs, "times the first": taken / base}
-                          for name, taken in times.items()])  # fmt: skip
 
 
 def identify_time(largest: int = 1_000_000) -> None:
