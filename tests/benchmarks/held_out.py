@@ -2,12 +2,8 @@
 
 A model is fitted to a part of a record, and driven along the whole displacement as recorded, from its first sample and
 by its default state. The error is the rms of predicted less measured force over the samples held out, in % of the
-standard deviation of the measured force there: a constant has 100. Files of held_out.toml may be in
-`../shared/data` beside the checkout; records that are absent are named. wire_rope and explode are synthetic,
-snap_through is no such spring and to be refused; mts_25mm_to_5mm and back see the whole of one record and hold out the
-whole of the other. mts_raw_1 to 5 are a current each, between the pauses of one file, in volts of unknown factors (9.83
-mm/V and 930 N/V would make the third mts_25mm), on which no error depends; strain and stress of coupon_1 are read as if
-in mm and N.
+standard deviation of the measured force there: a constant has 100. held_out.toml has the records; those that are absent
+are named.
 
 Strokes lie between turning points, where the displacement turns by more than a tenth of its range, and its ends. Held
 out are, of which the fit sees what precedes and what follows as two records if they have two strokes at least,
