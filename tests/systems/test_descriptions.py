@@ -45,10 +45,9 @@ HARDENING = EXAMPLES["hardening"]  # 0 N at 50 mm, within 30 and 70 mm
 HERE = Path(__file__).parent
 DESCRIBED = HERE / "described.json"
 EXAMPLE = read_description(SYSTEMS / "electronics_box.toml")
-LINEAR = {"stiffness": "45 N/mm", "loss_factor": 0.3, "amplitude": "5 mm", "stroke": "20 mm"}
-POINTS = [["2 mm", "90 N"], ["5 mm", "200 N"], ["10 mm", "310 N"], ["15 mm", "500 N"], ["20 mm", "1000 N"]]
-CURVE = {"curve": POINTS, "symmetric": True, "loss_factor": 0.3, "amplitude": "5 mm", "stroke": "20 mm"}
-BASES = {"box": read_description(HERE / "box.toml"), "example": EXAMPLE, "linear": LINEAR, "curve": CURVE}
+BASES = {"box": read_description(HERE / "box.toml"), "example": EXAMPLE}
+STATED = parse_toml((HERE / "catalogues.toml").read_text(encoding="utf-8"))
+BASES |= {name: STATED[name] | {"loss_factor": 0.3} for name in ("linear", "curve")}
 
 
 @pytest.fixture(scope="module")
