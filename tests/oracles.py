@@ -39,7 +39,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
 from strandspring.vibration.bodies.parts import BASE, MotionKind
@@ -85,11 +85,14 @@ class OracleSpring:
             force, slope = polyval(x, p["kE"]), polyval(x, polyder(p["kE"]))
         return np.asarray(force + slope * (displacement - inside))
 
+    def force_at(self, displacement: FloatArray, omega: ArrayLike) -> FloatArray:
+        """Paper eq. (10) [N]."""
+        amplifier = polyval(self._inside(displacement) - self.values["displacement_offset"], self.values["kA"])
+        return self.elastic(displacement) + self.values["kappa_omega"] * np.asarray(omega) * amplifier
+
     def force(self, displacement: FloatArray, omega_start: float, time: FloatArray | None = None) -> FloatArray:
         """Force along a path that starts with this omega in each mechanism, and without force in branches [N]."""
-        amplifier = polyval(self._inside(displacement) - self.values["displacement_offset"], self.values["kA"])
-        hysteretic = self.values["kappa_omega"] * self.omega(displacement, omega_start) * amplifier
-        force = self.elastic(displacement) + hysteretic
+        force = self.force_at(displacement, self.omega(displacement, omega_start))
         if second := self.values.get("second"):
             place = {name: value for name, value in self.values.items() if name.startswith("displacement_")}
             other = OracleSpring({"kE": [0.0], **place, **second}, **self.tolerances)

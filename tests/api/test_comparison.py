@@ -13,8 +13,9 @@ from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringE
 from strandspring.api.comparing.comparison_words import ComparisonVerdict
 from strandspring.api.comparing.differences import loop_figures
 from strandspring.kernel.path import PathSolver
-from strandspring.model.joint import HYSTERETIC_UNITS, joint_names
+from strandspring.model.joint import HYSTERETIC_UNITS
 from strandspring.model.modelfile import ModelFile
+from studies import joint_of
 from synthetic import AMPLITUDE, MEAN, record_of, sine, spring_of
 
 pytestmark = pytest.mark.long
@@ -41,10 +42,7 @@ def by_hand(p: SpringParameters, deviation: float, root: Any = None) -> Spring:
     content = {
         **{name: deviation * value for name, value in values.items()},
         "interval_95": {n: [(1 - 1.96 * deviation) * v, (1 + 1.96 * deviation) * v] for n, v in values.items()},
-        "joint": {
-            "parameters": joint_names(p.elastic_name, len(elastic), len(p.kA) - 1),
-            "root": [row[: k + 1].tolist() for k, row in enumerate(root)],
-        },
+        "joint": joint_of(p, root),
     }
     return Spring.from_model(ModelFile("hand", p, uncertainty=content))
 

@@ -32,31 +32,23 @@ FAST = TwoStageOptions(degrees=(3, 2))  # where the method is of no matter
 
 # The status that a damaged file gets, and a part of the reason.
 DAMAGES = {
-    "empty": ("unreadable", "the file is empty"), "binary": ("unreadable", ""),
-    "truncated": ("refused", "does not go back and forth"), "swapped": ("refused", "wrong way round"),
-    "constant": ("unreadable", "the force must change, found 0"), "nan": ("unreadable", "line 52"),
-    "folder": ("unreadable", "is a folder"), "forbidden": ("unreadable", "cannot be read"),
-    "unit": ("unreadable", "is the unit mm?"), "snap": ("refused", "snap-through"),
+    "empty": ("unreadable", "the file is empty"), "folder": ("unreadable", "is a folder"),
+    "nan": ("unreadable", "line 52"), "truncated": ("refused", "does not go back and forth"),
+    "snap": ("refused", "snap-through"),
 }  # fmt: skip
 
 
 def write_damaged(folder: Path) -> None:
     """A file of each damage."""
-    files = {name: folder / f"damaged_{name}.csv" for name in DAMAGES}
-    table = measured(0, ROWS)
+    files, table = {name: folder / f"damaged_{name}.csv" for name in DAMAGES}, measured(0, ROWS)
     files["empty"].touch()
-    files["binary"].write_bytes(np.random.default_rng(0).bytes(4000))
     files["folder"].mkdir()
-    files["forbidden"].symlink_to(files["forbidden"])  # root may read any other
-    write(files["unit"], table, "time [s],displacement [m],force [N]")
-    collapsed = np.where(table[:, 1] > 60.0, -1.0, 1.0)[:, None]  # beyond half the largest amplitude
-    blank = np.where(np.arange(ROWS) == 50, np.nan, 1.0)[:, None]
-    for name, damaged in (
-        ("truncated", table[: ROWS // 20]), ("swapped", table[:, [0, 2, 1]]), ("constant", table * [1.0, 1.0, 0.0]),
-        ("nan", table * np.hstack([blank**0, blank**0, blank])),
-        ("snap", table * np.hstack([collapsed**2, collapsed**2, collapsed])),
-    ):  # fmt: skip
-        write(files[name], damaged)
+    write(files["truncated"], table[: ROWS // 20])
+    collapsed = table.copy()
+    collapsed[table[:, 1] > 60.0, 2] *= -1.0  # beyond half the largest amplitude
+    write(files["snap"], collapsed)
+    table[50, 2] = np.nan
+    write(files["nan"], table)
 
 
 class DeadlyWork(BatchWork):
@@ -74,7 +66,7 @@ class DeadlyWork(BatchWork):
 
 @pytest.fixture(scope="module")
 def springs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of good records, of which one spring is twice as stiff as the others, and of ten damaged ones."""
+    """A folder of good records, of which one spring is twice as stiff as the others, and of damaged ones."""
     folder = tmp_path_factory.mktemp("springs")
     write_batch(folder, COUNT, ROWS)
     write(folder / "stiff.csv", measured(100, ROWS, stiffness=2.0))
@@ -111,7 +103,7 @@ def test_every_file_is_identified_or_named_with_the_reason(serial: ManyResult) -
         assert f"damaged_{name}.csv: " in summary
     assert frame["status"].tolist().count("identified") == COUNT + 1
     assert serial.problem == (
-        f"{len(DAMAGES)} of {len(frame)} springs are not identified (3 refused, 7 unreadable); springs.csv says why."
+        f"{len(DAMAGES)} of {len(frame)} springs are not identified (2 refused, 3 unreadable); springs.csv says why."
     )
     # A stiff spring is an outlier. Of nine springs with seven figures each, of which about three are independent,
     # 9*3*0.02 = 0.5 are expected to be flagged by chance; with these seeds there is none.

@@ -14,7 +14,6 @@ typedef struct {
 
 void powers(int count, const double *x, double *result);
 double in_turn(const Calls *calls, fmi3Instance *instances, int many, int count, const double *displacement);
-int each_step(const Calls *calls, fmi3Instance instance, int count, const double *displacement, double *least);
 
 void powers(int count, const double *x, double *result)
 {
@@ -48,22 +47,4 @@ double in_turn(const Calls *calls, fmi3Instance *instances, int many, int count,
         for (int i = 0; i < many; i++)
             status |= step(calls, instances[i], k, displacement);
     return status ? -1.0 : (nanoseconds() - start) / count / many;
-}
-
-/* least[k] becomes the less of what it was and what step k took, less what the clock takes. */
-int each_step(const Calls *calls, fmi3Instance instance, int count, const double *displacement, double *least)
-{
-    int status = 0;
-    double empty = 1e9;
-    for (int k = 0; k < 1000; k++) {
-        double start = nanoseconds(), taken = nanoseconds() - start;
-        empty = taken < empty ? taken : empty;
-    }
-    for (int k = 0; k < count; k++) {
-        double start = nanoseconds();
-        status |= step(calls, instance, k, displacement);
-        double taken = nanoseconds() - start - empty;
-        least[k] = taken < least[k] ? taken : least[k];
-    }
-    return status;
 }

@@ -2,12 +2,8 @@
 
 A model is fitted to a part of a record, and driven along the whole displacement as recorded, from its first sample and
 by its default state. The error is the rms of predicted less measured force over the samples held out, in % of the
-standard deviation of the measured force there: a constant has 100. Files of held_out.toml may be in
-`../shared/data` beside the checkout; records that are absent are named. wire_rope and explode are synthetic,
-snap_through is no such spring and to be refused; mts_25mm_to_5mm and back see the whole of one record and hold out the
-whole of the other. mts_raw_1 to 5 are a current each, between the pauses of one file, in volts of unknown factors (9.83
-mm/V and 930 N/V would make the third mts_25mm), on which no error depends; strain and stress of coupon_1 are read as if
-in mm and N.
+standard deviation of the measured force there: a constant has 100. held_out.toml has the records; those that are absent
+are named.
 
 Strokes lie between turning points, where the displacement turns by more than a tenth of its range, and its ends. Held
 out are, of which the fit sees what precedes and what follows as two records if they have two strokes at least,
@@ -16,15 +12,10 @@ out are, of which the fit sees what precedes and what follows as two records if 
             four, or the last two of fewer than eight
     A       the middle third of the strokes
     B       a sixth of the strokes, and at least two, that travel farthest in a row; the last such if equal within 1 %
-
-A row has the product's error and that of the version of held_out_before.json; other models' are in its verdict.
-Averages are of ratios limited to [0.5, 2], so that one mended explosion does not carry all; what is refused counts as
-infinite, and what is refused on both sides is left out.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from dataclasses import dataclass
@@ -44,9 +35,6 @@ Split = Literal["paper", "A", "B"]
 SPLITS: tuple[Split, ...] = ("paper", "A", "B")
 RECORDS = tomllib.loads(Path(__file__).with_name("held_out.toml").read_text("utf-8"))
 RAW = RECORDS.pop("raw")
-BEFORE = Path(__file__).with_name("held_out_before.json")
-UNCOUNTED = ("wire_rope", "explode", "snap_through")  # in averages: synthetic, or to be refused
-LIMITS = 0.5, 2.0  # of a ratio before it is averaged
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
 
 
@@ -144,20 +132,9 @@ def fitted(case: Case) -> tuple[float, str]:
     return case.error(spring), f"{taken:.2f} s, {taken / unit:.1f} times import numpy"
 
 
-def limited(now: float, then: float) -> float:
-    """A ratio; NaN where both are infinite, or one unknown."""
-    share = now / then if math.isfinite(now) or math.isfinite(then) else math.nan
-    return min(max(share, LIMITS[0]), LIMITS[1])
-
-
 def held_out(only: str = "", split: str = "") -> None:
-    """Errors of the product and its version before on strokes that are held out.
-
-    `only` is the beginning of a record's name, `split` one of the three.
-    """
-    processor_time(IMPORT, ROOT, 1)
+    """Errors on strokes that are held out; `only` is the beginning of a record's name, `split` one of the three."""
     identify(Record(np.sin(np.arange(400) / 16.0), np.sin(np.arange(400) / 16.0 + 0.2)))  # what is done once
-    before = json.loads(BEFORE.read_text())
     rows: list[dict[str, Any]] = []
     for name, part in product(RECORDS, [each for each in SPLITS if split in ("", each)]):
         if not name.startswith(only):
@@ -167,18 +144,7 @@ def held_out(only: str = "", split: str = "") -> None:
         except pytest.skip.Exception as reason:
             console.print(f"{name} {part}: {reason}")
             continue
-        if case is None:
-            continue
-        then = before["errors"][name][part]
-        error, note = fitted(case)
-        then = math.inf if isinstance(then, str) else then
-        rows.append({"record": name, "split": part, "now": error, "before": then, "of now": note})
-        console.print(f"{name} {part}: {error:.2f} %, {note}")
-    show(f"Errors held out [%]; before is {before['commit']}", rows)
-    chosen = [row for row in rows if row["record"] not in UNCOUNTED]
-    ratios = np.array([limited(row["now"], row["before"]) for row in chosen])
-    ratios = ratios[~np.isnan(ratios)]
-    mean, above = math.exp(np.mean(np.log(ratios))), int(np.sum(ratios > 1.0))
-    show("Ratios of the errors now to before, of measured records", [
-        {"rows": ratios.size, "geometric mean": mean, "median": float(np.median(ratios)), "above 1": above}
-    ])  # fmt: skip
+        if case is not None:
+            error, note = fitted(case)
+            rows.append({"record": name, "split": part, "error": error, "of it": note})
+    show("Errors held out [%]", rows)

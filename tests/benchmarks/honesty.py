@@ -10,22 +10,20 @@ from __future__ import annotations
 
 import re
 import zlib
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from tables import console, counted, percent, show
+from tables import console, percent, show
 
 from rig import (
     DOUBTED,
-    NO_FAULT,
     UNDECIDED,
-    Action,
     Case,
     Experiment,
     Judgement,
-    Run,
     amplitude_of,
     draw_experiment,
     draw_spring,
@@ -39,16 +37,7 @@ from zoo_mounts import LAWS, draw_mount
 
 FEW = (9.0, 60.0)  # samples in a cycle of coarse records
 KNOWN = {field.name for field in fields(RefinedOptions)}
-OF_ANOTHER_CLASS = (
-    *UNDECIDED,
-    "minor loops",
-    "nested",
-    "another class",
-    "other class",
-    "rate",
-    "bound",
-    "cycle to cycle",
-)
+OTHERS = (*UNDECIDED, "minor loops", "nested", "another class", "other class", "rate", "bound", "cycle to cycle")
 
 
 @dataclass(frozen=True)
@@ -73,11 +62,8 @@ class Result:
 
     def says(self, words: Sequence[str]) -> bool:
         """Whether the name or the sentence of a caution holds one of the words."""
-        texts = [
-            f"{name.replace('_', ' ')} {sentence}".lower()
-            for name, sentence in self.cautions.items()
-            if name != Outcome.ONE_AMPLITUDE.name
-        ]
+        pairs = ((name, text) for name, text in self.cautions.items() if name != Outcome.ONE_AMPLITUDE.name)
+        texts = [f"{name.replace('_', ' ')} {text}".lower() for name, text in pairs]
         return any(re.search(rf"\b{re.escape(word)}", text) for text in texts for word in words)
 
     @property
@@ -146,7 +132,8 @@ def clean(
         case = simulate(draw_spring(generator), drawn_experiment(generator, coarse, **fixed), generator)
         results.append(run(str(index), case, verbose))
     show("Clean records; medians of errors", [summary(results)])
-    console.print(f"cautions: {counted([name.lower() for result in results for name in result.cautions])}")
+    names = Counter(name.lower() for result in results for name in result.cautions)
+    console.print("cautions:", dict(names.most_common()))
 
 
 def faults(
@@ -172,38 +159,6 @@ def faults(
     show("Faults of the rig; medians of errors", rows)
 
 
-def both(first: Action, magnitude: float, second: Action) -> Action:
-    """An action of a given size, and after it another one."""
-
-    def act(run: Run, size: float, generator: np.random.Generator) -> None:
-        first(run, magnitude, generator)
-        second(run, size, generator)
-
-    return act
-
-
-def pairs(count: int = 200, seed: int = 0, coarse: bool = False, verbose: bool = False) -> None:
-    """Two faults at a time with drawn sizes."""
-    # The first of a pair must leave the experiment, the truth and the number of samples as they are.
-    kept = ("truths", "programme", "options")
-    firsts = [name for name, fault in FAULTS.items() if name != "gaps"
-              and all(getattr(fault, field) is getattr(NO_FAULT, field) for field in kept)]  # fmt: skip
-    results = []
-    for index in range(count):
-        generator = np.random.default_rng([seed, index])
-        name = str(generator.choice(firsts))
-        other = str(generator.choice([each for each in FAULTS if each != name]))
-        first, second = FAULTS[name], FAULTS[other]
-        magnitude = first.magnitude("drawn", generator)
-        stages = ("motion", "force", "signals", "sampled")
-        actions = {stage: both(getattr(first, stage), magnitude, getattr(second, stage)) for stage in stages}
-        spring, experiment = draw_spring(generator), drawn_experiment(generator, coarse)
-        case = simulate(spring, experiment, generator, replace(second, **actions), "drawn")
-        label = f"{index} {name} {magnitude:.3g}, {other} {case.magnitude:.3g}"
-        results.append(run(label, case, verbose, (*second.points_to, *first.points_to, *DOUBTED)))
-    show("Pairs of faults; medians of errors", [summary(results)])
-
-
 def spans(count: int = 60, seed: int = 0, verbose: bool = False) -> None:
     """Whether the range given for the energy of small loops holds it: one amplitude, tanh, kink and bump stop."""
     results = []
@@ -225,6 +180,6 @@ def zoo(count: int = 24, seed: int = 7, verbose: bool = False) -> None:
             generator = np.random.default_rng([seed, index])
             experiment = draw_experiment(generator, noise=0.003)
             case = simulate(draw_mount(generator, name), experiment, generator)
-            results.append(run(f"{name} {index}", case, verbose, OF_ANOTHER_CLASS))
+            results.append(run(f"{name} {index}", case, verbose, OTHERS))
         rows.append({"mount": name} | summary(results))
     show("Mounts of other classes; medians of errors", rows)

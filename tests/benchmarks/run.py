@@ -22,37 +22,27 @@ sys.path[:0] = [str(HERE), str(HERE.parent / "helpers"), str(HERE.parent)]
 def benchmarks() -> dict[str, Callable[..., None]]:
     import held_out
     import honesty
-    import methods
     import speed
 
     functions = (
-        honesty.clean, honesty.faults, honesty.pairs, honesty.spans, honesty.zoo, held_out.held_out,
-        methods.table_1, speed.kernel, speed.bulk,
-        speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.real_time, speed.startup,
+        honesty.clean, honesty.faults, honesty.spans, honesty.zoo, held_out.held_out, speed.kernel,
+        speed.identify_time, speed.isolation, speed.bodies, speed.native, speed.startup,
     )  # fmt: skip
     return {function.__name__.replace("_", "-"): function for function in functions}
 
 
-def parser() -> argparse.ArgumentParser:
-    """Of the names, with an option for each parameter of their functions."""
-    main = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    commands = main.add_subparsers(dest="name", metavar="NAME", required=True)
+def main() -> None:
+    """A subcommand for each name, with an option for each parameter of its function."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="name", metavar="NAME", required=True)
     for name, function in benchmarks().items():
-        first = inspect.getdoc(function).replace("%", "%%")
-        about = f"{inspect.getmodule(function).__doc__}".replace("%", "%%")
-        command = commands.add_parser(
-            name, help=first.splitlines()[0], description=f"{first}\n\n{about}",
-            formatter_class=argparse.RawDescriptionHelpFormatter,
-        )  # fmt: skip
+        about = inspect.getdoc(function).replace("%", "%%")
+        command = commands.add_parser(name, help=about.splitlines()[0], description=about)
         for option, parameter in inspect.signature(function).parameters.items():
             usual = parameter.default
             kind = {"action": "store_true"} if isinstance(usual, bool) else {"type": type(usual), "default": usual}
             command.add_argument(f"--{option}", help="" if isinstance(usual, bool) else f"{usual!r} by default", **kind)
-    return main
-
-
-def main() -> None:
-    options = vars(parser().parse_args())
+    options = vars(parser.parse_args())
     name = options.pop("name")
     print(f"{name}: {', '.join(f'{option} {value}' for option, value in options.items())}", flush=True)
     warnings.simplefilter("ignore")  # paths that leave the range that was fitted

@@ -53,10 +53,5 @@ def processor_time(command: Sequence[str], folder: Path, rounds: int = 3) -> flo
     return float(np.median(times))
 
 
-def counted(names: Sequence[str]) -> str:
-    """Names with how often they are there, the most frequent first."""
-    return ", ".join(f"{name} {names.count(name)}" for name in sorted(set(names), key=lambda n: (-names.count(n), n)))
-
-
 def percent(value: Any) -> str:
     return f"{100.0 * float(value):.1f}"

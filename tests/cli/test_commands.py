@@ -45,15 +45,6 @@ def test_a_spring_worse_than_a_line_is_saved_only_where_that_is_asked_for(
     assert load_model("m.json").fit["outcomes"] == told["outcomes"]
 
 
-def test_the_same_command_gives_the_same_bytes(terminal: Terminal) -> None:
-    for folder in "ab":
-        terminal(*f"identify new.csv --degrees 3,2 -o {folder}/new.json --report {folder}/new.html".split())
-        terminal("isolate", "mount.json", "--mass", "5", "--points", "4", "--plot", f"{folder}/out.svg")
-        terminal("synthesize", "spring", "mount.json", "--noise", "0.03", "--seed", "5", "-o", f"{folder}/n.csv")
-    for path in Path("a").iterdir():
-        assert path.read_bytes() == (Path("b") / path.name).read_bytes()
-
-
 @given(
     st.sampled_from(Outcome),
     st.lists(st.sampled_from(["a.csv: by 3 N;", "word", "1,", "n ended at its bound"]), max_size=30),

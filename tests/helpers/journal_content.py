@@ -26,12 +26,3 @@ def rows_in(journal: Path) -> int:
                 shutil.copy(path, folder)
         found = execute(Path(folder) / journal.name, "SELECT name FROM sqlite_master WHERE name = 'row'")
         return int(execute(Path(folder) / journal.name, "SELECT count(*) FROM row")[0][0]) if found else 0
-
-
-def written(journal: Path) -> int:
-    """Bytes that a program that is running has written."""
-    total = 0
-    for path in journal.parent.glob(f"{journal.name}*"):
-        with suppress(FileNotFoundError):  # SQLite removes its own beside the journal
-            total += path.stat().st_size
-    return total

@@ -24,7 +24,7 @@ def one_of(seed: int, stiffness: float = 1.0) -> SpringParameters:
     return replace(NOMINAL, kE=kE, **{name: part * getattr(NOMINAL, name) for name, part in others.items()})
 
 
-def measured(seed: int, rows: int = 3000, stiffness: float = 1.0) -> np.ndarray:
+def measured(seed: int, rows: int, stiffness: float = 1.0) -> np.ndarray:
     """Time [s], displacement [mm] and force [N] of two cycles at each of three amplitudes, shape (rows, 3)."""
     time = 6.0 * np.arange(rows) / rows
     share = np.take(_SHARES, (time / 2.0).astype(int))
@@ -34,12 +34,13 @@ def measured(seed: int, rows: int = 3000, stiffness: float = 1.0) -> np.ndarray:
     return np.column_stack([time, 1e3 * path, force + noise])
 
 
-def write(path: Path, table: np.ndarray, header: str = "time [s],displacement [mm],force [N]") -> None:
+def write(path: Path, table: np.ndarray) -> None:
     """A record as a rig writes it."""
+    header = "time [s],displacement [mm],force [N]"
     np.savetxt(path, table, delimiter=",", header=header, comments="", fmt=["%.4f", "%.5f", "%.4f"])
 
 
-def write_batch(folder: Path, count: int, rows: int = 3000) -> None:
+def write_batch(folder: Path, count: int, rows: int) -> None:
     """Files of springs 0 and so on."""
     folder.mkdir(parents=True, exist_ok=True)
     for seed in range(count):

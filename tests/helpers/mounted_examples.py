@@ -29,11 +29,6 @@ def unit(*components: float) -> Vector:
     return x, y, z
 
 
-def vector(*components: float) -> Vector:
-    x, y, z = components
-    return float(x), float(y), float(z)
-
-
 def elastic(*kE: float, half: float = 1.0) -> SpringParameters:
     """A spring with the elastic coefficients kE, and a hysteretic force of 1e-12 N that no test can see."""
     return SpringParameters(kE, (1.0,), 1e-12, 1.0 / half, 1.0, 1.0, 0.0, -half, half)

@@ -47,16 +47,6 @@ def hostile() -> Identification:
 
 
 @functools.cache
-def lagging() -> Identification:
-    """A force that lags by a delay that is given, so that it is removed from the record."""
-    record = sine_record("lagging.csv", 0.5, 0.02, 4)
-    assert record.time is not None
-    delay = 8 * float(record.time[1])
-    late = replace(record, displacement=record.displacement[8:], force=record.force[:-8], time=record.time[8:])
-    return identify(late, RefinedOptions((3, 2), delay=delay))
-
-
-@functools.cache
 def plain() -> Identification:
     """By a method that knows no uncertainty."""
     return identify(sine_record("plain.csv", 0.5, 0.02, 3), TwoStageOptions())

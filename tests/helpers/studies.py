@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from strandspring import SpringParameters
 from strandspring.campaigns.studies.definition import Study
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
 from strandspring.vibration.one_mass.system import Excitation
@@ -31,17 +32,18 @@ def correlations(pairs: Mapping[str, float]) -> FloatArray:
     return matrix
 
 
+def joint_of(p: SpringParameters, root: FloatArray) -> dict[str, Any]:
+    """What a model file says of this lower root of the covariance of all parameters."""
+    names = joint_names(p.elastic_name, len(getattr(p, p.elastic_name)), len(p.kA) - 1)
+    return {"parameters": names, "root": [row[: k + 1].tolist() for k, row in enumerate(root)]}
+
+
 def uncertainty_of_hysteresis(errors: Mapping[str, float], correlation: Mapping[str, float]) -> dict[str, Any]:
     """The uncertainty of a file of SPRING whose FE and FA are known, from standard errors and correlations."""
     shares = np.diag([errors[name] / getattr(SPRING, name) for name in NAMES])
-    elastic, amplifier = len(SPRING.kE), len(SPRING.kA) - 1
-    root = np.zeros((elastic + amplifier + 4,) * 2)
+    root = np.zeros((len(SPRING.kE) + len(SPRING.kA) + 3,) * 2)
     root[-4:, -4:] = np.linalg.cholesky(shares @ correlations(correlation) @ shares)
-    joint = {
-        "parameters": joint_names("kE", elastic, amplifier),
-        "root": [row[: k + 1].tolist() for k, row in enumerate(root)],
-    }
-    return {**errors, "correlation": {**correlation}, "joint": joint}
+    return {**errors, "correlation": {**correlation}, "joint": joint_of(SPRING, root)}
 
 
 UNCERTAINTY = uncertainty_of_hysteresis(ERRORS, CORRELATION)
@@ -51,10 +53,6 @@ CHEAP = Study(
     SPRING, Excitation.BASE_DISPLACEMENT, (4.0, 5.0, 400.0), (1e-4,), draws=20, seed=7, spread=SPREAD, band=(2.0, 2.5),
     points=2,
 )  # fmt: skip
-COMMAND = [
-    "study", "mount.json", "--mass", "4", "--mass", "5", "--mass", "400", "--base-displacement", "0.1",
-    "--draws", "20", "--seed", "7", "--band", "2", "2.5", "--points", "2", "--zero", "rig",
-]  # fmt: skip
 
 
 class Counter:

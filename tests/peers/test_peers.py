@@ -113,16 +113,6 @@ def test_whole_periods_are_cut_as_they_are(phase: int) -> None:
     np.testing.assert_allclose(
         whole_periods(Record(noisy, np.tile(own, 3), np.arange(3000.0)))[1], [own] * 3, atol=1e-8
     )
-    # Uneven noisy samples are resampled, without the virgin curve.
-    draw = np.random.default_rng(3)
-    time = np.sort(draw.uniform(0.0, 40.0, 20_000))
-    fine = PAPER_NI.steady_force(sine_period(5.0, 20_000))
-    force = fine[((time + 0.3) / (2.0 * np.pi) * 20_000).astype(int) % 20_000] - np.where(time > 2.0, 0.0, 20.0)
-    displacement, periods = whole_periods(
-        Record(5.0 * np.sin(time + 0.3) + draw.normal(0, 1e-3, time.size), force, time)
-    )
-    assert len(periods) == 6  # the last six of 6.28 s in 40 s
-    assert rms(PAPER_NI.steady_force(displacement) - periods.mean(axis=0)) < 0.4  # N of 248 N; linear interpolation
 
 
 @pytest.mark.parametrize(

@@ -163,11 +163,7 @@ def test_one_amplitude_calls_for_small_loops_and_another_rate_and_decides_as_pro
     assert rates.plan.speeds == ()
 
 
-def test_a_rough_stiffness_is_enough_and_limits_narrow_the_range() -> None:
-    test = plan(stiffness=20e3, stroke=(-0.02, 0.02), velocity=0.1, duration=60.0, force_limit=1500.0)
-    assert -0.02 <= test.program().displacement.min() < -0.019
-    assert test.plan.before.max() > 1.0 > test.plan.after.max()
-    assert -1500.0 <= test.plan.force[0] < test.plan.force[1] <= 1500.0
+def test_limits_narrow_the_range_and_parts_of_a_spring_are_decided() -> None:
     free = plan(Spring(TRUE), **RIG)
     held = plan(Spring(TRUE), force_limit=0.7 * max(map(abs, free.plan.force)), **RIG)
     assert np.ptp(held.program().displacement) < 0.95 * np.ptp(free.program().displacement)

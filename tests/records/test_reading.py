@@ -32,12 +32,10 @@ def refusal(text: str | bytes, **options: Any) -> str:
     """The one sentence in which a content is refused; it begins with the path where the file is at fault."""
     with pytest.raises(RecordError) as caught:
         read(text, **options)
-    assert is_sentence(str(caught.value))
-    return str(caught.value)
-
-
-def is_sentence(message: str) -> bool:
-    return message.isprintable() and message.endswith((".", "?"))
+    message = str(caught.value)
+    assert message.isprintable()
+    assert message.endswith((".", "?"))
+    return message
 
 
 @pytest.mark.parametrize(("text", "encoding", "displacement", "force"), CASES["layouts"])
@@ -101,16 +99,10 @@ def test_units(quantity: units.Quantity, text: str, factor: float) -> None:
     assert units.unit_factor(text, quantity) == pytest.approx(factor, rel=1e-13)
 
 
-@settings(max_examples=50)
-@given(st.sampled_from(CASES["no_lengths"]) | st.text(max_size=30))
-def test_any_text_is_a_unit_or_refused(text: str) -> None:
-    factor, message = 0.0, ""
-    try:
-        factor = units.unit_factor(text, "displacement")
-    except RecordError as error:
-        message = str(error)
-    assert factor > 0.0 or ("of the displacement" in message and is_sentence(message))
-    assert factor == 0.0 or text not in CASES["no_lengths"]
+@pytest.mark.parametrize("text", CASES["no_lengths"])
+def test_what_is_no_length_is_refused(text: str) -> None:
+    with pytest.raises(RecordError, match=r"of the displacement.*[.?]$"):
+        units.unit_factor(text, "displacement")
 
 
 # -- whatever is written
@@ -166,18 +158,6 @@ def test_a_saved_record_is_read_bit_for_bit(rows: list[tuple[float, float]], tim
             assert (again.time is not None) is timed
         with pytest.raises(ValueError, match="`displacement_unit` must be 'm' or 'mm'"):
             record.save(Path(folder, "a.csv"), "cm")  # type: ignore[arg-type]
-
-
-def read_or_refused(text: str, skip: bool) -> Record | None:
-    try:
-        return read(text, skip_bad_lines=skip)
-    except RecordError as error:
-        message = str(error)
-    assert is_sentence(message)
-    return None
-
-
-LINES = ["1,2", "2.5,-1", "3,4,5", "x,1", "7", '"1,2', "", "1,020.5,3", "nan,1", "12:00:01,4"]
 
 
 # -- lines that cannot be read
@@ -240,14 +220,7 @@ def test_a_faulty_time_costs_its_line_or_where_nobody_asked_for_it_the_column() 
     assert (len(skipped), skipped.time is not None) == (239, True)
 
 
-# In place of a line somewhere in the middle of a large table.
-UNUSUAL = [
-    "", " ", ",,", "1,2", "1,2,3,4", ",1,2", "0.4,nan,2", "0.4,1e400,1", "x,1,2", "0.4,1.2.3,2", "0.4,1e,2",
-    '0.4,"1.5",2', "0.4,0x10,1", "0.4,1 2,1", "0.4,5 mm,1", "0.4,\x1a,1", "0.4,1_000,1", "0.4,+-1,1", "0.4,١,1",
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("odd", ["0.4,1.0,2.0", *UNUSUAL])
+@pytest.mark.parametrize("odd", CASES["unusual"])
 def test_a_large_table_is_read_in_parts_as_by_rows(odd: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same bits, and the same refusals, with numbers in all the ways in which programs write them."""
     draw, forms = np.random.default_rng(5), (repr, "{:.6e}".format, "{:+.3E}".format, "  {:.12f} ".format)
@@ -280,13 +253,8 @@ def test_a_large_table_is_read_in_parts_as_by_rows(odd: str, monkeypatch: pytest
 
 
 def test_paths_and_sizes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for path, part in (
-        (tmp_path / "a.csv", "no such file"),
-        (tmp_path, "is a folder"),
-        ("a\0b", "not a possible path"),
-    ):
-        with pytest.raises(RecordError, match=part):
-            read_record(path)
+    with pytest.raises(RecordError, match="not a possible path"):
+        read_record("a\0b")
     odd = tmp_path / "m\n\udcfc.csv"  # not UTF-8
     odd.write_text("x,F\n1,2\n2,3\n")
     assert read_record(odd).path == str(tmp_path / "m\ufffd\ufffd.csv")

@@ -58,26 +58,22 @@ KEPT = ".sqlite"
 
 def write_inputs(folder: Path) -> None:
     """in/ of both versions, "new" and "old": records and models of the same names and other content."""
-    import numpy as np
+    sys.path[:0] = [str(ROOT / "fmu_src"), str(ROOT / "tests"), str(ROOT / "tests/helpers")]
     import pandas as pd
 
-    from strandspring import Record, Spring, SpringParameters, identify
+    from many_springs import measured, write
+    from strandspring import identify
 
     for number, version in enumerate(("new", "old")):
         (folder / version / "many").mkdir(parents=True)
         for k, name in enumerate(("a", "worn", "many/m0", "many/m1", "many/m2")):
-            parameters = SpringParameters(
-                (2.0, 3000.0 + 150.0 * k, 0.0, 1e5), (1.0, 10.0), 8.0 - number, 600.0, 0.9, 0.8, 0.0, -0.015, 0.015
-            )
-            path = 0.013 * np.sin(np.linspace(0.0, 12.0 * np.pi, 900)) * np.repeat([0.5, 0.8, 1.0], 300)
-            noise = 0.05 * np.random.default_rng((k, number)).standard_normal(900)
-            record = Record(path, Spring(parameters).response(path) + noise)
-            table = pd.DataFrame({"displacement [mm]": 1e3 * path, "force [N]": record.force}).round(5)
-            table.to_csv(folder / version / f"{name}.csv", index=False)
+            path, table = folder / version / f"{name}.csv", measured(2 * k + number, 900)
+            write(path, table)
             if "/" not in name:
-                table.to_parquet(folder / version / f"{name}.parquet")
-                spring = identify(record).spring("model" if name == "a" else name)
-                spring.save(folder / version / f"{spring.model.name}.json")
+                header = ("time [s]", "displacement [mm]", "force [N]")
+                pd.DataFrame(table, columns=header).to_parquet(path.with_suffix(".parquet"))
+                spring = identify(path).spring("model" if name == "a" else name)
+                spring.save(path.with_name(f"{spring.model.name}.json"))
         spring.build_fmu(folder / version)
         system = Path(__file__).with_name("system.toml").read_text("utf-8").replace("2.0 kg", f"{2 + number} kg")
         (folder / version / "system.toml").write_text(system, encoding="utf-8")
@@ -305,7 +301,6 @@ def main() -> int:
     if options.leak:
         return leak(options.leak[0], int(options.leak[1]))
     names, end, failures = options.only or [*COMMANDS, *LEAKS], time.monotonic() + 3600.0 * options.hours, 0
-    sys.path.insert(0, str(ROOT / "fmu_src"))
     # In the background and below nohup some are ignored, and what this starts would ignore them, too.
     for ignored in (number for number in SIGNALS[1:] if signal.getsignal(number) == signal.SIG_IGN):
         signal.signal(ignored, signal.SIG_DFL)

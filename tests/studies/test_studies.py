@@ -11,18 +11,15 @@ import re
 import resource
 import signal
 import struct
-import subprocess
-import sys
-import time
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 
-from journal_content import execute, rows_in, written
+from journal_content import execute, rows_in
 from strandspring.campaigns.jobs.cluster import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
@@ -30,33 +27,14 @@ from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.campaigns.studies.runs import DONE
 from strandspring.campaigns.studies.system_planning import planned_study
-from strandspring.campaigns.studies.system_study import SystemStudy, system_row
+from strandspring.campaigns.studies.system_study import SystemStudy
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance
-from strandspring.model.modelfile import ModelFile, save_model
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description
 from strandspring.vibration.one_mass.response import frequency_response
 from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
-from strandspring.vibration.verdicts.answers import answer_case
-from strandspring.vibration.verdicts.drawn_springs import Drawn
-from strandspring.vibration.verdicts.draws import Unknowns
-from studies import (
-    CHEAP,
-    COMMAND,
-    CORRELATION,
-    ERRORS,
-    SPREAD,
-    SPRING,
-    UNCERTAINTY,
-    Counter,
-    correlations,
-    uncertainty_of_hysteresis,
-)
-from terminal import Terminal
-
-if TYPE_CHECKING:
-    pass
+from studies import CHEAP, CORRELATION, ERRORS, SPREAD, SPRING, Counter, correlations, uncertainty_of_hysteresis
 
 pytestmark = pytest.mark.long
 
@@ -71,13 +49,6 @@ MASSES = {"body.box.mass": "15 kg:25 kg:3"}
 def system_study(vary: dict[str, Any] = MASSES, **options: Any) -> SystemStudy:
     given = {"draws": 16, "seed": 0, "cases": "drop", "step": 5e-4, **options}
     return planned_study(CONTENT, FilesOfFolder(SYSTEMS), vary, **given)
-
-
-@pytest.fixture
-def terminal(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Terminal:
-    monkeypatch.chdir(tmp_path)
-    save_model("mount.json", ModelFile("mount", SPRING, uncertainty=UNCERTAINTY))
-    return Terminal(capsys)
 
 
 # ---- what is drawn and varied ---------------------------------------------------------------------
@@ -115,7 +86,7 @@ def test_paths_lead_to_their_values(row: str) -> None:
 # ---- what a run gives, and what is said of them all -----------------------------------------------
 
 
-def test_a_run_tells_what_isolate_and_simulate_do() -> None:
+def test_a_run_tells_what_isolate_does() -> None:
     study = Study(
         SPRING, Excitation.BASE_ACCELERATION, (4.0, 5.0), (0.5,), (0.9, 1.2), draws=2, seed=1, spread=SPREAD,
         load=30.0, parallel=2, series=3, damping=8.0, points=12,
@@ -131,15 +102,6 @@ def test_a_run_tells_what_isolate_and_simulate_do() -> None:
     resonance = frequency_response(system, Excitation.BASE_ACCELERATION, 0.5, band).resonance
     assert (row.static_equilibrium, row.sag, row.outcome) == (rest.displacement, rest.sag, DONE)
     assert {name: getattr(row, name) for name in asdict(resonance)} == asdict(resonance)
-    planned = system_study(cases=None)
-    run = ((2 * 1 + 0) * 2 + 1) * 6 + 3  # third mass, second candidate, fourth case
-    assert planned.place(run) == (2, 0, 1, 3)
-    file = planned.described(2)
-    name, one = file.candidates[1]
-    assert one.bodies[0].mass == 25.0
-    unknowns = Unknowns(Drawn.from_models(one, file.models), 16, 0, None)
-    (found,) = planned.rows([run])
-    assert found == system_row(run, answer_case(name, one, file.cases[3], file.limits, unknowns, 5e-4))
 
 
 # ---- where they are done, and how they go on ------------------------------------------------------
@@ -214,40 +176,6 @@ def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, resul
         run_study(CHEAP, results, Local(2), Counter(20, kill_one))
     assert multiprocessing.active_children() == others
     goes_on(results, None, expected)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
-def test_a_study_that_is_ended_goes_on(end: signal.Signals, terminal: Terminal) -> None:
-    import psutil
-
-    # So many runs that the signal comes before the last one.
-    draws, results = 400, Path("results.csv")
-    journal, runs = journal_path(results), 3 * draws
-    run_study(replace(CHEAP, draws=draws), Path("serial.csv"), Local(1))
-    command = [*COMMAND, "--draws", str(draws), "-o", str(results)]
-    program = subprocess.Popen(
-        [sys.executable, "-m", "strandspring", *command, "--workers", "2"], stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True,
-    )  # fmt: skip
-    while written(journal) < 100_000:
-        assert program.poll() is None, program.communicate()
-        workers = psutil.Process(program.pid).children(recursive=True)
-        time.sleep(0.01)
-    program.send_signal(end)
-    said, complained = program.communicate(timeout=60)
-    assert (said, results.exists(), "Traceback" in complained) == ("", False, False)
-    assert len(workers) >= 2
-    assert not psutil.wait_procs(workers, timeout=20)[1]  # none is left behind
-    kept = rows_in(journal)
-    assert kept >= 10
-    if end is not signal.SIGKILL:
-        assert program.returncode == 128 + end
-        assert f"{kept} of {runs} runs are kept in results.csv.part.sqlite; the same command continues" in complained
-    terminal(*command, "--workers", "1")
-    assert f"{kept} of {runs} runs were finished before." in terminal.err
-    assert results.read_bytes() == Path("serial.csv").read_bytes()
-    assert not list(Path().glob("*.part*"))
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
-from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, unit, vector
+from mounted_examples import ASYMMETRIC, CORNERS, GRAVITY, NO_WEIGHT, UP, elastic, one_mass, unit
 from springs import EXAMPLES, MOUNT
 from strandspring import SpringParameters
 from strandspring.core.branches import MaxwellBranch
@@ -19,12 +19,11 @@ from strandspring.kernel.path import PathSolver
 from strandspring.loops.loop import steady_loop
 from strandspring.vibration.bodies.modes import modes
 from strandspring.vibration.bodies.mounted import MountedSystem
-from strandspring.vibration.bodies.parts import MotionKind, Mount, MountAxis, RigidBody, Stops, Vector
+from strandspring.vibration.bodies.parts import Mount, MountAxis, RigidBody, Stops, Vector
 from strandspring.vibration.bodies.small_motion import SmallMotion
 
 UNIT = np.eye(3)
 INERTIA = ((0.25, 0.0, 0.0), (0.0, 0.30, 0.0), (0.0, 0.0, 0.35))
-ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 def mount(name: str, place: Vector, stiffness: tuple[float, ...]) -> Mount:
@@ -32,11 +31,6 @@ def mount(name: str, place: Vector, stiffness: tuple[float, ...]) -> Mount:
     return Mount(
         name, 0, place, tuple(MountAxis(elastic(0.0, k), unit(*n), 0.0) for k, n in zip(stiffness, UNIT, strict=True))
     )
-
-
-def guided(axis: MountAxis, mass: float) -> MountedSystem:
-    body = RigidBody("mass", mass, motion=MotionKind.AXIS)
-    return MountedSystem((body,), (Mount("foot", 0, ORIGIN, (axis,)),), gravity=NO_WEIGHT)
 
 
 def test_published_frequencies_of_a_box_and_a_pendulum() -> None:
@@ -63,7 +57,7 @@ def test_published_frequencies_of_a_box_and_a_pendulum() -> None:
 
 
 def test_damping_of_one_axis_by_tangent_and_secant() -> None:
-    system = guided(MountAxis(MOUNT, UP, 0.05, parallel=3, series=2, damping=40.0), 5.0)
+    system = one_mass(MountAxis(MOUNT, UP, 0.05, parallel=3, series=2, damping=40.0), 5.0)
     motion = SmallMotion.about_nominal(system)
     (tangent,) = modes(motion)
     stiffness = float(system.laws.tangents(motion.springs)[0])
@@ -75,10 +69,10 @@ def test_damping_of_one_axis_by_tangent_and_secant() -> None:
     k = 1.5 * loop.secant_stiffness
     assert secant.frequency == pytest.approx(math.sqrt(k / 5.0) / (2.0 * math.pi), rel=1e-9)
     assert secant.damping == pytest.approx(20.0 / math.sqrt(k * 5.0) + 0.5 * loop.loss_factor, rel=1e-9)
-    with pytest.raises(MountedSystemError, match=r"foot must be finite and > 0 \[m\], got -0.001"):
+    with pytest.raises(MountedSystemError, match=r"mount must be finite and > 0 \[m\], got -0.001"):
         system.laws.secants(system.laws.nominal, np.array([-1e-3]))
     # A stop counts where it is touched: from 0.009 to 0.013 over three quarters, from -0.023 to -0.019 likewise.
-    stopped = guided(MountAxis(elastic(0.0, 20000.0), UP, 0.0, stops=Stops(-0.02, 0.01, 5e4)), 1.0)
+    stopped = one_mass(MountAxis(elastic(0.0, 20000.0), UP, 0.0, stops=Stops(-0.02, 0.01, 5e4)), 1.0)
     for z, touched in ((0.0, 0.0), (0.011, 1.0), (-0.021, 1.0)):
         springs = SmallMotion(stopped, (np.array([[0.0, 0.0, z]]), UNIT[None])).springs
         assert stopped.laws.tangents(springs) == pytest.approx([20000.0 + 5e4 * touched], rel=1e-9)
@@ -128,15 +122,15 @@ def test_below_the_limit_nothing_blows_up_and_above_it_does(damping: float) -> N
 def test_the_step_of_one_axis_by_hand_and_the_steepest_slope() -> None:
     """h^2*k + 4*h*c = 4*m."""
     spring = SpringParameters((0.0, 900.0), (1.0,), 10.0, 50.0, 2.0, 1.0, 0.0, -0.1, 0.1)
-    system = guided(MountAxis(spring, UP, 0.0, 4, 2, 30.0, Stops(-0.05, 0.05, 7e3)), 3.0)
+    system = one_mass(MountAxis(spring, UP, 0.0, 4, 2, 30.0, Stops(-0.05, 0.05, 7e3)), 3.0)
     stiffness = 2.0 * (900.0 + 2.0 * 2.0 * 10.0 * 50.0) + 7e3
     expected = (-120.0 + np.sqrt(120.0**2 + 48.0 * stiffness)) / (2.0 * stiffness)
     for tilted in (False, True):
         assert SmallMotion.about_nominal(system).stable_step(tilted=tilted) == pytest.approx(expected, rel=1e-12)
-    across = guided(replace(system.axes[0], direction=(1.0, 0.0, 0.0)), 3.0)
+    across = one_mass(replace(system.axes[0], direction=(1.0, 0.0, 0.0)), 3.0)
     assert SmallMotion.about_nominal(across).stable_step() == np.inf
     for name, one in EXAMPLES.items():
-        bound = float(guided(MountAxis(one, UP, one.displacement_offset), 1.0).laws.steepest[0])
+        bound = float(one_mass(MountAxis(one, UP, one.displacement_offset), 1.0).laws.steepest[0])
         solver, way = PathSolver(one), 1e-12 * (one.displacement_max - one.displacement_min)
         places = np.linspace(one.displacement_min + way, one.displacement_max - way, 401)
         turns = [(np.array([x, x - omega * way]), omega) for x in places for omega in (-1.0, 1.0)]
@@ -166,7 +160,8 @@ def test_rest_is_found_and_balanced_at_any_scale_of_force(
             MountAxis(replace(elastic(0.0, k), kappa_omega=10.0**friction, rho=1e3), unit(*n), preload * shift)
             for k, n, shift in zip(stiffness, directions, random.uniform(-1.0, 1.0, 3), strict=True)
         )
-        mounts.append(Mount("corner", 0, vector(*(corner + 0.03 * random.normal(size=3))), axes))
+        x, y, z = (corner + 0.03 * random.normal(size=3)).tolist()
+        mounts.append(Mount("corner", 0, (x, y, z), axes))
     system = MountedSystem((RigidBody("box", 20.0, inertia=ASYMMETRIC),), tuple(mounts), (), gravity)
     omega = share * random.choice([-1.0, 1.0], 12)
     pose, _, is_found = system.solver.rest(np.array(gravity), omega)

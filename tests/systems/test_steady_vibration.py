@@ -4,6 +4,7 @@ ODE solvers and motion in time; folds, renderings and refusals.
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -102,19 +103,9 @@ def test_curves_that_were_hard_to_follow() -> None:
     """A draw of the hinge with a polynomial FE, where near 7.15 Hz arclength steps land on a closed superharmonic curve
     beside the followed one; and almost pure dry friction, where each crossing was a part of what remained.
     """
-    hinge = Spring.load(Path(__file__).parents[1] / "golden" / "rubber_hinge.json").parameters
-    drawn = replace(hinge, kappa_omega=0.06395164797191956, rho=1766.9740459124064, sigma=0.8874243050051873,
-                    n=3.421727778814006)  # fmt: skip
-    friction = SpringParameters(
-        (2121.4871911254922, 1.2246346645083803), (1.0, -0.19150558578713112), 999900000000000.0, 669822208639.3677,
-        0.5, 0.010001, -4.734543938765586, -5.410907358589241, -3.9179738799705883,
-    )  # fmt: skip
-    heavy = IsolatedMass(friction, 216.34024280265245, 2121.5730420806317)
-    for system, level, band in (
-        (IsolatedMass(drawn, 0.02), 8.538063896930848e-05, np.array([3.2926, 6.0951, 11.283, 20.887, 38.666, 71.577])),
-        (heavy, 0.0074646673930932606, np.geomspace(0.23, 0.24, 20) * static_equilibrium(heavy).frequency),
-    ):
-        found = frequency_response(system, BASE, level, band, True)
+    for row in json.loads(Path(__file__).with_name("hard_curves.json").read_text(encoding="utf-8")):
+        system, band = IsolatedMass(SpringParameters(**row["spring"]), row["mass"], row["load"]), np.array(row["band"])
+        found = frequency_response(system, BASE, row["level"], band, True)
         assert found.column("frequency")[found.column("requested") > 0.0] == pytest.approx(band, rel=1e-12)
 
 
