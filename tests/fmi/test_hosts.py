@@ -55,7 +55,8 @@ def test_fmus_of_one_process_do_not_meet_and_threads_share_nothing_that_changes(
             unit = of.folder / "sources" / "fmi2_all.c"
             binary = compiled(build_folder() / f"{of.guid}.so", "-shared", "-fPIC", *flags, unit, "-lm")
         given += [binary, of.guid, of.resources.decode()]
-    run([host(build_folder(), *flags), task, *given])
+    path = [0.02 + 1e-3 * (k * 7 % 23 - 11) for k in range(60)]
+    run([host(build_folder(), *flags), task, *given], input="\n".join(map(repr, path)))
 
 
 def test_a_binary_may_be_unloaded_and_loaded_again(tmp_path: Path) -> None:
