@@ -14,7 +14,6 @@ import numpy as np
 from branched_springs import BRANCHED
 from fmu_tools import SPRING, wandering_path
 from native_tools import CO_SIMULATION, ERROR, FATAL, MODEL_EXCHANGE, OK, Library, Native, Native3, library, unpacked
-from oracles import OracleSpring, maxwell
 from springs import TABLE
 from strandspring import Spring, SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -159,14 +158,6 @@ class SystemForm(Form):
 @functools.cache
 def _of_python(spring: SpringParameters) -> Library:
     return unpacked(lambda folder: build_python_fmu(ModelFile("spring", spring), folder, zero=0.0))
-
-
-def solved(p: SpringParameters, path: np.ndarray, time: np.ndarray, omegas: tuple[float, ...]) -> np.ndarray:
-    """Force of mechanisms by an ODE solver, and of branches [N]."""
-    parts = [maxwell(b.stiffness, b.time_constant, path, time) for b in p.branches]
-    for mechanism, start in zip(p.mechanisms, omegas, strict=False):
-        parts.append(OracleSpring(mechanism.as_dict(), rtol=1e-11, atol=1e-13).force(path, start))
-    return np.asarray(sum(parts))
 
 
 FORMS: dict[str, Form] = {

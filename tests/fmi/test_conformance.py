@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmu_tools import OTHER, SPRING
-from forms import FORMS, PATHS, SYSTEMS, rows, solved
+from fmu_tools import OTHER
+from forms import FORMS, PATHS, SYSTEMS, rows
 from native_tools import ERROR, OK, close, close_each
+from oracles import oracle_force
 from strandspring import Spring
-from strandspring.kernel.path import PathSolver
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -41,7 +41,7 @@ def test_values_along_a_path(name: str) -> None:
                 found.append(one.get(*form.outputs))
         close_each(np.transpose(found), form.expected(path, time, form.starts), rounding)
         if samples == 60:  # the solver's tolerance, over its strokes
-            close(np.array(found)[:, 0], solved(form.spring, path, time, tuple(form.starts.values())), 1e-8)
+            close(np.array(found)[:, 0], oracle_force(form.spring, path, time, tuple(form.starts.values())), 1e-8)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -65,19 +65,6 @@ def test_a_trial_answers_as_a_step_in_no_time(name: str) -> None:
             one.advance(displacement)
         assert one.restore(one.serialized()) == OK
         assert math.isfinite(one.get("force")[0])
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_steps_may_be_cut(name: str) -> None:
-    form, forces = FORMS[name], []
-    low, high = form.spring.displacement_min, form.spring.displacement_max
-    for pieces in (1, 2, 500):
-        with form.begun(low) as one:
-            for a, b in ((low, high), (high, 0.5 * (low + high))):
-                for x in np.linspace(a, b, pieces + 1)[1:]:
-                    one.advance(float(x), 1.0 / pieces)
-            forces.append(one.get("force")[0])
-    assert forces[1:] == pytest.approx([forces[0]] * 2, rel=1e-11 if form.spring.branches else 0.0, abs=0.0)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -162,17 +149,3 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
             assert one.restore(other.serialized()) == form.refusal
             assert "of another one" in one.said
         assert one.serialized() == content
-
-
-@pytest.mark.parametrize("name", ["co-simulation", "fmi3", "python", "states"])
-def test_instances_do_not_meet(name: str) -> None:
-    """Of one FMU, and of another of the same name."""
-    form, springs = FORMS[name], (SPRING, replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6)))
-    starts = [(springs[k % 2], 0.01 + 0.001 * k) for k in range(6)]
-    ones = [form.instance(spring).begin(displacement=start) for spring, start in starts]
-    for one in () if form.has_states else ones:
-        one.advance(0.03)
-    for one, (spring, start) in zip(ones, starts, strict=True):
-        path = np.array([start] if form.has_states else [start, 0.03])
-        close(one.get("force"), PathSolver(spring).force(path)[-1:])
-        one.FreeInstance()

@@ -24,7 +24,7 @@ from fmpy.validation import validate_fmu
 
 from branched_springs import BRANCHED, uneven_motion
 from fmu_tools import AWKWARD, CONSTANT, LONGEST, OTHER, SPRING
-from forms import solved
+from oracles import oracle_force
 from pages import ROOT, TEXTS, blocks
 from portable_host import run
 from springs import TABLE, spring
@@ -184,7 +184,7 @@ def test_the_modelica_spring_follows_the_equations_and_holds_every_bit(name: str
     assert found["spring.displacement"] == pytest.approx(path[sampled], rel=1e-12)  # rounding of the sine
     outside = (path < low) | (path > high)
     assert np.array_equal(np.asarray(found["spring.extrapolating"]) > 0.5, outside[sampled])
-    expected = solved(replace(p, branches=()), path, every, (0.2, -0.4))[sampled]
+    expected = oracle_force(replace(p, branches=()), path, every, (0.2, -0.4))[sampled]
     for branch in p.branches:
 
         def stretched(t: float, e: Any, tau: float = branch.time_constant) -> Any:
@@ -367,7 +367,7 @@ def test_the_exported_spring_answers_as_the_ode_and_the_package(name: str, tmp_p
     spring, starts = Spring(p), (0.2, -0.4) if p.second else 0.2
     size = np.abs(force).max()
     assert force == pytest.approx(spring.response(path, starts, time), abs=1e-12 * size)
-    assert force == pytest.approx(solved(p, path, time, (0.2, -0.4)), abs=1e-8 * size)
+    assert force == pytest.approx(oracle_force(p, path, time, (0.2, -0.4)), abs=1e-8 * size)
     work = spring.absorbed_energy(path, starts, time=time)
     assert energy == pytest.approx(work, abs=1e-11 * np.abs(work).max())  # rounding of sums
     if p.is_plain:

@@ -19,7 +19,7 @@ import pytest
 from fmu_tools import OTHER, SPRING, wandering_path
 from forms import FORMS, NATIVE_PATHS, STATES, STEPPED, Form, rows
 from native_tools import DISCARD, ERROR, OK, WARNING, Native, Native3, close, close_each
-from oracles import rate_of_omega, travel_to
+from oracles import rate_of_omega
 from springs import force_by_definition
 from strandspring.kernel.arrays import address
 from strandspring.kernel.library import library as kernel
@@ -119,18 +119,6 @@ def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: s
         # Without it friction catches up.
         assert one.set(input_resolution=0.0) == OK
         assert one.get("omega")[0] == pytest.approx(slow.omega(np.append(seen, path[-1]))[-1], abs=1e-12)
-
-
-def test_omega_is_the_integral_in_closed_form() -> None:
-    """Of eq. (11), hypergeometric."""
-    for p in (SPRING, OTHER, replace(OTHER, n=0.05), replace(OTHER, n=8.0)):
-        travel = np.linspace(0.0, 1.5 / p.rho, 8)
-        omega = PathSolver(p).omega(np.concatenate([travel, travel[::-1][1:]]), 0.0)
-        found = [travel_to(u, p.n, p.sigma) for u in omega[:8]]
-        assert found == pytest.approx(p.rho * travel, rel=1e-9, abs=1e-9)
-        # Turned back, u = -omega rises from below zero.
-        way = [travel_to(-u, p.n, p.sigma) - travel_to(-omega[7], p.n, p.sigma) for u in omega[7:]]
-        assert way == pytest.approx(p.rho * (travel[-1] - travel[::-1]), rel=1e-9, abs=1e-9)
 
 
 # Derivatives
