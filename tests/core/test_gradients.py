@@ -11,7 +11,6 @@ from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
 from strandspring.core.parameters import SCALARS
 from strandspring.kernel.path import PathSolver
-from strandspring.kernel.points import RecordPoints
 from stroke_points import omega_with_derivatives
 
 # Strokes that end while omega recovers, near saturation, below and above the range; the last is the first motion.
@@ -114,20 +113,3 @@ def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma
         assert np.count_nonzero(smooth) > 100
         error = np.abs(derivatives[row] - quotient)[smooth].max() * size
         assert error <= 2e-7 * max(np.abs(derivatives[row]).max() * size, 1.0)
-
-
-def test_records_are_as_each_alone_and_rates_as_one_after_the_other() -> None:
-    turns = [np.array([0.0, 1.0, -0.6, 0.1]), np.array([0.0, -0.9, 1.1])]
-    columns = [np.concatenate(column) for column in zip(*map(points_of, turns), strict=True)]
-    columns[2][60:] += 3
-    starts, law = np.array([0.4, -0.7]), (3.0, 1.7, 0.6)
-    both = RecordPoints(np.array([0, 3, 5]), np.array([0, 60, 100]), *columns)
-    omega, derivatives = both.omega(*law, starts)
-    for k, at in enumerate((slice(0, 60), slice(60, 100))):
-        own, by = omega_with_derivatives(*law, starts[k], *points_of(turns[k]))
-        np.testing.assert_array_equal(omega[at], own)
-        assert derivatives[:, at] == pytest.approx(by * np.array([*law, 1.0])[:, None], rel=1e-15)
-    rates = np.array([0.9, 3.0, 21.0])
-    expected = [both.omega(rho, *law[1:], np.zeros(2))[0] for rho in rates.tolist()]
-    assert both.omega_by_rate(rates, *law[1:]) == pytest.approx(np.array(expected), abs=1e-8)  # a coarse table's error
-    assert both.omega(*law, starts, coarse=True)[0] == pytest.approx(omega, abs=1e-8)
