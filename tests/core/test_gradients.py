@@ -11,7 +11,6 @@ from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
 from strandspring.core.parameters import SCALARS
 from strandspring.kernel.path import PathSolver
-from stroke_points import omega_with_derivatives
 
 # Strokes that end while omega recovers, near saturation, below and above the range; the last is the first motion.
 PATHS = {
@@ -97,7 +96,11 @@ def of_omega(n: float, sigma: float) -> SpringParameters:
 @pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
 def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma: float) -> None:
     at, path = np.array([RHO, sigma, n, -0.4]), path_of(TURNS)
-    omega, derivatives = omega_with_derivatives(*at, *points_of(TURNS))
+    direction, length, stroke, travel = points_of(TURNS)
+    columns = np.tile(direction, 2), np.tile(length, 2), np.append(stroke, stroke + length.size), np.tile(travel, 2)
+    both = RecordPoints(np.arange(3) * length.size, np.arange(3) * travel.size, *columns)
+    found = both.omega(*at[:3].tolist(), np.array([0.9, -0.4]))  # by logarithms; of the second record
+    omega, derivatives = found[0][travel.size :], found[1][:, travel.size :] / [*([value] for value in at[:3]), [1.0]]
     # xi is rounded in other ways; W' is at most 2 sigma.
     assert omega == pytest.approx(PathSolver(of_omega(n, sigma)).omega(path, -0.4)[1:], abs=1e-14 * (1 + 20 * sigma))
     for row, size in enumerate((RHO, sigma, n, 1.0)):
