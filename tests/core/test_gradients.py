@@ -11,6 +11,7 @@ from springs import EXAMPLES, along, force_scale
 from strandspring import SpringParameters
 from strandspring.core.parameters import SCALARS
 from strandspring.kernel.path import PathSolver
+from strandspring.kernel.points import RecordPoints
 
 # Strokes that end while omega recovers, near saturation, below and above the range; the last is the first motion.
 PATHS = {
