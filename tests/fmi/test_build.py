@@ -7,7 +7,6 @@ import os
 import platform
 import re
 import time
-import zipfile
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,7 @@ from typing import Any
 import fmpy
 import pytest
 
-from fmu_tools import SPRING
+from fmu_tools import SPRING, contents_of
 from native_tools import FUNCTIONS, FUNCTIONS3
 from strandspring import Spring, build_fmu
 from strandspring.api.common.model_source import built_with
@@ -42,11 +41,6 @@ from tools import tool
 
 pytestmark = pytest.mark.long
 MODEL = ModelFile("spring", SPRING)
-
-
-def contents_of(fmu: Path) -> dict[str, bytes]:
-    with zipfile.ZipFile(fmu) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
 
 
 @pytest.fixture(scope="module")

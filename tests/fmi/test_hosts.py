@@ -64,7 +64,8 @@ def test_a_binary_may_be_unloaded_and_loaded_again(tmp_path: Path) -> None:
     for _ in range(20):
         of = Library(folder)
         with Native(of) as one:
-            assert one.begin(displacement=0.02).step(0.03, "force")[0] > 0.0
+            one.begin(displacement=0.02).advance(0.03)
+            assert one.get("force")[0] > 0.0
         dlclose(of.functions._handle)
         with pytest.raises(OSError, match="dlopen"):
             ctypes.CDLL(str(of.path), mode=os.RTLD_NOLOAD)

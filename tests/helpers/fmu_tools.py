@@ -1,9 +1,11 @@
-"""Shared by the tests of FMUs: springs, paths, and callbacks that keep the log."""
+"""Shared by the tests of FMUs: springs, paths, files, and callbacks that keep the log."""
 
 from __future__ import annotations
 
 import itertools
+import zipfile
 from ctypes import byref
+from pathlib import Path
 
 import numpy as np
 from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
@@ -26,6 +28,11 @@ AWKWARD = (
 )
 CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
+
+
+def contents_of(fmu: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
 
 
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
