@@ -1,15 +1,11 @@
-"""Shared by the tests of FMUs: springs, paths, files, and callbacks that keep the log."""
+"""Shared by the tests of FMUs: springs, paths and files."""
 
 from __future__ import annotations
 
-import itertools
 import zipfile
-from ctypes import byref
 from pathlib import Path
 
 import numpy as np
-from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
 
@@ -45,26 +41,3 @@ def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.
         shares = np.sort(random.uniform(0.0, 1.0, 6))
         path += [*(path[-1] + shares * (turn - path[-1])), turn, turn]
     return np.array(path)
-
-
-# Status, category and text of messages, by the environment of the instance: FMPy's proxy knows one logger for all.
-_messages: dict[int | None, list[tuple[int, str, str]]] = {}
-_numbers = itertools.count(1)
-
-
-@fmi2CallbackLoggerTYPE
-def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-    # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
-
-
-def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
-    """Callbacks of an instance whose messages come into a list."""
-    environment = next(_numbers)
-    _messages[environment] = messages
-    callbacks = fmi2CallbackFunctions(
-        _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
-    )
-    # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-    addLoggerProxy(byref(callbacks))
-    return callbacks

@@ -19,10 +19,9 @@ from typing import Any, TypeVar
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import fmi2EventInfo
+from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, fmi2EventInfo
 from fmpy.fmi3 import fmi3LogMessageCallback
 
-from fmu_tools import callbacks_into
 from kernel_tools import build_folder
 from strandspring.fmu.native.platforms import host_folder
 
@@ -105,7 +104,11 @@ class Native:
         self.component = self._instantiated(of.functions, of.guid.encode())
 
     def _instantiated(self, functions: ctypes.CDLL, guid: bytes) -> Any:
-        self._callbacks: Any = callbacks_into(self.messages)
+        def log(_environment: int, _name: bytes, status: int, category: bytes, text: bytes) -> None:
+            self.messages.append((status, (category or b"").decode(), text.decode().replace("%%", "%")))
+
+        memory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+        self._callbacks = fmi2CallbackFunctions(fmi2CallbackLoggerTYPE(log), *memory)
         return functions.fmi2Instantiate(b"one", self.kind, guid, self.library.resources, byref(self._callbacks), 0, 1)
 
     def __enter__(self: Self) -> Self:
