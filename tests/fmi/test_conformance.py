@@ -25,7 +25,7 @@ from strandspring import Spring
 
 @pytest.mark.parametrize("name", PATHS)
 def test_values_along_a_path(name: str) -> None:
-    """Over steps of any size and of none, standstills and excursions; trials leave no trace and answer as such steps."""
+    """Over steps of any size and none, standstills and excursions; trials leave no trace and answer as in no time."""
     form, random = FORMS[name], np.random.default_rng(2)
     # Where branches decay, times that add up are rounded, too.
     rounding = 1e-10 if form.spring.branches else 1e-12
