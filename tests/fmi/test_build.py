@@ -19,7 +19,6 @@ from fmu_tools import SPRING, contents_of
 from native_tools import FUNCTIONS, FUNCTIONS3
 from strandspring import Spring, build_fmu
 from strandspring.api.common.model_source import built_with
-from strandspring.api.fmus.building import BuildOptions
 from strandspring.compiled import images, sources, zig
 from strandspring.compiled.images import KERNEL, OF_FMUS, image
 from strandspring.compiled.targets import (
@@ -229,17 +228,8 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
 # Settings
 
 
-def test_settings_are_those_of_the_fmu_unless_others_are_asked_for(tmp_path: Path) -> None:
-    fmu = build_native_fmu(MODEL, tmp_path, (), author="A", fmi=3, real_time=True, no_energy=True)
-    settings = BuildOptions("native", "A", fmi=3, real_time=True, no_energy=True)
-    assert BuildOptions(None).with_those_of(built_with(fmu)) == settings
-    changed = BuildOptions(None, "B", fmi=2).with_those_of(built_with(fmu))
-    assert changed == BuildOptions("native", "B", False, 2, True, True)
-    for backend in ("python", "both"):  # another back end takes the author only
-        assert BuildOptions(backend).with_those_of(built_with(fmu)) == BuildOptions(backend, "A")
-    arrays = built_with(build_native_fmu(MODEL, tmp_path, (), fmi=3, arrays=True))
-    assert BuildOptions().with_those_of(arrays) == BuildOptions("native", fmi=3, arrays=True)
-    assert BuildOptions(fmi=2).with_those_of(arrays) == BuildOptions("native", fmi=2)
+def test_settings_of_an_fmu_that_no_command_writes_are_refused(tmp_path: Path) -> None:
+    fmu = build_native_fmu(MODEL, tmp_path, ())
     for wrong in ({"fmi": 4}, {"fmi": True}, {"fmi": "3"}, {"real_time": 1}, {"no_energy": None}):
         contents = contents_of(fmu)
         contents[BUILD] = json.dumps({**json.loads(contents[BUILD]), **wrong}).encode()
