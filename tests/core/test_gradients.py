@@ -89,9 +89,8 @@ def path_of(turns: FloatArray) -> FloatArray:
     return np.append(turns[0], turns[stroke] + direction[stroke] * travel)
 
 
-def of_omega(n: float, sigma: float) -> SpringParameters:
-    """A spring whose force is omega."""
-    return SpringParameters((0.0,), (1.0,), 1.0, RHO, sigma, n, 0.0, -1.0, 1.0)
+def omega_along(path: FloatArray, rho: float, sigma: float, n: float, start: float) -> FloatArray:
+    return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, rho, sigma, n, 0.0, -1.0, 1.0)).omega(path, start)[1:]
 
 
 @pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
@@ -103,14 +102,11 @@ def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma
     found = both.omega(*at[:3].tolist(), np.array([0.9, -0.4]))  # by logarithms; of the second record
     omega, derivatives = found[0][travel.size :], found[1][:, travel.size :] / [*([value] for value in at[:3]), [1.0]]
     # xi is rounded in other ways; W' is at most 2 sigma.
-    assert omega == pytest.approx(PathSolver(of_omega(n, sigma)).omega(path, -0.4)[1:], abs=1e-14 * (1 + 20 * sigma))
+    assert omega == pytest.approx(omega_along(path, *at.tolist()), abs=1e-14 * (1 + 20 * sigma))
     for row, size in enumerate((RHO, sigma, n, 1.0)):
         # Tables of neighbouring n and sigma differ by 1e-13, over a step of 2e-4 by 1e-9; fourth order leaves 1e-9.
         moved = {k: at + 2e-4 * k * size * np.eye(4)[row] for k in (-2, -1, 1, 2)}
-        response = {
-            k: PathSolver(SpringParameters((0.0,), (1.0,), 1.0, *m[:3].tolist(), 0.0, -1.0, 1.0)).omega(path, m[3])[1:]
-            for k, m in moved.items()
-        }
+        response = {k: omega_along(path, *m.tolist()) for k, m in moved.items()}
         quotient = (8.0 * (response[1] - response[-1]) - (response[2] - response[-2])) / (2.4e-3 * size)
         # Where omega passes zero the quotient crosses the cusp of n < 1.
         smooth = np.min([np.abs(values) for values in response.values()], axis=0) > 0.02

@@ -55,17 +55,12 @@ DOCUMENTED = ModelFile(
 )  # fmt: skip
 
 
-def archived(contents: dict[str, bytes]) -> BytesIO:
+def described(contents: dict[str, bytes]) -> Any:
     file = BytesIO()
     with zipfile.ZipFile(file, "w") as written:
         for name, content in contents.items():
             written.writestr(name, content)
-    file.seek(0)
-    return file
-
-
-def described(contents: dict[str, bytes]) -> Any:
-    return fmpy.read_model_description(archived(contents))
+    return fmpy.read_model_description(file)
 
 
 # What was read

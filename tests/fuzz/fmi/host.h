@@ -135,9 +135,6 @@ typedef union {
 } Header;
 
 /* Also what the FMU takes from the C library: tables, states, and all memory for hosts that give no functions. */
-void *library_calloc(size_t count, size_t size);
-void library_free(void *block);
-
 void *library_calloc(size_t count, size_t size)
 {
     static const size_t SMALL = 50000; /* more than an instance or a state takes, and less than a table */
