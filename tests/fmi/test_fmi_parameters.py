@@ -286,8 +286,6 @@ def test_input_derivatives_commit_the_path_through_its_turning_points(name: str)
     close_each(np.transpose(found), form.expected(np.array(path), np.zeros(len(path)), {})[:, ends], 1e-10)
 
 
-RANGE = SPRING.displacement_max - SPRING.displacement_min
-SLACK = 1e-9  # of the range, by which a displacement comes back before an event
 EXCHANGE = ["model exchange", "fmi3 exchange"]
 
 
@@ -338,6 +336,7 @@ def test_the_indicator_finds_turning_points(name: str) -> None:
     """Of parabolas within its slack; of others it misses them by the fourth power of the step."""
     from scipy.optimize import brentq
 
+    slack = 1e-9 * (SPRING.displacement_max - SPRING.displacement_min)  # by which a displacement comes back before it
     with FORMS[name].instance() as one:
 
         def turn(path: Callable[[float], float], *times: float) -> float:
@@ -353,8 +352,8 @@ def test_the_indicator_finds_turning_points(name: str) -> None:
 
         for before, last in itertools.product((0.3, 1e-4, 0.4), (0.4, 0.49)):
             found = turn(lambda t: 0.02 - 0.01 * (t - 0.5) ** 2, 0.0 - before, before, last, 1.0)
-            # h*rate = SLACK*range, with the rate 0.02*(found - 0.5) m/s and h the time since the accepted point.
-            assert 0.02 * (found - 0.5) * (found - last) == pytest.approx(SLACK * RANGE, rel=1e-6)  # brentq
+            # h*rate = slack, with the rate 0.02*(found - 0.5) m/s and h the time since the accepted point.
+            assert 0.02 * (found - 0.5) * (found - last) == pytest.approx(slack, rel=1e-6)  # brentq
         missed = [
             0.01 * t**2 * (1.0 - t / 3.0)
             for h in (0.2, 0.1, 0.05)

@@ -19,25 +19,21 @@ import numpy as np
 import pytest
 
 from branched_springs import BRANCHED
-from fmu_tools import OTHER, SPRING, wandering_path
+from fmu_tools import OTHER, SPRING
 from forms import FORMS, SYSTEMS
 from kernel_tools import build_folder, compiled
-from native_tools import FUNCTIONS, HEADERS, Library, Native, close
-from portable_host import ENVIRONMENT, host, responses, run
+from native_tools import FUNCTIONS, HEADERS, Library, Native
+from portable_host import ENVIRONMENT, host, run
 from strandspring.compiled.images import KERNEL, OF_FMUS
 from strandspring.compiled.sources import PACKAGE
 from strandspring.cosimulation.fmu_spring import CosimulationError, FmuSpring
 from strandspring.exchange.c_sources import write_c_sources
 from strandspring.fmu.checks.check import examine_fmu
 from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import host_folder
 from strandspring.kernel.path import PathSolver
 from strandspring.model.modelfile import ModelFile
 from tools import program, ziglang
 
-OF_PROCESSOR = pytest.mark.skipif(
-    sys.platform != "linux" or platform.machine() not in ("x86_64", "aarch64"), reason="knows these processors"
-)
 pytestmark = pytest.mark.long
 NATIVE = FORMS["co-simulation"]
 
@@ -71,13 +67,6 @@ def test_a_binary_may_be_unloaded_and_loaded_again(tmp_path: Path) -> None:
             ctypes.CDLL(str(of.path), mode=os.RTLD_NOLOAD)
 
 
-@pytest.mark.slow
-def test_a_million_steps_give_the_force_of_the_model(tmp_path: Path) -> None:
-    path = wandering_path(SPRING, 1_000_000, seed=11)
-    found = responses(NATIVE.build(tmp_path), path, tmp_path, str(host_folder()), copies=1)
-    close(found[:, 0, 0], PathSolver(SPRING).force(path))
-
-
 def test_springs_linked_into_one_program_have_functions_of_their_own() -> None:
     units = []
     for prefix, spring in (("one_", SPRING), ("other_", OTHER)):
@@ -95,7 +84,9 @@ def test_springs_linked_into_one_program_have_functions_of_their_own() -> None:
 MODES = {"x86_64": (0x400, 0x800, 0xC00), "aarch64": (0x800000, 0x400000, 0xC00000)}
 
 
-@OF_PROCESSOR
+@pytest.mark.skipif(
+    sys.platform != "linux" or platform.machine() not in ("x86_64", "aarch64"), reason="knows these processors"
+)
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3", "real time", "table", "branches", "python", "system"])
 def test_instances_are_accurate_whatever_the_host_rounds(name: str) -> None:
     form, random = FORMS[name], np.random.default_rng(52)
