@@ -94,10 +94,12 @@ def test_damaged_and_foreign_states_are_refused(name: str) -> None:
     form = FORMS[name]
     with form.begun() as one, form.instance(OTHER) as other:
         content = form.moved(one)
-        damaged = [content[:length] for length in (0, 7, 27, 66, len(content) - 1)]
-        for place in range(0, len(content), 7 if name in SYSTEMS else 1):
-            damaged.append(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
-        for state in (*damaged, content + b"\0"):
+        for state in (
+            b"",
+            content[:-1],
+            content[:-1] + bytes([content[-1] ^ 1]),
+            content + b"\0",
+        ):  # more in tests/fuzz
             assert one.restore(state) == ERROR
             assert one.said.startswith("The serialized state ")
         assert one.serialized() == content

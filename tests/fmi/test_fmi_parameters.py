@@ -110,7 +110,6 @@ def test_friction_follows_no_reversals_below_the_resolution_of_the_input(name: s
             found += one.get("force")
         close(found, expected, 1e-10)
         slow = PathSolver(p).slow
-        assert one.get("omega")[0] == pytest.approx(slow.omega(seen)[-1], abs=1e-12)
         if "absorbed_energy" in form.outputs and not p.branches:
             close(one.get("absorbed_energy"), slow.absorbed_energy(seen)[-1:], 1e-10)
         if not form.python:
