@@ -75,12 +75,8 @@ def points_of(turns: FloatArray) -> tuple[NDArray[np.int64], FloatArray, NDArray
     """Direction and length of the strokes between turning points, stroke and travel of 20 points on each."""
     length = np.diff(turns)
     stroke = np.repeat(np.arange(length.size), 20)
-    return (
-        np.sign(length).astype(int),
-        np.abs(length),
-        stroke,
-        np.tile(np.arange(1, 21) / 20.0, length.size) * np.abs(length)[stroke],
-    )
+    travel = np.tile(np.arange(1, 21) / 20.0, length.size) * np.abs(length)[stroke]
+    return np.sign(length).astype(int), np.abs(length), stroke, travel
 
 
 def path_of(turns: FloatArray) -> FloatArray:
