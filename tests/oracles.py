@@ -179,7 +179,7 @@ def travel_to(u: float, n: float, sigma: float) -> float:
     """rho*s from u = 0 to u, by the integral of eq. (11) in closed form."""
     import mpmath
 
-    c, power = 1.0 if u >= 0.0 else 1.0 - 2.0 * sigma, mpmath.mpf(n)
+    c, power = 1 if u >= 0 else 1 - 2 * mpmath.mpf(sigma), mpmath.mpf(n)
     return float(u * mpmath.hyp2f1(1, 1 / power, 1 + 1 / power, c * abs(u) ** power))
 
 

@@ -12,7 +12,6 @@ from strandspring import SpringParameters
 from strandspring.core.parameters import SCALARS
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.points import RecordPoints
-from stroke_points import omega_with_derivatives
 
 # Strokes that end while omega recovers, near saturation, below and above the range; the last is the first motion.
 PATHS = {
@@ -76,12 +75,8 @@ def points_of(turns: FloatArray) -> tuple[NDArray[np.int64], FloatArray, NDArray
     """Direction and length of the strokes between turning points, stroke and travel of 20 points on each."""
     length = np.diff(turns)
     stroke = np.repeat(np.arange(length.size), 20)
-    return (
-        np.sign(length).astype(int),
-        np.abs(length),
-        stroke,
-        np.tile(np.arange(1, 21) / 20.0, length.size) * np.abs(length)[stroke],
-    )
+    travel = np.tile(np.arange(1, 21) / 20.0, length.size) * np.abs(length)[stroke]
+    return np.sign(length).astype(int), np.abs(length), stroke, travel
 
 
 def path_of(turns: FloatArray) -> FloatArray:
@@ -90,44 +85,27 @@ def path_of(turns: FloatArray) -> FloatArray:
     return np.append(turns[0], turns[stroke] + direction[stroke] * travel)
 
 
-def of_omega(n: float, sigma: float) -> SpringParameters:
-    """A spring whose force is omega."""
-    return SpringParameters((0.0,), (1.0,), 1.0, RHO, sigma, n, 0.0, -1.0, 1.0)
+def omega_along(path: FloatArray, rho: float, sigma: float, n: float, start: float) -> FloatArray:
+    return PathSolver(SpringParameters((0.0,), (1.0,), 1.0, rho, sigma, n, 0.0, -1.0, 1.0)).omega(path, start)[1:]
 
 
 @pytest.mark.parametrize(("n", "sigma"), [(0.22, 3.0), (1.0, 1.0), (9.0, 40.0)])
 def test_derivatives_at_points_are_difference_quotients_of_paths(n: float, sigma: float) -> None:
     at, path = np.array([RHO, sigma, n, -0.4]), path_of(TURNS)
-    omega, derivatives = omega_with_derivatives(*at, *points_of(TURNS))
+    direction, length, stroke, travel = points_of(TURNS)
+    columns = np.tile(direction, 2), np.tile(length, 2), np.append(stroke, stroke + length.size), np.tile(travel, 2)
+    both = RecordPoints(np.arange(3) * length.size, np.arange(3) * travel.size, *columns)
+    found = both.omega(*at[:3].tolist(), np.array([0.9, -0.4]))  # by logarithms; of the second record
+    omega, derivatives = found[0][travel.size :], found[1][:, travel.size :] / [*([value] for value in at[:3]), [1.0]]
     # xi is rounded in other ways; W' is at most 2 sigma.
-    assert omega == pytest.approx(PathSolver(of_omega(n, sigma)).omega(path, -0.4)[1:], abs=1e-14 * (1 + 20 * sigma))
+    assert omega == pytest.approx(omega_along(path, *at.tolist()), abs=1e-14 * (1 + 20 * sigma))
     for row, size in enumerate((RHO, sigma, n, 1.0)):
         # Tables of neighbouring n and sigma differ by 1e-13, over a step of 2e-4 by 1e-9; fourth order leaves 1e-9.
         moved = {k: at + 2e-4 * k * size * np.eye(4)[row] for k in (-2, -1, 1, 2)}
-        response = {
-            k: PathSolver(SpringParameters((0.0,), (1.0,), 1.0, *m[:3].tolist(), 0.0, -1.0, 1.0)).omega(path, m[3])[1:]
-            for k, m in moved.items()
-        }
+        response = {k: omega_along(path, *m.tolist()) for k, m in moved.items()}
         quotient = (8.0 * (response[1] - response[-1]) - (response[2] - response[-2])) / (2.4e-3 * size)
         # Where omega passes zero the quotient crosses the cusp of n < 1.
         smooth = np.min([np.abs(values) for values in response.values()], axis=0) > 0.02
         assert np.count_nonzero(smooth) > 100
         error = np.abs(derivatives[row] - quotient)[smooth].max() * size
         assert error <= 2e-7 * max(np.abs(derivatives[row]).max() * size, 1.0)
-
-
-def test_records_are_as_each_alone_and_rates_as_one_after_the_other() -> None:
-    turns = [np.array([0.0, 1.0, -0.6, 0.1]), np.array([0.0, -0.9, 1.1])]
-    columns = [np.concatenate(column) for column in zip(*map(points_of, turns), strict=True)]
-    columns[2][60:] += 3
-    starts, law = np.array([0.4, -0.7]), (3.0, 1.7, 0.6)
-    both = RecordPoints(np.array([0, 3, 5]), np.array([0, 60, 100]), *columns)
-    omega, derivatives = both.omega(*law, starts)
-    for k, at in enumerate((slice(0, 60), slice(60, 100))):
-        own, by = omega_with_derivatives(*law, starts[k], *points_of(turns[k]))
-        np.testing.assert_array_equal(omega[at], own)
-        assert derivatives[:, at] == pytest.approx(by * np.array([*law, 1.0])[:, None], rel=1e-15)
-    rates = np.array([0.9, 3.0, 21.0])
-    expected = [both.omega(rho, *law[1:], np.zeros(2))[0] for rho in rates.tolist()]
-    assert both.omega_by_rate(rates, *law[1:]) == pytest.approx(np.array(expected), abs=1e-8)  # a coarse table's error
-    assert both.omega(*law, starts, coarse=True)[0] == pytest.approx(omega, abs=1e-8)

@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kernel_tools import FloatArray, Kernel, by_path, by_stepper, by_steps_in_c, in_each_way
+from oracles import OracleSpring, travel_to
 from springs import EXAMPLES, along, energy_scale, force_scale, fractions, omegas, spring, springs
 from strandspring import SpringParameters
 from strandspring.core import parameters as limits
@@ -35,8 +36,6 @@ examples = pytest.mark.parametrize("p", SPRINGS.values(), ids=SPRINGS)
 @cache
 def by_the_equation(p: SpringParameters) -> tuple[FloatArray, FloatArray, FloatArray]:
     """A path within the range and outside it, the force by the solver, and the energy at its turns by Gauss's rule."""
-    from oracles import OracleSpring
-
     node, weight = np.polynomial.legendre.leggauss(5)
     turns = along(p, [0.1, 0.9, -0.6, 0.2, 0.05, 1.3, -1.4, -0.1])
     x, shares = [turns[:1]], 0.5 * (np.repeat(2.0 * np.arange(PANELS), 5) + 1.0 + np.tile(node, PANELS)) / PANELS
@@ -150,17 +149,14 @@ def exact_stroke(p: SpringParameters, start: float) -> tuple[float, float]:
     with mp.workdps(20):
         n, curvature = mp.mpf(p.n), 2 * mp.mpf(p.sigma) - 1
 
-        def xi(u: mp.mpf) -> mp.mpf:
-            return u * mp.hyp2f1(1, 1 / n, 1 + 1 / n, (1 if u >= 0 else -curvature) * abs(u) ** n)
-
-        begin = mp.mpf(start) - xi(mp.mpf(-1)) / p.rho
+        begin = start - travel_to(-1.0, p.n, p.sigma) / p.rho
 
         def rate(u: mp.mpf) -> mp.mpf:
-            amplifier = mp.polyval(p.kA, begin + xi(u) / p.rho - p.displacement_offset, asc=True)
+            amplifier = mp.polyval(p.kA, begin + travel_to(u, p.n, p.sigma) / p.rho - p.displacement_offset, asc=True)
             return u * amplifier / (1 - u**n if u >= 0 else 1 + curvature * (-u) ** n)
 
         work = p.kappa_omega / p.rho * mp.quad(rate, [-1, -0.95, -0.9, -0.5, 0, 0.5, 0.9])
-        return float(begin + xi(mp.mpf("0.9")) / p.rho), float(work)
+        return float(begin + travel_to(0.9, p.n, p.sigma) / p.rho), float(work)
 
 
 @in_each_way

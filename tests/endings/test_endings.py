@@ -33,7 +33,8 @@ def start() -> Iterator[Start]:
 
         def started(program: str, *arguments: str) -> subprocess.Popen[str]:
             command = [sys.executable, "-c", program, *arguments]
-            process = stack.enter_context(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
+            pipe = subprocess.PIPE
+            process = stack.enter_context(subprocess.Popen(command, stdin=pipe, stdout=pipe, text=True))
             stack.callback(process.kill)
             assert process.stdout is not None
             assert process.stdout.readline() == "ready\n"
@@ -165,25 +166,22 @@ threading.Event().wait()
 
 
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGTERM, None])
-def test_programs_of_threads_end_with_the_process_that_started_them_or_on_request(end: int | None) -> None:
-    command = [sys.executable, "-c", PARENT]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as parent:
-        assert parent.stdout is not None
-        assert parent.stdout.readline() == b"ready\n"
-        # Twice the keeper, the program, and what that has started.
-        deadline, left = time.monotonic() + PATIENCE, list[psutil.Process]()
-        while len(left) < 6 and time.monotonic() < deadline:
-            left = psutil.Process(parent.pid).children(recursive=True)
-        assert len(left) == 6
-        if end is None:
-            assert parent.stdin is not None
-            parent.stdin.write(b"\n")
-            parent.stdin.flush()
-        else:
-            parent.send_signal(end)
-            parent.wait(PATIENCE)
-        assert not psutil.wait_procs(left, PATIENCE)[1]
-        parent.kill()
+def test_programs_of_threads_end_with_the_process_that_started_them_or_on_request(
+    end: int | None, start: Start
+) -> None:
+    parent = start(PARENT)
+    # Twice the keeper, the program, and what that has started.
+    deadline, left = time.monotonic() + PATIENCE, list[psutil.Process]()
+    while len(left) < 6 and time.monotonic() < deadline:
+        left = psutil.Process(parent.pid).children(recursive=True)
+    assert len(left) == 6
+    if end is None:
+        assert parent.stdin is not None
+        parent.stdin.close()
+    else:
+        parent.send_signal(end)
+        parent.wait(PATIENCE)
+    assert not psutil.wait_procs(left, PATIENCE)[1]
 
 
 # Signals: programs, the signals that they get, their possible ends, and what they print

@@ -13,8 +13,7 @@ import numpy as np
 
 from branched_springs import BRANCHED
 from fmu_tools import SPRING, wandering_path
-from native_tools import CO_SIMULATION, ERROR, FATAL, MODEL_EXCHANGE, OK, Library, Native, Native3, library, unpacked
-from oracles import OracleSpring, maxwell
+from native_tools import CO_SIMULATION, ERROR, FATAL, MODEL_EXCHANGE, OK, Library, Native, Native3, unpacked
 from springs import TABLE
 from strandspring import Spring, SpringParameters
 from strandspring.fmu.native.native_fmu import build_native_fmu
@@ -70,20 +69,20 @@ class Form:
         """Where omega starts, of each mechanism."""
         return {"omega_start": 0.3} | ({"second_omega_start": -0.2} if self.spring.second else {})
 
-    def build(self, folder: Path, spring: SpringParameters | None = None) -> Path:
-        """The FMU in a folder, of another spring if asked for; displacement is counted as in the parameters."""
-        model = ModelFile("spring", spring or self.spring)
+    def build(self, folder: Path) -> Path:
+        """The FMU in a folder; displacement is counted as in the parameters."""
+        model = ModelFile("spring", self.spring)
         if self.python:
             return build_python_fmu(model, folder, zero=0.0)
         return build_native_fmu(model, folder, chosen_platforms("host"), zero=0.0, **self.options)
 
     def library(self, spring: SpringParameters | None = None) -> Library:
-        """Built and unpacked once in a process."""
-        return _of_python(spring or self.spring) if self.python else library(spring or self.spring, **self.options)
+        """Of another spring if asked for, built and unpacked once in a process."""
+        return _library(replace(self, spring=spring or self.spring, exchange=False))
 
-    def instance(self, spring: SpringParameters | None = None, **given: Any) -> Native:
+    def instance(self, spring: SpringParameters | None = None) -> Native:
         kind = MODEL_EXCHANGE if self.exchange or self.has_states else CO_SIMULATION
-        return (Native if self.fmi == 2 else Native3)(self.library(spring), kind, **given)
+        return (Native if self.fmi == 2 else Native3)(self.library(spring), kind)
 
     @contextmanager
     def begun(self, displacement: float | None = None, **start: float) -> Iterator[Native]:
@@ -137,8 +136,8 @@ class SystemForm(Form):
         system = BOX.with_springs(lambda _: spring) if spring else BOX
         return system_library(system, replace(BOX_OPTIONS, fmi=self.fmi))
 
-    def instance(self, spring: SpringParameters | None = None, **given: Any) -> Native:
-        return (NativeSystem if self.fmi == 2 else NativeSystem3)(self.library(spring), **given)
+    def instance(self, spring: SpringParameters | None = None) -> Native:
+        return (NativeSystem if self.fmi == 2 else NativeSystem3)(self.library(spring))
 
     @contextmanager
     def begun(self, _: float | None = None, **start: float) -> Iterator[Native]:
@@ -157,16 +156,8 @@ class SystemForm(Form):
 
 
 @functools.cache
-def _of_python(spring: SpringParameters) -> Library:
-    return unpacked(lambda folder: build_python_fmu(ModelFile("spring", spring), folder, zero=0.0))
-
-
-def solved(p: SpringParameters, path: np.ndarray, time: np.ndarray, omegas: tuple[float, ...]) -> np.ndarray:
-    """Force of mechanisms by an ODE solver, and of branches [N]."""
-    parts = [maxwell(b.stiffness, b.time_constant, path, time) for b in p.branches]
-    for mechanism, start in zip(p.mechanisms, omegas, strict=False):
-        parts.append(OracleSpring(mechanism.as_dict(), rtol=1e-11, atol=1e-13).force(path, start))
-    return np.asarray(sum(parts))
+def _library(form: Form) -> Library:
+    return unpacked(form.build)
 
 
 FORMS: dict[str, Form] = {

@@ -16,16 +16,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fmu_tools import OTHER, SPRING
-from forms import FORMS, PATHS, SYSTEMS, rows, solved
+from fmu_tools import OTHER
+from forms import FORMS, PATHS, SYSTEMS, rows
 from native_tools import ERROR, OK, close, close_each
+from oracles import oracle_force
 from strandspring import Spring
-from strandspring.kernel.path import PathSolver
 
 
 @pytest.mark.parametrize("name", PATHS)
 def test_values_along_a_path(name: str) -> None:
-    """Over steps of any size and of none, standstills and excursions, with trials that leave no trace."""
+    """Over steps of any size and none, standstills and excursions; trials leave no trace and answer as in no time."""
     form, random = FORMS[name], np.random.default_rng(2)
     # Where branches decay, times that add up are rounded, too.
     rounding = 1e-10 if form.spring.branches else 1e-12
@@ -37,47 +37,16 @@ def test_values_along_a_path(name: str) -> None:
                 for trial in random.normal(x, 0.01, random.integers(0, 3)):
                     assert one.set(displacement=trial) == OK
                     one.get(*form.outputs[: random.integers(1, len(form.outputs) + 1)])
+                assert one.set(displacement=x) == OK
+                trial_values = one.get(*form.outputs)
                 one.advance(x, h)
                 found.append(one.get(*form.outputs))
+                if h == 0.0 or not form.spring.branches:
+                    close(trial_values[:1], found[-1][:1], 1e-10)
+                    close(trial_values, found[-1], 1e-9)
         close_each(np.transpose(found), form.expected(path, time, form.starts), rounding)
         if samples == 60:  # the solver's tolerance, over its strokes
-            close(np.array(found)[:, 0], solved(form.spring, path, time, tuple(form.starts.values())), 1e-8)
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_a_trial_answers_as_a_step_in_no_time(name: str) -> None:
-    form = FORMS[name]
-    path, time = (values[:41] for values in form.motion())
-    with form.begun(float(path[0])) as one:
-        one.along(path, time)
-        committed = one.set(displacement=float(path[-1])) == OK and one.get(*form.outputs)
-        for trial in (float(path[-1]) + 0.004, -0.2, float(path[-2]), 1e9, -1e9):
-            assert one.set(displacement=trial) == OK
-            if abs(trial) == 1e9:  # does no harm
-                assert math.isfinite(one.get(*form.outputs)[0])
-                continue
-            jump = form.expected(np.append(path, trial), np.append(time, time[-1]), {})[:, -1]
-            close(one.get(*form.outputs), jump, 1e-9)  # of stiffness and omega, each in units of the stiffness
-            close(one.get("force"), jump[:1], 1e-10)
-        assert one.set(displacement=float(path[-1])) == OK
-        assert one.get(*form.outputs) == committed
-        for displacement in (1e9, -1e9, 1e6, form.spring.displacement_max):
-            one.advance(displacement)
-        assert one.restore(one.serialized()) == OK
-        assert math.isfinite(one.get("force")[0])
-
-
-@pytest.mark.parametrize("name", PATHS)
-def test_steps_may_be_cut(name: str) -> None:
-    form, forces = FORMS[name], []
-    low, high = form.spring.displacement_min, form.spring.displacement_max
-    for pieces in (1, 2, 500):
-        with form.begun(low) as one:
-            for a, b in ((low, high), (high, 0.5 * (low + high))):
-                for x in np.linspace(a, b, pieces + 1)[1:]:
-                    one.advance(float(x), 1.0 / pieces)
-            forces.append(one.get("force")[0])
-    assert forces[1:] == pytest.approx([forces[0]] * 2, rel=1e-11 if form.spring.branches else 0.0, abs=0.0)
+            close(np.array(found)[:, 0], oracle_force(form.spring, path, time, tuple(form.starts.values())), 1e-8)
 
 
 @pytest.mark.parametrize("name", PATHS)
@@ -125,10 +94,7 @@ def test_damaged_and_foreign_states_are_refused(name: str) -> None:
     form = FORMS[name]
     with form.begun() as one, form.instance(OTHER) as other:
         content = form.moved(one)
-        damaged = [content[:length] for length in (0, 7, 27, 66, len(content) - 1)]
-        for place in range(0, len(content), 7 if name in SYSTEMS else 1):
-            damaged.append(content[:place] + bytes([content[place] ^ 1]) + content[place + 1 :])
-        for state in (*damaged, content + b"\0"):
+        for state in (b"", content[:-1], content[:-1] + bytes([content[-1] ^ 1]), content + b"\0"):
             assert one.restore(state) == ERROR
             assert one.said.startswith("The serialized state ")
         assert one.serialized() == content
@@ -162,17 +128,3 @@ def test_damaged_states_of_python_are_refused(name: str) -> None:
             assert one.restore(other.serialized()) == form.refusal
             assert "of another one" in one.said
         assert one.serialized() == content
-
-
-@pytest.mark.parametrize("name", ["co-simulation", "fmi3", "python", "states"])
-def test_instances_do_not_meet(name: str) -> None:
-    """Of one FMU, and of another of the same name."""
-    form, springs = FORMS[name], (SPRING, replace(SPRING, kE=(3.0, 2.2e4, -2.0e4, 1.0e6)))
-    starts = [(springs[k % 2], 0.01 + 0.001 * k) for k in range(6)]
-    ones = [form.instance(spring).begin(displacement=start) for spring, start in starts]
-    for one in () if form.has_states else ones:
-        one.advance(0.03)
-    for one, (spring, start) in zip(ones, starts, strict=True):
-        path = np.array([start] if form.has_states else [start, 0.03])
-        close(one.get("force"), PathSolver(spring).force(path)[-1:])
-        one.FreeInstance()

@@ -42,8 +42,6 @@ AMPLITUDE, CIRCULAR = 0.003, 2.0 * math.pi * 7.0
 RETURNING = SpringParameters((0.0, 1.2e4, 4.0e4, 1.0e6), (1.0, 4.0), 160.0, 150.0, 1.5, 0.7, 0.0, -0.06, 0.08)
 # Linear within 1e-11 of its force, so that linear theory holds for the FMU.
 NEARLY_LINEAR = {"kE_1": 1e4, "kE_2": 0.0, "kE_3": 0.0, "kA_1": 0.0, "kappa_omega": 1e-9, "rho": 1.0}
-# Wandering paths leave the identified range on purpose.
-leaves_the_range = pytest.mark.filterwarnings("ignore:`displacement` must be within the identified range")
 
 
 @cache
@@ -220,7 +218,7 @@ def test_leaving_the_identified_range_is_warned_of_once_a_run() -> None:
 # simulate_fmu
 
 
-@leaves_the_range
+@pytest.mark.filterwarnings("ignore:`displacement` must be within the identified range")  # a wandering path leaves it
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3", "fmi3 arrays", "python"])
 def test_every_row_is_the_model_at_that_displacement(name: str) -> None:
     path, built = wandering_path(SPRING, 200, seed=8), fmu(FORMS[name])

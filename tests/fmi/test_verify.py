@@ -18,7 +18,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_tools import SPRING
+from fmu_tools import SPRING, contents_of
 from forms import FORMS, Form
 from native_tools import Library, Native
 from strandspring import Record, Spring, SpringParameters, export, identify, verify
@@ -39,11 +39,6 @@ from terminal import Terminal
 from tools import program
 
 pytestmark = pytest.mark.long
-
-
-def contents_of(fmu: Path) -> dict[str, bytes]:
-    with zipfile.ZipFile(fmu) as archive:
-        return {name: archive.read(name) for name in archive.namelist()}
 
 
 TUNED = ["kE[0]", "kE[1]", "kE[2]", "kE[3]", "kA[1]", "kA[2]", "ln kappa_omega", "ln rho", "ln sigma", "ln n"]
@@ -102,7 +97,8 @@ def test_the_papers_are_those_of_the_model(fmu: Path, tmp_path: Path) -> None:
         assert {key: given[key] for key in values} == values
         if description.fmiVersion == "2.0":
             with Native(Library(Path(fmpy.extract(str(fmu), unzipdir=str(tmp_path / name))))) as one:
-                found = one.initialize(**given).step(0.01, "force")  # type: ignore[arg-type]
+                one.initialize(**given).advance(0.01)  # type: ignore[arg-type]
+                found = one.get("force")
             expected = PathSolver(replace(spring, **values)).force(np.array([0.0, 0.01]))[-1]
             assert found == [pytest.approx(expected, rel=1e-12)]
         units = {one.get("name") for one in table.iterfind("{*}Units/{*}Unit")}

@@ -3,8 +3,8 @@
 A target draws an input from a seed and gives it to the package; those that begin with "fmi" are random calls against
 the C sources of FMUs under sanitizers (fmi/fuzz.c). Each target first judges its files of past findings (corpus/) and
 then random trials. Trial k has the seed SEED + k, so that `--seed S --count 1` repeats it. By default the first seed is
-from the commit's hash, and with --hours it is where the last such run ended, which is kept in tests/fuzz/.next.json. A
-failure is printed with the command that repeats it, and the exit status is 1; keep its file in the corpus.
+from the commit's hash, and with --hours from the clock. A failure is printed with the command that repeats it, and the
+exit status is 1; keep its file in the corpus.
 
 The law of all: an input is accepted, or refused by one sentence that says what is wrong and what to do. A trial also
 fails if it warns, prints, takes over 10 s of processor time or over 1 GB of memory, leaves temporary or open files
@@ -18,7 +18,6 @@ import contextlib
 import gc
 import gzip
 import importlib
-import json
 import multiprocessing
 import os
 import random
@@ -46,7 +45,6 @@ TARGETS = {
     "records_text": "records.text", "records_binary": "records.binary",
 }  # fmt: skip
 FORMS = ("spring", "table", "states", "real-time", "no-energy", "branches", "branches-states", "system")
-NEXT = HERE / ".next.json"
 MAX_SECONDS = 10.0  # of processor time; by the clock 30 times as many, since other programs run too
 MAX_BYTES = 1024**3
 _SEQUENCES = 500  # of FMI calls between two looks at the clock: some seconds
@@ -227,18 +225,12 @@ def main() -> int:
                 trials.do(targets[0], 0, file.resolve())
         print(*sorted(trials.outcomes.items()), sep="\n")
         return bool(trials.failures)
-    first = seed_of_commit()
-    print(f"The seed of this commit is {first}.", flush=True)
-    going_on: dict[str, int] = json.loads(NEXT.read_text()) if given.hours and NEXT.exists() else {}
-    failed = 0
+    seed = int(time.time()) if given.hours else seed_of_commit()
+    seed, failed = seed if given.seed is None else given.seed, 0
     for target in targets:
-        seed = going_on.get(target, first) if given.seed is None else given.seed
         done, failures = run(target, seed, given.count, 3600.0 * given.hours / len(targets) or 60.0)
         failed += failures
         print(f"{target:22} from seed {seed:10} {done:9} trials {failures:5} failures", flush=True)
-        going_on[target] = seed + done
-        if given.hours:
-            NEXT.write_text(json.dumps(going_on))
     return int(failed > 0)
 
 

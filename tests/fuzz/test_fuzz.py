@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -47,14 +46,3 @@ def test_past_findings_and_random_trials(target: str, times: int, trials: fuzz.T
         trials.do(target, SEED + k)
     assert not trials.failures
     assert sum(of == target and "refused" in outcome for of, outcome in trials.outcomes) >= kinds
-
-
-def test_a_long_run_goes_on_where_the_last_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("STRANDSPRING_FUZZ_SEED", "5")
-    monkeypatch.setattr(fuzz, "NEXT", tmp_path / "next.json")
-    begun = []
-    monkeypatch.setattr(fuzz, "run", lambda _target, seed, *_: (begun.append(seed), (7, 0))[1])
-    monkeypatch.setattr(sys, "argv", ["run.py", "--hours", "1", "--only", "journals"])
-    assert fuzz.main() == 0
-    assert fuzz.main() == 0
-    assert begun == [5, 12]

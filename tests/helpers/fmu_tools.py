@@ -1,13 +1,11 @@
-"""Shared by the tests of FMUs: springs, paths, and callbacks that keep the log."""
+"""Shared by the tests of FMUs: springs, paths and files."""
 
 from __future__ import annotations
 
-import itertools
-from ctypes import byref
+import zipfile
+from pathlib import Path
 
 import numpy as np
-from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE
-from fmpy.logging import addLoggerProxy
 
 from strandspring.core.parameters import SpringParameters
 
@@ -28,6 +26,11 @@ CONSTANT = SpringParameters((2.0,), (1.0,), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0
 LONGEST = SpringParameters((0.0, 1e4, *[1e5] * 19), (1.0, *[1.0] * 8), 10.0, 200.0, 1.0, 0.5, 0.0, -0.01, 0.01)
 
 
+def contents_of(fmu: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(fmu) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
 def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.ndarray:
     """Random path with many reversals, uneven steps, standstills and excursions out of the range."""
     random = np.random.default_rng(seed)
@@ -38,26 +41,3 @@ def wandering_path(parameters: SpringParameters, samples: int, seed: int) -> np.
         shares = np.sort(random.uniform(0.0, 1.0, 6))
         path += [*(path[-1] + shares * (turn - path[-1])), turn, turn]
     return np.array(path)
-
-
-# Status, category and text of messages, by the environment of the instance: FMPy's proxy knows one logger for all.
-_messages: dict[int | None, list[tuple[int, str, str]]] = {}
-_numbers = itertools.count(1)
-
-
-@fmi2CallbackLoggerTYPE
-def _logger(environment: int | None, _name: bytes, status: int, category: bytes, text: bytes) -> None:
-    # Instances that FMPy itself makes later come here too, with no environment.
-    _messages.setdefault(environment, []).append((status, (category or b"").decode(), text.decode()))
-
-
-def callbacks_into(messages: list[tuple[int, str, str]]) -> fmi2CallbackFunctions:
-    """Callbacks of an instance whose messages come into a list."""
-    environment = next(_numbers)
-    _messages[environment] = messages
-    callbacks = fmi2CallbackFunctions(
-        _logger, defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory, componentEnvironment=environment
-    )
-    # Only a logger written in C sees the arguments of a format; FMPy's passes the text on.
-    addLoggerProxy(byref(callbacks))
-    return callbacks

@@ -19,15 +19,11 @@ from typing import Any, TypeVar
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import fmi2EventInfo
+from fmpy.fmi2 import defaultCallbacks, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, fmi2EventInfo
 from fmpy.fmi3 import fmi3LogMessageCallback
 
-from fmu_tools import SPRING, callbacks_into
 from kernel_tools import build_folder
-from strandspring.core.parameters import SpringParameters
-from strandspring.fmu.native.native_fmu import build_native_fmu
-from strandspring.fmu.native.platforms import chosen_platforms, host_folder
-from strandspring.model.modelfile import ModelFile
+from strandspring.fmu.native.platforms import host_folder
 
 # The headers of FMI, and the functions that they declare: of FMI 2.0, and of FMI 3.0.
 HEADERS = Path(str(files("fmpy") / "c-code"))
@@ -85,13 +81,6 @@ def unpacked(build: Callable[[Path], Path]) -> Library:
     return Library(folder / "unpacked")
 
 
-@functools.cache
-def library(parameters: SpringParameters = SPRING, **form: Any) -> Library:
-    """The native FMU of a spring in one of its forms, built and unpacked once in a session."""
-    model, host = ModelFile("spring", parameters), chosen_platforms("host")
-    return unpacked(lambda folder: build_native_fmu(model, folder, host, zero=0.0, **form))
-
-
 _numbers = itertools.count(1)
 
 
@@ -100,24 +89,27 @@ class Native:
 
     Parameters
     ----------
-    of : Library      That of SPRING by default.
-    kind : int        CO_SIMULATION or MODEL_EXCHANGE.
+    of : Library
+    kind : int     CO_SIMULATION or MODEL_EXCHANGE.
 
     `messages` are of status, category and text; `found` has the last directional derivatives.
     """
 
     time, input = 0.0, "displacement"  # how far its path has come, and what moves along it
+    boolean: Any = c_int
 
-    def __init__(
-        self, of: Library | None = None, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None
-    ) -> None:
-        self.library, self.kind = of or library(), kind
+    def __init__(self, of: Library, kind: int = CO_SIMULATION) -> None:
+        self.library, self.kind = of, kind
         self.messages: list[tuple[int, str, str]] = []
-        self._callbacks: Any = callbacks_into(self.messages)
-        self.component = self.library.functions.fmi2Instantiate(
-            name.encode(), kind, (guid or self.library.guid).encode(), self.library.resources,
-            byref(self._callbacks), 0, 1,
-        )  # fmt: skip
+        self.component = self._instantiated(of.functions, of.guid.encode())
+
+    def _instantiated(self, functions: ctypes.CDLL, guid: bytes) -> Any:
+        def log(_environment: int, _name: bytes, status: int, category: bytes, text: bytes) -> None:
+            self.messages.append((status, (category or b"").decode(), text.decode().replace("%%", "%")))
+
+        memory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+        self._callbacks = fmi2CallbackFunctions(fmi2CallbackLoggerTYPE(log), *memory)
+        return functions.fmi2Instantiate(b"one", self.kind, guid, self.library.resources, byref(self._callbacks), 0, 1)
 
     def __enter__(self: Self) -> Self:
         assert self.component is not None, self.messages
@@ -149,7 +141,7 @@ class Native:
 
     @property
     def extrapolating(self) -> bool:
-        found = c_int(-1)
+        found = self.boolean(-1)
         assert self.GetBoolean(self.references("extrapolating"), c_size_t(1), byref(found)) == OK
         return {0: False, 1: True}[found.value]
 
@@ -192,11 +184,6 @@ class Native:
             self.advance(x, h)
             rows.append(self.get(*names))
         return rows
-
-    def step(self, displacement: float, *names: str) -> list[float]:
-        """Set the displacement, do a step, read."""
-        self.advance(displacement)
-        return self.get(*names)
 
     def go(self, time: float, size: float) -> int:
         """fmi2DoStep."""
@@ -281,11 +268,9 @@ class Native:
         assert terminate.value == 0
         return {0: False, 1: True}[enter.value]
 
-    def event(self, displacement: float | None = None) -> None:
-        """Go through event mode, where the displacement may jump."""
+    def event(self) -> None:
+        """Go through event mode."""
         assert self.EnterEventMode() == OK
-        if displacement is not None:
-            assert self.set(displacement=displacement) == OK
         self._leave_event_mode()
 
     def _leave_event_mode(self) -> None:
@@ -318,19 +303,17 @@ OTHERWISE: dict[str, tuple[str, list[tuple[int, int]]]] = {
 class Native3(Native):
     """The same of FMI 3.0: its calls are understood by their names and arguments of FMI 2.0."""
 
-    def __init__(self, of: Library, kind: int = CO_SIMULATION, name: str = "one", guid: str | None = None) -> None:
-        self.library, self.kind, self.messages = of, kind, []
+    boolean = c_bool
+
+    def _instantiated(self, functions: ctypes.CDLL, guid: bytes) -> Any:
         self._logger = fmi3LogMessageCallback(
             lambda _, status, category, text: self.messages.append((status, category.decode(), text.decode()))
         )
-        begin = (name.encode(), (guid or of.guid).encode(), None, c_bool(False), c_bool(True))
-        if kind == MODEL_EXCHANGE:
-            self.component = of.functions.fmi3InstantiateModelExchange(*begin, None, self._logger)
-        else:
-            self.component = of.functions.fmi3InstantiateCoSimulation(
-                *begin, c_bool(False), c_bool(True), None, c_size_t(0), None, self._logger, None
-            )
-        self._experiment: tuple[Any, ...] = (c_bool(False), c_double(0.0), c_double(0.0), c_bool(False), c_double(0.0))
+        begin = b"one", guid, None, c_bool(False), c_bool(True)
+        if self.kind == MODEL_EXCHANGE:
+            return functions.fmi3InstantiateModelExchange(*begin, None, self._logger)
+        none = c_bool(False), c_bool(True), None, c_size_t(0), None
+        return functions.fmi3InstantiateCoSimulation(*begin, *none, self._logger, None)
 
     def __getattr__(self, name: str) -> Any:
         renamed, places = OTHERWISE.get(name, (name, []))
@@ -343,12 +326,6 @@ class Native3(Native):
             return function(c_void_p(self.component), *arguments)
 
         return call
-
-    @property
-    def extrapolating(self) -> bool:
-        found = c_bool()
-        assert self.GetBoolean(self.references("extrapolating"), c_size_t(1), byref(found)) == OK
-        return found.value
 
     def SetupExperiment(self, *experiment: Any) -> int:  # noqa: N802
         """Kept, for it is given with the next call."""

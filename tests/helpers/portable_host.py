@@ -39,8 +39,8 @@ def wine() -> str | None:
     return shutil.which("wine64") or shutil.which("wine") or shutil.which("wine64", path="/usr/lib/wine")
 
 
-def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str, copies: int = 2) -> np.ndarray:
-    """Force [N] and absorbed energy [J] of copies of a binary, loaded one beside the other, shape (K, copies, 2)."""
+def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str) -> np.ndarray:
+    """Force [N] and absorbed energy [J] of two copies of a binary, loaded one beside the other, shape (K, 2, 2)."""
     command: list[str | Path] = [folder / "host.exe"] if platform == "win64" else [host(folder)]
     environment = ENVIRONMENT
     if platform == "win64":
@@ -50,7 +50,7 @@ def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str, copies: 
         settings = {"WINEPREFIX": str(folder / "wine"), "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
         command, environment = [str(wine()), *command], ENVIRONMENT | settings
     command += ["path"]
-    for k in range(copies):
+    for k in range(2):
         unpacked = folder / f"copy{k}"
         with zipfile.ZipFile(fmu) as archive:
             archive.extractall(unpacked)
@@ -59,4 +59,4 @@ def responses(fmu: Path, path: np.ndarray, folder: Path, platform: str, copies: 
         command += [unpacked / name, guid, (unpacked / "resources").as_uri()]
     said = run(command, input="\n".join(map(repr, path.tolist())), env=environment)
     values = [[float.fromhex(value) for value in line.split()] for line in said.splitlines()]
-    return np.array(values).reshape(len(path), copies, 2)
+    return np.array(values).reshape(len(path), 2, 2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import itertools
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -65,7 +64,7 @@ STAGES_OPTIONS = SystemFmuOptions(2e-4, 1e-3, omega_start=-1.0)
 
 
 @functools.cache
-def system_library(system: MountedSystem = BOX, options: SystemFmuOptions = BOX_OPTIONS) -> Library:
+def system_library(system: MountedSystem, options: SystemFmuOptions) -> Library:
     """The FMU of a system, built and unpacked once in a session."""
     from strandspring.fmu.system.system_native import build_system_fmu
 
@@ -76,9 +75,6 @@ class NativeSystem(Native):
     """One instance of the FMU of a system."""
 
     input = "base_acceleration_x"
-
-    def __init__(self, of: Library | None = None, **given: Any) -> None:
-        super().__init__(of or system_library(), **given)
 
     def outputs(self) -> list[float]:
         """All of them, in the order of the description."""
@@ -99,9 +95,6 @@ class NativeSystem(Native):
 
 class NativeSystem3(NativeSystem, Native3):
     """The same of FMI 3.0."""
-
-    def __init__(self, of: Library | None = None, **given: Any) -> None:
-        super().__init__(of or system_library(BOX, replace(BOX_OPTIONS, fmi=3)), **given)
 
 
 def shock(system: MountedSystem, options: SystemFmuOptions, bases: int, steps: int, peak: float) -> np.ndarray:

@@ -28,7 +28,7 @@ from strandspring.fmu.native.native_fmu import build_native_fmu
 from strandspring.fmu.native.platforms import chosen_platforms
 from strandspring.fmu.python_backed import build_python_fmu
 from strandspring.model.modelfile import ModelFile, load_model
-from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem
+from system_fmu_tools import BOX, BOX_OPTIONS, NativeSystem, system_library
 from tools import tool as needed
 
 HINGE = replace(load_model(ROOT / "models" / "rubber_hinge.json"), start=None)  # begins with omega = 0
@@ -149,7 +149,7 @@ def test_importers_get_the_motion_of_a_system(fmi: int, tmp_path: Path) -> None:
     from strandspring.fmu.system.system_native import build_system_fmu
 
     fmu = build_system_fmu(BOX, tmp_path, replace(BOX_OPTIONS, fmi=fmi), chosen_platforms("host"))
-    with NativeSystem().begin() as one:
+    with NativeSystem(system_library(BOX, BOX_OPTIONS)).begin() as one:
         expected = []
         for k, value in enumerate(shaking(TIMES[1:]).tolist()):
             assert one.set(base_acceleration_x=value) == one.go(k * STEP, STEP) == OK

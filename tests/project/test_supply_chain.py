@@ -18,8 +18,6 @@ import strandspring
 from strandspring.ground import strict_toml
 
 ROOT = Path(__file__).resolve().parents[2]
-
-
 PROJECT = strict_toml.tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 

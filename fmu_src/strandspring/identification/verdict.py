@@ -79,7 +79,8 @@ class Verdict:
             part(counts) if counts.sum() >= 20 else None,
             tuple(sorted(map(part, large), key=lambda part: part.error)),
             rms(residuals, held & ~first & passed),
-            float(np.std(r - np.polynomial.Polynomial.fit(samples.x, r, 5)(samples.x))) / deviation,
+            # `full`, since of few displacements more than one curve fits, of which numpy would warn.
+            float(np.std(r - np.polynomial.Polynomial.fit(samples.x, r, 5, full=True)[0](samples.x))) / deviation,
             any(np.isin(stroke[fold], stroke[~fold]).any() for fold in held),
         )
 

@@ -49,11 +49,6 @@ class RecordPoints:
         }
         self._addresses = {name: address(array) for name, array in self._arrays.items()}
 
-    @classmethod
-    def of_one(cls, direction: IntArray, length: FloatArray, stroke: IntArray, travel: FloatArray) -> RecordPoints:
-        """Those of a single record."""
-        return cls(np.array([0, length.size]), np.array([0, travel.size]), direction, length, stroke, travel)
-
     def omega(
         self, rho: float, sigma: float, n: float, omega_start: FloatArray, coarse: bool = False
     ) -> tuple[FloatArray, FloatArray]:

@@ -125,7 +125,8 @@ static void log_three(fmi3InstanceEnvironment environment, fmi3Status status, fm
 
 static long blocks;  /* given out and not yet returned, but for tables */
 static long tables;  /* which instances share */
-static int starving; /* no memory is given while this is set */
+static int starving; /* if not 0, the how manieth block from now on is the first that is not given */
+static int starved;  /* whether one was not given */
 
 /* Before each block stands its counter; malloc aligns what follows it, too. */
 typedef union {
@@ -134,14 +135,13 @@ typedef union {
 } Header;
 
 /* Also what the FMU takes from the C library: tables, states, and all memory for hosts that give no functions. */
-void *library_calloc(size_t count, size_t size);
-void library_free(void *block);
-
 void *library_calloc(size_t count, size_t size)
 {
     static const size_t SMALL = 50000; /* more than an instance or a state takes, and less than a table */
-    if (starving)
+    if (starving > 0 && --starving == 0) {
+        starved = starving = 1;
         return NULL;
+    }
     Header *header = calloc(1, sizeof *header + count * size);
     CHECK(header != NULL, "the test has no memory");
     /* The laws of changed parameters are small, and the only ones that are asked for by two. */

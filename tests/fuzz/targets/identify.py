@@ -1,7 +1,7 @@
 """Identification from records of hard numbers: coarse, constant, tiny, huge and degenerate ones.
 
-One to three records of a path of the displacement, a law of the force, and what rigs and acquisition add, identified by
-one of the methods. Results are finite, and can be saved and read again.
+Records of a drawn spring on a rig with one of the faults of `rig_faults`, of few samples, and in two of five trials of
+other motion, force, times and sizes; identified by one of the methods. Results are finite, and can be saved and read.
 """
 
 from __future__ import annotations
@@ -15,21 +15,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from strandspring import NiOptions, PaperOptions, Record, RefinedOptions, Spring, SpringParameters, TwoStageOptions
+from rig import NO_FAULT, draw_experiment, draw_spring, simulate
+from rig_faults import FAULTS
+from strandspring import NiOptions, PaperOptions, Record, RefinedOptions, Spring, TwoStageOptions
 from strandspring.api.identification import identify
 from targets.mutator import finite
 
 Numbers = NDArray[np.float64]
 
 
-def _normal(dice: random.Random, size: int) -> Numbers:
-    return np.random.default_rng(dice.getrandbits(62)).normal(size=size)
-
-
 def trial(dice: random.Random, folder: Path) -> str:
     """Records and a method."""
-    records = _records(dice, dice.choice((1, 1, 1, 1, 2, 3)), is_mild=dice.random() < 0.6)
-    result = identify(records, options=_method(dice))
+    result = identify(_records(dice), options=_method(dice))
     finite("figures", [result.rmse, result.rnl, *(force for fit in result.fits for force in fit.predicted)])
     assert not re.search(r"\b(nan|inf)\b", result.summary() + repr(result)), result.summary()
     frame = result.to_frame()
@@ -56,71 +53,37 @@ def _method(dice: random.Random) -> Any:
     return dice.choice((*usual, refined, refined, TwoStageOptions(degrees=degrees), paper, NiOptions(degrees=degrees)))
 
 
-def _records(dice: random.Random, count: int, is_mild: bool) -> list[Record]:
-    """Records of one spring on a rig, each with its amplitude and what rigs and acquisition add; or of anything."""
-    spring = Spring(SpringParameters(
-        (0.0, dice.choice((0.0, 0.3, 1.0, 5.0)), dice.uniform(-0.3, 0.3), dice.uniform(0.0, 0.5)),
-        (1.0, dice.uniform(-0.4, 0.4)), dice.choice((0.02, 0.1, 0.5, 2.0)), 10.0 ** dice.uniform(0.0, 2.0),
-        dice.choice((0.5, 0.8, 1.5, 5.0)), 10.0 ** dice.uniform(-1.0, 1.0), 0.0, -1.0, 1.0,
-    ))  # fmt: skip
-    faults = dice.sample(range(9), dice.choice((0, 1, 1, 2)))
-    shape, units = dice.randrange(4 if is_mild else 11), (10.0 ** dice.uniform(-4, 1), 10.0 ** dice.uniform(-2, 6))
-    made = []
-    for k in range(count):
-        x = _path(dice, shape, dice.choice((30, 60, 120, 300) if is_mild else (2, 3, 5, 8, 13, 60, 300)))
-        x = x * dice.choice((1.0, 1.0, 0.7, 0.3))
-        noise, steady = _normal(dice, x.size), 0.01 * np.arange(x.size)
-        force, time = (
-            spring.response(x) + noise * dice.choice((0.0, 1e-3, 3e-3, 0.01)),
-            dice.choice((None, steady, steady)),
-        )
-        if not is_mild:
-            friction = np.sign(np.gradient(x)) + x * dice.choice((0.0, 0.1, 1.0))
-            flawed = force + (np.arange(x.size) == dice.randrange(x.size)) * 10.0 ** dice.uniform(0.0, 12.0)
-            force = dice.choice((*[force] * 4, flawed, x, -x, friction, 0.0 * x, 0.0 * x + 1.0, noise, x**3))
-        for fault in faults:
-            x, force = _faulty(dice, fault, x, force)
-        if not is_mild and dice.random() < 0.5:
-            time = dice.choice((1e-300 * steady, 1e300 * steady, -steady, 0.0 * steady, np.floor(30.0 * steady), noise))
-        x, force = (
-            values * unit if is_mild else _disturbed(dice, values)
-            for values, unit in zip((x, force), units, strict=True)
-        )
-        made.append(Record(x, force, time, path=f"record {k}"))
-    return made
+def _records(dice: random.Random) -> list[Record]:
+    generator = np.random.default_rng(dice.getrandbits(62))
+    samples, noise = dice.choice((30, 60, 120, 300, 1000)), dice.choice((0.0, 1e-3, 3e-3, 0.01))
+    experiment = draw_experiment(generator, samples=samples, noise=noise)
+    fault = dice.choice((NO_FAULT, *FAULTS.values()))
+    case = simulate(draw_spring(generator), experiment, generator, fault, dice.choice(("small", "large")))
+    disturb = dice.choice((_in_other_units, _in_other_units, _in_other_units, _disturbed, _disturbed))
+    return [disturb(dice, record) for record in case.records]
 
 
-def _path(dice: random.Random, shape: int, size: int) -> Numbers:
-    """Cycles at first, then displacements of any kind, of the order of 1."""
-    legs = dice.choice((3, 4, 5, 8, 13))
-    phase, place = np.linspace(0.0, 2.0 * np.pi * dice.choice((1.5, 2.0, 3.0, 5.3)), size), np.linspace(0.0, legs, size)
-    corners = np.resize([-1.0, 1.0], legs + 1)
-    uneven = corners * np.where(np.arange(legs + 1) < 3, 1.0, 0.2 + 0.8 * abs(np.tanh(_normal(dice, legs + 1))))
-    noise = _normal(dice, size)
+def _in_other_units(dice: random.Random, record: Record) -> Record:
+    x, force = record.displacement * dice.choice((1.0, 1e-3, 10.0)), record.force * dice.choice((1.0, 1e-3, 1e3))
+    return Record(x, force, dice.choice((None, record.time, record.time)), path=record.path)
+
+
+def _disturbed(dice: random.Random, record: Record) -> Record:
+    """Cut short, and perhaps of other motion, force or times."""
+    assert record.time is not None
+    size = min(len(record), dice.choice((2, 3, 5, 8, 13, 60, 300)))
+    noise = np.random.default_rng(dice.getrandbits(62)).normal(size=size)
+    x, force, time = record.displacement[:size], record.force[:size], record.time[:size]
     steps = np.round(np.tanh(noise))
-    return (
-        np.sin(phase), np.sin(phase) * phase / phase[-1], np.interp(place, np.arange(legs + 1), corners),
-        np.interp(place, np.arange(legs + 1), uneven), np.repeat(np.resize([0.0, 3.0, -2.0, 2.0], size), 2), steps,
-        np.cumsum(steps), noise[np.argsort(noise) % min(3, size)], np.sort(noise), noise, np.sin(0.2 * phase),
-    )[shape]  # fmt: skip
+    x = dice.choice((*[x] * 4, steps, np.cumsum(steps), np.sort(noise), noise, noise[np.argsort(noise) % min(3, size)]))
+    flawed = force + (np.arange(size) == dice.randrange(size)) * 10.0 ** dice.uniform(0.0, 12.0)
+    friction = np.sign(np.gradient(x)) + x * dice.choice((0.0, 0.1, 1.0))
+    force = dice.choice((*[force] * 4, flawed, x, -x, friction, 0.0 * x, 0.0 * x + 1.0, noise, x**3))
+    times = (None, time, 1e-300 * time, 1e300 * time, -time, 0.0 * time, np.floor(30.0 * time), noise)
+    return Record(_scaled(dice, x), _scaled(dice, force), dice.choice(times), path=record.path)
 
 
-def _faulty(dice: random.Random, fault: int, x: Numbers, force: Numbers) -> tuple[Numbers, Numbers]:
-    """Late, drifting, wearing, viscous, clipped, of another unit or zero, quantised, or resting at times."""
-    small, large = dice.choice((0.01, 0.1, 0.3)), dice.choice((1.0, 3.0, -30.0))
-    place = np.linspace(0.0, 1.0, x.size)
-    resting = np.maximum.accumulate(np.where(np.arange(x.size) % 20 < 15, np.arange(x.size), 0))
-    return (
-        (x, np.roll(force, dice.randrange(-2, 2))), (x, force + large * place), (x, force * (1.0 - 0.9 * place)),
-        (x, force + abs(large) * np.gradient(x)), (x, np.minimum(force, float(np.quantile(force, 0.8)))),
-        (x * dice.choice((1.0, 1e-3)), force * dice.choice((1.0, 1e-3, 1e3))),
-        (x + dice.gauss(0.0, small), force + dice.gauss(0.0, large)),
-        (np.round(x / (0.2 * small)) * 0.2 * small, np.round(force / small) * small),
-        (x[resting], force[resting] * dice.choice((1.0, 0.98))),
-    )[fault]  # fmt: skip
-
-
-def _disturbed(dice: random.Random, values: Numbers) -> Numbers:
+def _scaled(dice: random.Random, values: Numbers) -> Numbers:
     """Scaled, and perhaps quantised, shifted or cut off."""
     reach = dice.choice((*[0] * 8, *[6] * 4, 32, 32, 305))
     with np.errstate(all="ignore"):

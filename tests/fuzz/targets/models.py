@@ -20,8 +20,6 @@ import numpy as np
 
 from strandspring import Record, Spring, SpringParameters, info, verify
 from strandspring.core import parameters as limits
-from strandspring.core import stepper
-from strandspring.core.law import SpringLaw
 from strandspring.fmu.python_backed import fmu_contents
 from strandspring.fmu.related_files import HASHES
 from strandspring.model.modelfile import MODEL_IN_FMU, ModelFile
@@ -139,10 +137,6 @@ def _check_response(path: Path, spring: Spring) -> None:
     motion = np.append(_path(spring, 1.1), np.array([1.0, -1.0, 0.0]) * limits.LARGEST_DISPLACEMENT)
     for answer in (spring.response, spring.omega, spring.stiffness, spring.absorbed_energy):
         finite(answer.__name__, answer(motion))
-    law, memory = SpringLaw(spring.parameters), stepper.start(float(motion[0]), 0.0)
-    for x in motion[1:-3].tolist():  # as the Python-backed FMU does
-        memory = stepper.integrate(law, stepper.trial(law, memory, x))
-        finite("stepper", [*memory, stepper.force(law, memory), stepper.stiffness(law, memory)])
     again = path.with_name("again.json")
     spring.save(again)
     content = again.read_bytes()
@@ -215,16 +209,10 @@ def _packed(dice: random.Random, files: dict[str, bytes]) -> bytes:
 
 def _damaged(dice: random.Random, data: bytes) -> bytes:
     """An archive with other bytes, sizes, flags, methods or places in its directory, a second end, or a name twice."""
-    end = data[data.rfind(b"PK\x05\x06") :]
-    match dice.randrange(5):
-        case 0:
-            return dice.choice((b"", b"MZ" * 100)) + data + dice.choice((b"\0" * 1000, end, data[:1000000]))
-        case 1:
-            return data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
-        case 2:
-            return data[: dice.choice((0, 4, dice.randrange(len(data))))]
-        case 3:
-            return mutated(dice, b"\0" + data)[1:]
+    if dice.random() < 0.5:
+        twice = data.replace(MODEL_IN_FMU.encode(), MODEL_IN_FMU.replace("model", "build").encode())
+        more = dice.choice((b"", b"MZ" * 100)) + data + data[data.rfind(b"PK\x05\x06") :]
+        return dice.choice((twice, more, mutated(dice, b"\0" + data)[1:]))
     content = bytearray(data)
     entries = [place for place in range(len(data) - 4) if data[place : place + 4] == b"PK\x01\x02"]
     for place in dice.sample(entries, min(len(entries), 2)):

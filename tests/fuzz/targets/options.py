@@ -57,7 +57,8 @@ def judged(arguments: list[str], folder: Path) -> int:
     assert is_json or status or not re.search(r"(?i)(?<![a-z_./])(nan|inf)(?![a-z_./])", printed), told
     for path in folder.rglob("*"):
         assert not path.name.startswith("."), f"{path} is left behind; {told}"
-        if status == 0 and path.suffix in (".csv", ".json", ".ssv", ".mo") and path.stem.startswith(("out", "saved")):
+        is_text = path.is_file() and path.suffix in (".csv", ".json", ".ssv", ".mo")
+        if status == 0 and is_text and path.stem.startswith(("out", "saved")):
             assert not re.search(r"(?i)\b(nan|inf|infinity)\b", path.read_text("utf-8")), f"{path}: {told}"
     return status
 

@@ -66,10 +66,8 @@ def _table(dice: random.Random) -> tuple[str, list[np.ndarray]]:
     quote, tail = dice.choice(("", "", "", '"')), dice.choice(("", "", "", separator))
     named = [(dice.choice(_OF["names"][q]), dice.choice(_OF["units"][q][: dice.choice((1, 9))])) for q in quantities]
     form = dice.choice(_OF["forms"])
-    lines = [
-        *dice.choice(_OF["heads"]),
-        dice.choice(("", "", "#")) + separator.join(form.format(*one) for one in named),
-    ]
+    header = separator.join(form.format(*one) for one in named)
+    lines = [*dice.choice(_OF["heads"]), dice.choice(("", "", "#")) + header]
     lines += [separator.join(f"[{unit}]" for _, unit in named)] if dice.random() < 0.2 else []
     for row in np.column_stack(columns).tolist():
         lines.append(separator.join(f"{quote}{cell!r}{quote}".replace(".", decimal_mark) for cell in row) + tail)
@@ -109,10 +107,8 @@ def _files(folder: str) -> list[bytes]:
 def _zipped(dice: random.Random, data: bytes) -> bytes:
     stream = io.BytesIO()
     with zipfile.ZipFile(stream, "w", dice.choice((0, 8, 8, 12, 14))) as archive:
-        for name in {
-            dice.choice(ABSURD["names"]),
-            *dice.choice(((), ("__MACOSX/._record.csv",), ("b.csv", "lot/a.csv"))),
-        }:
+        others = dice.choice(((), ("__MACOSX/._record.csv",), ("b.csv", "lot/a.csv")))
+        for name in {dice.choice(ABSURD["names"]), *others}:
             archive.writestr(name, data)
     return stream.getvalue()
 
