@@ -24,8 +24,9 @@ from strandspring.fmu.system.system_check import examine_system_fmu
 from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_reference import expected_motion
 from strandspring.vibration.bodies.parts import Point
-from system_fmu3_tools import NativeSystem3
-from system_fmu_tools import BOX, BOX_OPTIONS, BRANCHED, STAGES, STAGES_OPTIONS, NativeSystem, shock, system_library
+from system_fmu_tools import (
+    BOX, BOX_OPTIONS, BRANCHED, STAGES, STAGES_OPTIONS, NativeSystem, NativeSystem3, shock, system_library,
+)  # fmt: skip
 from terminal import Terminal, unfolded
 
 pytestmark = pytest.mark.long
