@@ -25,8 +25,16 @@ from strandspring.fmu.system.system_native import build_system_fmu
 from strandspring.fmu.system.system_reference import expected_motion
 from strandspring.vibration.bodies.parts import Point
 from system_fmu_tools import (
-    BOX, BOX_OPTIONS, BRANCHED, STAGES, STAGES_OPTIONS, NativeSystem, NativeSystem3, shock, system_library,
-)  # fmt: skip
+    BOX,
+    BOX_OPTIONS,
+    BRANCHED,
+    STAGES,
+    STAGES_OPTIONS,
+    NativeSystem,
+    NativeSystem3,
+    shock,
+    system_library,
+)
 from terminal import Terminal, unfolded
 
 pytestmark = pytest.mark.long
