@@ -37,7 +37,8 @@ ASKED = 0.85  # share of the mutants that the tests must kill
 MOST_TESTS = 400  # that run for a line, in their names' order; common lines are executed by thousands
 # These speak to C, of which nobody measures what they execute.
 OF_C = ["tests/core", "tests/kernel", "tests/test_in_systems.py", "tests/fmi", "tests/systems"]
-PATIENCE = 900.0  # of a run of tests [s], after which a mutant hangs
+# Of a run of tests [s], after which a mutant hangs; the whole tier takes a quarter of an hour in one of two processes.
+PATIENCE, WHOLE_PATIENCE = 900.0, 3600.0
 SETTINGS = """\
 [run]
 dynamic_context = test_function
@@ -209,7 +210,7 @@ def killer(copy: Path, mutant: Mutant, selected: list[str], whole: bool) -> str:
     for run in ([selected] if selected else []) + ([[]] if whole or not selected else []):
         path.write_text(mutant.applied(source))
         try:
-            done = _tested(copy, run)
+            done = _tested(copy, run, PATIENCE if run else WHOLE_PATIENCE)
         except subprocess.TimeoutExpired:
             return "hangs"
         finally:
@@ -224,11 +225,11 @@ def killer(copy: Path, mutant: Mutant, selected: list[str], whole: bool) -> str:
     return ""
 
 
-def _tested(copy: Path, arguments: list[str]) -> subprocess.CompletedProcess[str]:
+def _tested(copy: Path, arguments: list[str], patience: float = PATIENCE) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(copy / "fmu_src"), "PYTHONDONTWRITEBYTECODE": "1"}
     command = [sys.executable, "-m", "pytest", "-xq", "-n0", "-pno:cacheprovider", "--no-header", *arguments]
     return subprocess.run(
-        command, cwd=copy, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+        command, cwd=copy, env=environment, capture_output=True, text=True, timeout=patience, check=False
     )
 
 
