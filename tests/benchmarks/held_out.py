@@ -35,6 +35,7 @@ Split = Literal["paper", "A", "B"]
 SPLITS: tuple[Split, ...] = ("paper", "A", "B")
 RECORDS = tomllib.loads(Path(__file__).with_name("held_out.toml").read_text("utf-8"))
 RAW = RECORDS.pop("raw")
+THIRDS = ("mts", "coupon", "HEM320C", "rc_column")  # beginnings of names of which a third is held out
 RAW_CUTS = np.cumsum([0, 5998, 6138, 6178, 6478, 6398])  # between pauses, whose lines are left out
 
 
@@ -49,9 +50,6 @@ def records_of(given: dict[str, Any]) -> list[Record]:
     file, options = given["file"], {name: value for name, value in given.items() if name != "file"}
     path = ROOT / file if file.startswith(("models/", "tests/")) else shared_data(file)
     return [read_record(path, **options)]
-
-
-THIRDS = ("mts", "coupon", "HEM320C", "rc_column")  # beginnings of names of which a third is held out
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,3 @@ TEXTS = {"README": README, **{name: page_text(name) for name in PAGES}}
 def blocks(page: str, language: str) -> list[str]:
     """Contents of the fenced blocks of a language on a page, in order."""
     return re.findall(rf"```{language}\n(.*?)```", TEXTS[page], flags=re.DOTALL)
-
-
-def program_with(text: str) -> str:
-    """The one Python block of all pages that holds a text."""
-    (block,) = [block for page in TEXTS for block in blocks(page, "python") if text in block]
-    return block

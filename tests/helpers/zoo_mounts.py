@@ -5,7 +5,7 @@ Every mount is force = FE(y) + friction*h with y = (displacement - centre)/ampli
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -34,17 +34,21 @@ class Mount(Truth):
         return polyval(y, self.elastic), self.friction * self.law(y)
 
 
+def strokes(y: FloatArray) -> Iterator[tuple[slice, float]]:
+    """The strokes of a path, each with the reversal before it, and their signs."""
+    for begin, end in pairwise(strokes_of(y)):
+        yield slice(begin, end + 1), 1.0 if y[end] >= y[begin] else -1.0
+
+
 def plays(y: FloatArray, radii: FloatArray) -> FloatArray:
     """Play operators of these radii along a path, shape (K, R); at the start they are as near to 0 as they can."""
     outputs = np.empty((y.size, radii.size))
     state = np.clip(0.0, y[0] - radii, y[0] + radii)
     outputs[0] = state
-    for begin, end in pairwise(strokes_of(y)):
-        stroke = slice(begin, end + 1)
-        sign = 1.0 if y[end] >= y[begin] else -1.0
+    for stroke, sign in strokes(y):
         piece = y[stroke, None] - sign * radii
         outputs[stroke] = np.maximum(piece, state) if sign > 0.0 else np.minimum(piece, state)
-        state = outputs[end]
+        state = outputs[stroke.stop - 1]
     return outputs
 
 
@@ -75,8 +79,8 @@ def exponential(generator: Generator) -> Law:
 
     def law(y: FloatArray) -> FloatArray:
         h = np.zeros(y.size)
-        for begin, end in pairwise(strokes_of(y)):
-            stroke, sign = slice(begin, end + 1), 1.0 if y[end] >= y[begin] else -1.0
+        for stroke, sign in strokes(y):
+            begin = stroke.start
             alpha, k, b, c = forms[sign]
             limit = sign + k * y[stroke] + b * np.expm1(c * y[stroke])
             h[stroke] = limit - (limit[0] - h[begin]) * np.exp(-alpha * np.abs(y[stroke] - y[begin]))
