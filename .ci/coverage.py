@@ -3,8 +3,8 @@
 usage: python .ci/coverage.py [TESTS AND OPTIONS OF PYTEST...], with strandspring[dev] and gcc
 
 The Python tests run with the kernel compiled to count; what is in FMUs besides is counted while the fuzzers of FMI
-calls run. The pages are written to coverage/: python.txt and c.txt with the lines and the branches that were never
-taken, of each file.
+calls run, and the Python inside FMUs as that of the package. The pages are written to coverage/: python.txt and c.txt
+with the lines and the branches that were never taken, of each file.
 """
 
 from __future__ import annotations
@@ -34,9 +34,15 @@ SETTINGS = """\
 [run]
 branch = true
 parallel = true
-source_pkgs = strandspring
+include =
+    {package}/*
+    */resources/strandspring*/core/*
 patch = subprocess
 data_file = {data}
+[paths]
+core =
+    {package}/core
+    */resources/strandspring*/core
 [report]
 include = {package}/*
 show_missing = true
@@ -58,6 +64,9 @@ def python_tests(arguments: list[str], folder: Path) -> str:
     subprocess.run(
         [*command, "run", "-m", "pytest", "-p", "instrumented", *arguments], cwd=ROOT, env=environment, check=False
     )
+    # What no test imports is not covered either.
+    everything = [*command, "run", "--source", str(PACKAGE), "-m", "strandspring", "--version"]
+    subprocess.run(everything, cwd=ROOT, env=environment, check=True)
     subprocess.run([*command, "combine", "--quiet"], cwd=ROOT, env=environment, check=True)
     done = subprocess.run([*command, "report"], cwd=ROOT, env=environment, capture_output=True, text=True, check=True)
     return done.stdout

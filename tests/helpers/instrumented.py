@@ -13,10 +13,12 @@ import os
 import subprocess
 import sys
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 
 from strandspring.compiled.images import KERNEL
 from strandspring.kernel import library
+from strandspring.records.formats import reader_process
 from tools import program
 
 VARIABLE = "STRANDSPRING_KERNEL"
@@ -36,7 +38,16 @@ def build(folder: Path, flags: tuple[str, ...]) -> Path:
 
 
 def pytest_configure() -> None:
-    """Have the package load that library, where there is one."""
+    """Have the package load that library, if any, and wait for processes of readers, which are counted as they end."""
+    stop = reader_process._stop
+
+    def ended(process: subprocess.Popen[bytes]) -> None:
+        with suppress(OSError, subprocess.TimeoutExpired):
+            process.stdin.close()  # type: ignore[union-attr]
+            process.wait(5.0)
+        stop(process)
+
+    reader_process._stop = ended
     if path := os.environ.get(VARIABLE):
         library.image = lambda *_: Path(path)  # type: ignore[assignment]
 
