@@ -40,6 +40,7 @@ from strandspring import (
     read_record,
     select,
 )  # fmt: skip
+from strandspring.identification.samples import Samples
 from synthetic import AMPLITUDE, MEAN, drawn_own_record, record_of, sine, spring_of
 
 pytestmark = pytest.mark.long
@@ -241,6 +242,19 @@ def test_samples_that_do_not_tell_of_the_spring_leave_it_as_it_is() -> None:
         force = Spring(identify(record, replace(plain, robust=robust)).parameters).response(sine())
         # Noise of 1 % of up to 100 N over 1 000 samples.
         assert np.abs(force - expected)[sine() > compared].max() < 0.4
+
+
+@pytest.mark.parametrize(
+    ("corners", "path", "tolerance"),
+    [
+        (False, lambda turns: np.sin(2.0 * np.pi * turns), 3e-4),  # fourth order of a sine beside its parabola
+        (True, lambda turns: 1.0 - 4.0 * np.abs(turns % 1.0 - 0.5), 1e-12),
+    ],
+)
+def test_reversals_between_samples_are_restored(corners: bool, path: Callable[[Any], Any], tolerance: float) -> None:
+    x = 0.01 * path((np.arange(200) + 0.37) / 20.0)
+    samples = Samples.of([Record(x, 1e4 * x)], x.size).restored(corners)
+    assert np.abs(samples.displacement[samples.strokes])[1:-1] == pytest.approx(0.01, rel=tolerance)
 
 
 def test_units_change_nothing_else_and_sizes_that_no_rig_measures_are_noted_or_refused() -> None:
