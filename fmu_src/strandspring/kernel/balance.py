@@ -81,8 +81,8 @@ class BalancedSystem:
     along : ndarray, shape (M, D)            Displacement of each axis by the coordinates.
     bend : ndarray, shape (M, D, D)          Second derivatives of that [1/m].
     load : ndarray, shape (D,)               Static forces [N].
-    forcing : ndarray, shape (3, D)          F_0 [N], F_1 [N s^2] and F_2 [N/s^2] of the forces
-                                             (F_0 + F_1*Omega^2 + F_2/Omega^2)*cos(Omega*t) in the coordinates.
+    forcing : ndarray, shape (2, D)          F_0 [N] and F_1 [N s^2] of the forces (F_0 + F_1*Omega^2)*cos(Omega*t) in
+                                             the coordinates.
     level_text : str                         The level in the unit that people read.
     """
 
@@ -108,8 +108,8 @@ class BalancedSystem:
     def forcing_at(self, frequency: FloatArray | float) -> FloatArray:
         """Amplitudes of the forces at Omega of shape (...) [rad/s], shape (..., D) [N]."""
         squared = np.asarray(frequency)[..., None] ** 2
-        constant, by_square, by_inverse = self.forcing
-        return np.asarray(constant + by_square * squared + by_inverse / squared)
+        constant, by_square = self.forcing
+        return np.asarray(constant + by_square * squared)
 
     def about_mean(self, z: FloatArray) -> FloatArray:
         """Coefficients without those of the means, shape (D, 2H) [m]."""

@@ -36,7 +36,7 @@ def displacement_limits(low: FloatArray, high: FloatArray, extrapolate: bool) ->
 
 
 def forcing(excitation: Excitation, level: float, steady: FloatArray, inertial: FloatArray) -> FloatArray:
-    """`BalancedSystem.forcing`, shape (3, D).
+    """`BalancedSystem.forcing`, shape (2, D).
 
     Parameters
     ----------
@@ -45,11 +45,10 @@ def forcing(excitation: Excitation, level: float, steady: FloatArray, inertial: 
     steady, inertial : ndarray, shape (D,)   Forces on the coordinates by a unit of the exciting force or the base's
                                              displacement [N], and by that displacement and the square of Omega [N s^2].
     """
-    still = np.zeros_like(steady)
     if excitation is Excitation.BASE_ACCELERATION:
-        # Displacement is acceleration over -Omega^2.
-        return -level * np.array([inertial, still, steady])
-    return level * np.array([steady, inertial, still])
+        # Displacement is acceleration over -Omega^2; without rotation of the base nothing is steady.
+        return -level * np.array([inertial, np.zeros_like(steady)])
+    return level * np.array([steady, inertial])
 
 
 def mass_balance(

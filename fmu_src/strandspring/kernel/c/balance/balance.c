@@ -483,14 +483,13 @@ int balance_motion(
     balance->scale = 0.0;
     for (size_t d = 0; d < degrees; d++) {
         const double *forcing = system->forcing + d;
-        double by_square = forcing[degrees] * squared, by_inverse = forcing[2 * degrees] / squared;
-        double amplitude = forcing[0] + by_square + by_inverse;
+        double by_square = forcing[degrees] * squared, amplitude = forcing[0] + by_square;
         fourier_coefficients(basis, balance->motion.force + d * samples, balance->residual + d * count, room->fourier);
         fourier_coefficients(basis, room->damped + d * samples, balance->by_frequency + d * count, room->fourier);
         balance->scale = fmax(balance->scale, add_inertia(system, frequency, d, jacobian, balance));
         balance->residual[d * count] -= system->load[d];
         balance->residual[d * count + 1] -= amplitude;
-        balance->by_frequency[d * count + 1] -= 2.0 * (by_square - by_inverse) / frequency;
+        balance->by_frequency[d * count + 1] -= 2.0 * by_square / frequency;
         /* The static part, which may be far larger, is balanced as finely. */
         balance->scale = fmax(balance->scale, fabs(amplitude));
     }

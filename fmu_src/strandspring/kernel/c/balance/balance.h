@@ -6,7 +6,7 @@
  *
  *     -m*(k*Omega)^2*q_k + sum of [g*(P*r + c*d' + stop)]_k = L*[k = 0] + F*[k = 1, cosine],
  *
- * with F = F_0 + F_1*Omega^2 + F_2/Omega^2. A spring's Maxwell branches add to r a dynamic stiffness at each order.
+ * with F = F_0 + F_1*Omega^2. A spring's Maxwell branches add to r a dynamic stiffness at each order.
  * Forces are taken in time, where a whole period of a spring follows at once, and brought back by their projection.
  * Newton's method solves the balance with its Jacobian, which is exact where the second derivatives H are 0, and
  * elsewhere but for products of them with harmonics above H and with the forces of branches.
@@ -21,7 +21,7 @@
 #include <stddef.h>
 
 enum {
-    BALANCED_FORCINGS = 3, /* F_0 [N], F_1 [N s^2], F_2 [N/s^2] */
+    BALANCED_FORCINGS = 2, /* F_0 [N], F_1 [N s^2] */
     BALANCED_OF_AXIS = 5   /* figures of an axis in a motion */
 };
 
