@@ -210,8 +210,13 @@ def test_the_compiler_takes_nothing_of_the_machine_and_no_warnings(
 ) -> None:
     tool("ziglang")
     (tmp_path / "math.h").write_text("#error of the machine")
-    for variable in ("CPATH", "C_INCLUDE_PATH"):
+    foreign = {"CPATH", "C_INCLUDE_PATH", "LIBRARY_PATH", "SDKROOT"}
+    for variable in foreign:
         monkeypatch.setenv(variable, str(tmp_path))
+    assert foreign.isdisjoint(
+        given := zig._environment(tmp_path)
+    )  # which this version of the compiler may ignore itself
+    assert given.keys() > {"PATH"}
     # New to the compiler's cache.
     source = f"#include <math.h>\ndouble f{time.time_ns()}(double x);\n"
     assert zig.shared_library(host_target(), {"f.c": source.encode()}, ("f.c",), "f", ())

@@ -34,6 +34,7 @@ from strandspring import (
     RecordError,
     RefinedOptions,
     Spring,
+    SpringParameters,
     TwoStageOptions,
     bundled_record,
     identify,
@@ -255,6 +256,12 @@ def test_reversals_between_samples_are_restored(corners: bool, path: Callable[[A
     x = 0.01 * path((np.arange(200) + 0.37) / 20.0)
     samples = Samples.of([Record(x, 1e4 * x)], x.size).restored(corners)
     assert np.abs(samples.displacement[samples.strokes])[1:-1] == pytest.approx(0.01, rel=tolerance)
+
+
+def test_what_a_fixture_would_change_is_its_share_of_the_stiffness() -> None:
+    spring = SpringParameters((0.0, 1e6), (1.0,), 20.0, 5e3, 1.0, 1.0, 0.0, -2e-3, 2e-3)
+    stiff = identify(record_of(spring, 0.05 * (sine() - MEAN)), method="two-stage")
+    assert [note for note in stiff.notes if "10 kN/mm would change the stiffness by 10 %" in note]
 
 
 def test_units_change_nothing_else_and_sizes_that_no_rig_measures_are_noted_or_refused() -> None:

@@ -235,6 +235,18 @@ def test_pyyeti_finds_the_same() -> None:
         assert ours == pytest.approx(np.abs(srs(shock, 1.0 / step, frequencies, quality, **options)), rel=1.5e-4)
 
 
+def test_shares_of_a_limit_do_not_depend_on_the_size_of_both() -> None:
+    acceleration = np.random.default_rng(3).standard_normal((4000, 2)).cumsum(axis=0) * (1.0, 0.9)
+    corners = ((10.0, 100.0), (60.0, 40.0), (200.0, 400.0))
+    shares = [
+        RequiredSpectrum(LevelTable(tuple((f, c * level) for f, level in corners)), 12.0).share(
+            *[c * acceleration] * 2, 1e-4
+        )
+        for c in (1.0, 1e-5)
+    ]
+    assert shares[0] == pytest.approx(shares[1], rel=1e-9)
+
+
 STIFFNESS, PEAK = 1.0e4, 150.0
 
 
