@@ -258,6 +258,13 @@ def test_reversals_between_samples_are_restored(corners: bool, path: Callable[[A
     assert np.abs(samples.displacement[samples.strokes])[1:-1] == pytest.approx(0.01, rel=tolerance)
 
 
+def test_each_of_six_strokes_is_held_out_once_alone() -> None:
+    x = 0.01 * np.sin(2.0 * np.pi * np.linspace(0.0, 2.75, 500))
+    samples = Samples.of([Record(x, 1e4 * x)], x.size)
+    held = [np.unique(samples.stroke_of_row[fold]).tolist() for fold in samples.folds]
+    assert [strokes for strokes in held if len(strokes) == 1] == [[k] for k in range(6)]
+
+
 def test_what_a_fixture_would_change_is_its_share_of_the_stiffness() -> None:
     spring = SpringParameters((0.0, 1e6), (1.0,), 20.0, 5e3, 1.0, 1.0, 0.0, -2e-3, 2e-3)
     stiff = identify(record_of(spring, 0.05 * (sine() - MEAN)), method="two-stage")
