@@ -82,7 +82,7 @@ def test_a_saved_spring_is_loaded_as_it_was_and_refused_where_there_is_no_room(n
     if p.branches:
         with pytest.raises(StrandspringError, match=r"Maxwell branch(es)? .* give them \(`time`\)"):
             spring.response(PATH)
-    slow = "Loops of the model are slow: its Maxwell branches have relaxed."
+    slow = "Loops of the model are slow, as its Maxwell branches have relaxed"
     assert any(slow in caution for caution in spring.info().cautions) == bool(p.branches)
 
 

@@ -68,15 +68,15 @@ if TYPE_CHECKING:
     from .errors import ModelError as ModelError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
+    from .findings import Finding as Finding
+    from .findings import IdentificationError as IdentificationError
+    from .findings import Outcome as Outcome
     from .identification.refined import RefinedOptions as RefinedOptions
     from .loops.selection import read_campaign as read_campaign
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
     from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
     from .model.modelfile import model_schema as model_schema
-    from .model.outcomes import Finding as Finding
-    from .model.outcomes import IdentificationError as IdentificationError
-    from .model.outcomes import Outcome as Outcome
     from .peers.ni import NiOptions as NiOptions
     from .peers.paper import PaperOptions as PaperOptions
     from .peers.two_stage import TwoStageOptions as TwoStageOptions
@@ -111,11 +111,11 @@ _NAMES = {
     "core.parameters": ("SpringParameters",),
     "cosimulation.prescribed": ("simulate_fmu",),
     "errors": ("BuildError", "ModelError", "RecordError", "StrandspringError"),
+    "findings": ("Finding", "IdentificationError", "Outcome"),
     "identification.refined": ("RefinedOptions",),
     "loops.selection": ("read_campaign", "select"),
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
-    "model.outcomes": ("Finding", "IdentificationError", "Outcome"),
     "peers.ni": ("NiOptions",),
     "peers.paper": ("PaperOptions",),
     "peers.two_stage": ("TwoStageOptions",),

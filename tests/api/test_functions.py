@@ -44,7 +44,7 @@ def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None
     ):
         assert prediction.fits[0].predicted == pytest.approx(expected.predicted, rel=1e-12, abs=1e-12)
         assert prediction.rnl == pytest.approx(expected.rnl, rel=1e-12)
-    assumed = "the unit of displacement is m (assumed, as none is given)"
+    assumed = "The unit is assumed, as none is given. (displacement in m; force in N)"
     assert f"Note: <arrays>: {assumed}" in predict(SPRING, x, force).summary()
     times = pd.date_range("2024-01-01", periods=x.size, freq="500ms", tz="Asia/Tokyo")
     (record,) = predict(SPRING, frame.assign(**{"Time [ms]": times})).records
@@ -60,7 +60,7 @@ def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors() -> No
     clean, noisy = (synthesize(SPRING, [0.03], noise=noise, seed=4) for noise in (0.0, 0.02))
     # The standard deviation of 3001 standard normal numbers is 1 within 5 % (nearly 4 of its standard errors).
     assert np.std(noisy.force / clean.force - 1.0) == pytest.approx(0.02, rel=0.05)
-    assert noisy.notes[0] == "noise level 0.02, seed 4"
+    assert noisy.notes[0] == "Noise level 0.02, seed 4."
     assert "outside the identified range" in noisy.notes[1]
     plain = synthesize(SPRING)
     coarse = synthesize(SPRING, drift=0.02, displacement_resolution=2e-5, force_resolution=0.5)
@@ -70,7 +70,7 @@ def test_a_synthesized_record_is_the_response_with_its_noise_and_sensors() -> No
     # Multiplicative noise of 2 % is all that is left of it: RNL is 1 - 0.02.
     assert predict(SPRING, synthesize(SPRING, noise=0.02, seed=1)).rnl == pytest.approx(0.98, abs=1e-3)
     (sentence,) = predict(SPRING, synthesize(SPRING, [0.025])).cautions
-    assert "outside the identified range 30 to 70 mm" in sentence
+    assert "beyond 30 to 70 mm" in sentence
 
 
 def test_the_curve_is_that_of_the_balance_and_peaks_are_resolved() -> None:

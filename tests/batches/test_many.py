@@ -230,7 +230,7 @@ def test_hostile_names_do_no_harm(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     many = identify_many([*names, "12.csv"], models, workers=1, options=FAST)
     assert many.is_complete
     assert identify_many(names, models, workers=1, options=FAST).batch.earlier == len(names)
-    assert many.left_out == ("1 file given more than once, first: 12.csv",)
+    assert many.notes[0] == "Files are given more than once. (1, first 12.csv)"
     written = many.to_frame()["model"]
     assert written.str.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}\.json").all()
     assert len({name.lower() for name in written}) == len(names)

@@ -32,7 +32,8 @@ from rig import (
 )  # fmt: skip
 from rig_faults import FAULTS
 from strandspring import Identification, Outcome, RefinedOptions, identify
-from strandspring.errors import StrandspringError
+from strandspring.errors import Reader, StrandspringError
+from strandspring.findings import words
 from zoo_mounts import LAWS, draw_mount
 
 FEW = (9.0, 60.0)  # samples in a cycle of coarse records
@@ -54,7 +55,7 @@ class Result:
     def cautions(self) -> dict[str, str]:
         if self.found is None:
             return {}
-        return {one.name: sentence for one, sentence in zip(self.found.outcomes, self.found.cautions, strict=True)}
+        return {one.kind.name: words(one, Reader.PYTHON) for one in self.found.findings}
 
     @property
     def wrong(self) -> bool:

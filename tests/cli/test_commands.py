@@ -6,18 +6,18 @@ import ast
 import json
 import re
 from pathlib import Path
+from string import Formatter
+from typing import Any
 
 import click
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 import strandspring
 from strandspring import Finding, Outcome
-from strandspring.api.common.text import in_few_words
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as strandspring_command
-from strandspring.cli.shared.output import with_flags
+from strandspring.errors import Reader
+from strandspring.findings import Severity, words
 from strandspring.model.modelfile import load_model
 from terminal import Terminal
 
@@ -45,17 +45,6 @@ def test_a_spring_worse_than_a_line_is_saved_only_where_that_is_asked_for(
     assert load_model("m.json").fit["outcomes"] == told["outcomes"]
 
 
-@given(
-    st.sampled_from(Outcome),
-    st.lists(st.sampled_from(["a.csv: by 3 N;", "word", "1,", "n ended at its bound"]), max_size=30),
-)
-def test_a_caution_has_at_most_25_words_and_a_detail_where_there_is_room(outcome: Outcome, detail: list[str]) -> None:
-    text = in_few_words(f"{outcome.value} ({' '.join(detail)})")
-    assert text == outcome.value or len(text.split()) <= WORDS
-    is_caution = list(Outcome).index(outcome) >= list(Outcome).index(Outcome.WORSE_THAN_LINE)
-    assert not is_caution or len(with_flags(outcome.value).split()) <= WORDS
-
-
 def test_advice_names_options_that_commands_have() -> None:
     """As flags on the command line, and as Python's names outside it."""
     context = click.Context(strandspring_command)
@@ -69,7 +58,18 @@ def test_advice_names_options_that_commands_have() -> None:
         said = " ".join(text for text in texts if isinstance(text, str))
         if "cli" not in path.parts and path not in WITH_FLAGS:
             assert not flags & set(FLAG.findall(said)), path
-    for outcome in Outcome:
-        advice = with_flags(outcome.value)
-        assert "`" not in advice, outcome
-        assert set(FLAG.findall(advice)) <= flags, outcome
+    for kind in Outcome:
+        finding = Finding(kind, fields_of(kind))
+        read = {reader: words(finding, reader) for reader in Reader}
+        assert not {"{", "}"} & set("".join(read.values())), kind
+        assert set(FLAG.findall(read[Reader.COMMAND_LINE])) <= flags, kind
+        assert not FLAG.search(read[Reader.PYTHON] + read[Reader.FILE]), kind
+        assert "`" not in read[Reader.FILE], kind
+        few = words(finding, Reader.COMMAND_LINE, brief=True).split()
+        assert len(few) <= WORDS or kind.severity is not Severity.CAUTION, kind
+
+
+def fields_of(kind: Outcome) -> dict[str, Any]:
+    """A number for each field of a kind with a format, and a name for each without."""
+    fields = Formatter().parse(" ".join(map(str, kind.value[1:4])))
+    return {name: 1.5 if spec else "name" for _, name, spec, _ in fields if name} | {kind.value.measure: 1.0}

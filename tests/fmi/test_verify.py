@@ -122,7 +122,7 @@ def test_verify_finds_good_what_is_good_and_any_change(fmu: Path, tmp_path: Path
     found = verify_fmu(fmu)
     assert [finding.about for finding in found] == ["files", "rules", "spring", "run"]
     assert not any(finding.is_problem for finding in found)
-    assert "The reference comes out of co-simulation" in found[3].text
+    assert "The reference run is reproduced" in found[3].text
     names = [name for name in contents_of(fmu) if name != HASHES]
     kinds = ["modelDescription.xml", REFERENCE, STIMULI, "resources/", "documentation/index"]
     for kind in (*kinds, "sources/" if any(name.startswith("sources/") for name in names) else "binaries/"):
@@ -177,7 +177,7 @@ def test_binaries_from_the_sources_are_named_and_run(tmp_path: Path, monkeypatch
             f"'{here}' is not of this build: it has been compiled elsewhere, or is damaged;"
         )
         assert [f.text[: len(said)] for f in found if f.is_problem] == [said] * bool(said)
-        assert ("The reference comes out of co-simulation" in found[-1].text) == (not said)
+        assert ("The reference run is reproduced" in found[-1].text) == (not said)
     added = verify_fmu(edited(fmu, tmp_path, lambda c: c.update({"binaries/riscv64-linux/mount.so": b"x"})))
     assert not any(finding.is_problem for finding in added)
     assert "it is not run on this computer, so verify it on its own." in added[0].text

@@ -24,7 +24,7 @@ NUMBER = re.compile(r"([-+−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)")
 ELSEWHERE = {"sha256", "size", "seconds", "elapsed", "folder", "binaries"}
 OF_MACHINE = re.compile(
     r"(?<=\.fmu )\([^)]*\)|(?<=Binaries: ).*(?= Check:)|\d+(?:\.\d+)?(?:e-\d+)? (?:ms\b|KiB)|\(\d[\d.]* s\b[^)]*\)"
-    r"|within \S+ N|All \d+ files|\b(?:linux|win|darwin)64\b"
+    r"|within \S+ N|(?<=reproduced )exactly|\d+ files are unchanged|\b(?:linux|win|darwin)64\b"
 )
 
 

@@ -60,8 +60,8 @@ def test_what_a_description_says_is_done(folder: Path) -> None:
     assert [Path(record.path).name for record in (first, second, third)] == ["a.csv", "b.csv", "other.csv"]
     assert [record.label for record in (first, second, third)] == ["lot A", "lot A", ""]
     np.testing.assert_allclose(first.force.max(), 1e3 * (FORCE.max() - 1.5), rtol=1e-3)
-    assert "1.5 subtracted from the force, as given" in first.notes
-    assert first.notes[-1].startswith("cycles 2 to 3 of ")
+    assert "1.5 is subtracted from the force, as given." in first.notes
+    assert first.notes[-1].startswith("Selected, as given: cycles 2 to 3 of ")
     assert third.time is not None
     assert (third.time[0], third.time[-1]) == (1.0, 4.0)
     np.testing.assert_array_equal(third.compared, third.displacement >= -0.15)
@@ -71,13 +71,13 @@ def test_what_a_description_says_is_done(folder: Path) -> None:
 
 def test_options_go_before_a_description(folder: Path) -> None:
     path = described(folder, 'force_unit = "kN"\ncycles = 2\n[[record]]\nfile = "other.csv"\ncycles = "1:2"\n')
-    assert read_campaign(path)[0].notes[-1].startswith("cycles 1 to 2 of")
+    assert read_campaign(path)[0].notes[-1].startswith("Selected, as given: cycles 1 to 2 of")
     (record,) = read_campaign(path, Wanted(cycles="3:", force_unit="N"))
-    assert record.notes[-1].startswith("cycles 3 to ")
-    assert any("the unit of force is N (as given)" in note for note in record.notes)
+    assert record.notes[-1].startswith("Selected, as given: cycles 3 to ")
+    assert any("The unit of the force is N, as given" in note for note in record.notes)
     both = [wanted.read(path) for path, wanted in entries([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))]
     assert [Path(each.path).name for each in both] == ["a.csv", "other.csv"]
-    assert all("force negated, as given" in each.notes for each in both)
+    assert all("The force is negated, as given." in each.notes for each in both)
     # Absolute paths and those out of the folder are read.
     other = f"[[record]]\nfile = \"../other.csv\"\n[[record]]\nfile = '{folder / 'other.csv'}'\n"
     assert [len(record) for record in read_campaign(described(folder / "lot A", other))] == [1001, 1001]

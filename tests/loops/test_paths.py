@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from springs import MOUNT
-from strandspring import Record, Spring, SpringParameters, select
+from strandspring import Finding, Outcome, Record, Spring, SpringParameters, select
 from strandspring.errors import RecordError
 from strandspring.kernel.arrays import FloatArray
 from strandspring.loops.cycles import find_cycles, measured_loops
@@ -91,7 +91,7 @@ PATH = MIDDLE + AMPLITUDE * np.sin(2.0 * np.pi * TIME)
 
 
 # Ten cycles of 1 Hz.
-RECORD = Record(PATH, 1e4 * PATH + 9.0 * np.cos(2.0 * np.pi * TIME), TIME, "rig.csv", notes=("as read",))
+RECORD = Record(PATH, 1e4 * PATH + 9.0 * np.cos(2.0 * np.pi * TIME), TIME, "rig.csv", None, (Finding(Outcome.NO_TIME),))
 
 
 def test_cycles_are_cut_out_whole() -> None:
@@ -104,10 +104,10 @@ def test_cycles_are_cut_out_whole() -> None:
     assert (part.is_cut, RECORD.is_cut, part.first_sample) == (True, False, first)
     # From turning point to turning point, both included.
     assert len(part) == 4 * 400 + 1
-    assert part.notes[0] == "as read"
-    assert part.notes[1:] == (f"cycles 2 to 5 of 9 selected, samples {first + 1} to {last + 1} of 4001, as given",)
+    assert part.findings[0] == RECORD.findings[0]
+    assert part.notes[1:] == (f"Selected, as given: cycles 2 to 5 of 9. (samples {first + 1} to {last + 1} of 4001)",)
     assert len(select(RECORD, cycles=(None, 2))) == len(select(RECORD, cycles=(8, None))) == 2 * 400 + 1
-    assert select(RECORD, cycles=(3, 3)).notes[-1].startswith("cycle 3 of 9 selected")
+    assert select(RECORD, cycles=(3, 3)).notes[-1].startswith("Selected, as given: cycle 3 of 9.")
     for kind in (float, np.int64):
         np.testing.assert_array_equal(select(RECORD, cycles=(kind(2), kind(5))).force, part.force)
 
@@ -116,7 +116,7 @@ def test_windows_cut_what_cycles_leave_and_ranges_keep_the_path() -> None:
     part = select(RECORD, displacement=(0.04, None))
     np.testing.assert_array_equal(part.displacement, RECORD.displacement)
     np.testing.assert_array_equal(part.compared, RECORD.displacement >= 0.04)
-    assert "displacement from 40 mm to its end selected" in part.notes[-1]
+    assert "Selected, as given: displacement from 40 mm to its end;" in part.notes[-1]
     twice = select(part, displacement=(None, 0.06), time=(2.5, 5.0))
     np.testing.assert_array_equal(twice.compared, (twice.displacement >= 0.04) & (twice.displacement <= 0.06))
     assert twice.time is not None

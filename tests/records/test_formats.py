@@ -52,7 +52,7 @@ def test_each_format_gives_the_record_of_the_text_and_if_damaged_a_sentence(
     np.testing.assert_allclose(record.displacement, expected.displacement, rtol=rtol)
     np.testing.assert_allclose(record.force, expected.force, rtol=rtol)
     np.testing.assert_allclose(record.time, expected.time, rtol=1e-12, atol=1e-12)
-    assert any("the unit of displacement is mm (found in the file)" in note for note in record.notes)
+    assert any("The unit of the displacement is mm, found in the file" in note for note in record.notes)
     assert (record.path, record.sha256) == (str(data), hashlib.sha256(data.read_bytes()).hexdigest())
     whole, draw = data.read_bytes(), np.random.default_rng(7)
     spoiled = bytearray(whole)

@@ -127,7 +127,7 @@ def half_done(results: Path) -> Path:
     def stop() -> None:
         raise IsolationError("Enough.")
 
-    with pytest.raises(IsolationError, match=r"Enough; 20 of 60 runs are kept"):
+    with pytest.raises(IsolationError, match=r"Enough\. 20 of 60 runs are kept"):
         run_study(CHEAP, results, Local(1), Counter(20, stop))
     return results
 
@@ -172,7 +172,7 @@ def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, resul
     def kill_one() -> None:
         next(child for child in multiprocessing.active_children() if child not in others).kill()
 
-    with pytest.raises(IsolationError, match=r"A worker process died, .*; \d+ of 60 runs are kept in .*part.sqlite"):
+    with pytest.raises(IsolationError, match=r"A worker process died, .*\. \d+ of 60 runs are kept in .*part.sqlite"):
         run_study(CHEAP, results, Local(2), Counter(20, kill_one))
     assert multiprocessing.active_children() == others
     goes_on(results, None, expected)

@@ -14,6 +14,7 @@ from mounted_examples import CORNERS, box, unit
 from oracles import OracleSpring
 from strandspring import SpringParameters, simulate
 from strandspring.examples.system_models import SYSTEMS
+from strandspring.findings import Outcome
 from strandspring.ground.strict_toml import parse_toml
 from strandspring.kernel.path import PathSolver
 from strandspring.loops.loop import steady_loop
@@ -26,7 +27,6 @@ from strandspring.vibration.description.named_files import FilesOfFolder, HeldFi
 from strandspring.vibration.description.system_file import read_description, system_of_content
 from strandspring.vibration.signals.pulses import HalfSine
 from strandspring.vibration.verdicts.answers import CaseAnswer, answer_case
-from strandspring.vibration.verdicts.case_cautions import CautionKind
 from strandspring.vibration.verdicts.draws import ranges, tolerance_factor
 from strandspring.vibration.verdicts.figures import CaseFigures
 from strandspring.vibration.verdicts.verdicts import Limits
@@ -41,7 +41,7 @@ def shaken(signal: Signal, direction: Vector = (1.0, 0.0, 0.0)) -> LoadCase:
 def answered(system: MountedSystem, case: LoadCase) -> tuple[CaseAnswer, bool]:
     """The answer, and whether it says that axes of a mount move together."""
     answer = answer_case("one", system, case, Limits())
-    return answer, CautionKind.COUPLED in {caution.kind for caution in answer.cautions}
+    return answer, Outcome.SLIDING_TOGETHER in {finding.kind for finding in answer.findings}
 
 
 def test_ranges_hold_what_omega_at_rest_and_friction_that_acts_together_leave_open() -> None:

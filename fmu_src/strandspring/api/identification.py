@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from numpy.typing import ArrayLike
 
+from ..errors import Reader
+from ..findings import Finding, Outcome, detailed
 from ..ground.arguments import flag
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
@@ -17,7 +19,7 @@ from ..model.joint import HYSTERETIC_UNITS
 from ..model.stated_figures import differ, effects_in_words, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
-from .common.result import PlottedResult
+from .common.result import ResultWithFindings
 from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
 from .spring import Spring
 
@@ -28,7 +30,7 @@ if TYPE_CHECKING:
     from ..report.details import ReportDetails
 
 
-class Identification(IdentifiedModel, PlottedResult):
+class Identification(IdentifiedModel, ResultWithFindings):
     """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
 
     Examples
@@ -45,6 +47,11 @@ class Identification(IdentifiedModel, PlottedResult):
     """
 
     _size = (6.4, 4.8)
+
+    @property
+    def all_findings(self) -> tuple[Finding, ...]:
+        """The findings, and those of the records beside."""
+        return (*self.findings, *self.record_findings)
 
     @classmethod
     def from_model(cls, model: IdentifiedModel) -> Identification:
@@ -82,7 +89,10 @@ class Identification(IdentifiedModel, PlottedResult):
             *parameter_lines(self.parameters, self.uncertainty),
         ]
         if self.certainty is not None:
-            lines += [f"  {self.certainty.lack.sentence}", f"  {self.certainty.unrecorded.sentence}"]
+            lack, unrecorded = self.certainty.lack, self.certainty.unrecorded
+            missed = detailed(Outcome.LACK_OF_FIT, lack.numbers, Reader.PYTHON)
+            lines.append(f"  {missed if lack.is_structured else 'nothing but noise is left'}")
+            lines.append(f"  {detailed(Outcome.SMALL_LOOPS, unrecorded.numbers, Reader.PYTHON)}")
         if removed := effects_in_words(self.effects):
             lines.append(f"  removed as the rig's: {'; '.join(map(' '.join, removed.items()))}")
         return lines
@@ -104,7 +114,7 @@ class Identification(IdentifiedModel, PlottedResult):
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
-            "notes": self.notes,
+            "notes": self.findings_json["notes"],
         }
 
     def to_frame(self) -> pd.DataFrame:

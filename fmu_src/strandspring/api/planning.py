@@ -12,6 +12,7 @@ from ..campaigns.planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
 from ..campaigns.planning.limits import Limits, checked_stroke
 from ..campaigns.planning.planned import Planned, PlannedBlock, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
+from ..findings import Finding, Outcome
 from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
@@ -23,7 +24,7 @@ from ..model.modelfile import ModelFile, is_model_path
 from ..records.given import Source, given_records
 from ..records.record import Record
 from .common.model_source import ModelSource, model_of
-from .common.result import PlottedResult
+from .common.result import ResultWithFindings
 from .common.text_table import table_lines
 from .identification import identify
 
@@ -44,31 +45,26 @@ class Program(NamedTuple):
     displacement: FloatArray
 
 
-class TestPlan(PlottedResult):
+class TestPlan(ResultWithFindings):
     """A test: its blocks, what each of them decides, and how well the figures of the spring will be known.
 
     Attributes
     ----------
     plan : Planned
-    assumed : tuple of str   What was assumed of the rig, in words.
+    findings : tuple of Finding   What was assumed of the rig, and what its limits leave.
     """
 
     __test__ = False  # no test of pytest
     _size = (9.0, 4.0)
 
-    def __init__(self, plan: Planned, assumed: tuple[str, ...] = ()) -> None:
+    def __init__(self, plan: Planned, assumed: tuple[Finding, ...] = ()) -> None:
         self.plan = plan
-        self.assumed = assumed
+        self.findings = (*assumed, *plan.findings)
 
     @property
     def blocks(self) -> tuple[PlannedBlock, ...]:
         """The blocks in their order."""
         return self.plan.blocks
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was assumed, and what the limits of the rig leave out."""
-        return (*self.assumed, *self.plan.notes)
 
     def program(self) -> Program:
         """The programme at the rig's sample rate; it begins and ends at rest in the middle of the range."""
@@ -140,7 +136,7 @@ class TestPlan(PlottedResult):
                 {"quantity": figure.quantity, "of": figure.of, "before": float(before), "after": float(after)}
                 for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
             ],
-            "notes": list(self.notes),
+            **self.findings_json,
         }
 
     def to_frame(self) -> pd.DataFrame:
@@ -208,36 +204,35 @@ def plan(
     >>> bool(time[-1] <= 60.0 and displacement[0] == displacement[-1])
     True
     """
-    prior, assumed = _prior(source, stiffness, stroke)
+    prior = _prior(source, stiffness, stroke)
+    assumed: tuple[Finding, ...] = ()
     if velocity is None:
         spring = prior.springs[0]
         width = spring.displacement_max - spring.displacement_min
         velocity = prior.velocity or 2.0 * width / _QUIET
         origin = "that of the records" if prior.velocity else f"a loop over the whole range in {_QUIET:g} s"
-        assumed.append(
-            f"The rig is assumed to reach {1e3 * velocity:.3g} mm/s ({origin}); give its largest `velocity=...`."
-        )
+        assumed = (Finding(Outcome.VELOCITY_ASSUMED, {"velocity": velocity, "origin": origin}),)
     limits = Limits(velocity, stroke, force_limit, duration, sample_rate)
     with one_thread():  # for matrices as small as these more threads only cost
-        return TestPlan(planned(prior, limits), tuple(assumed))
+        return TestPlan(planned(prior, limits), assumed)
 
 
-def _prior(source: Any, stiffness: float | None, stroke: tuple[float, float] | None) -> tuple[Prior, list[str]]:
-    """What is known before the test, and what was assumed for it."""
+def _prior(source: Any, stiffness: float | None, stroke: tuple[float, float] | None) -> Prior:
+    """What is known before the test."""
     if (source is None) == (stiffness is None):
-        raise ValueError("`plan` takes either a model or records, or a `stiffness=...` with a `stroke=...`.")
+        raise ValueError("`plan` takes either a model or records, or a `stiffness` with a `stroke`.")
     if stiffness is not None:
         value = number("stiffness", stiffness, "N/m")
         if not 0.0 < value <= _LARGEST_STIFFNESS:
             raise ValueError(f"`stiffness` must be > 0 and at most {_LARGEST_STIFFNESS:g} [N/m], got {value!r}.")
         if stroke is None:
-            raise ValueError("A `stiffness=...` needs the `stroke=...` over which the spring is tested.")
-        return prior_of_stiffness(value, *checked_stroke(stroke)), []
+            raise ValueError("A `stiffness` needs the `stroke` over which the spring is tested.")
+        return prior_of_stiffness(value, *checked_stroke(stroke))
     if isinstance(source, IdentifiedModel):
-        return _of_identified(source), []
+        return _of_identified(source)
     if isinstance(source, ModelFile) or hasattr(source, "model") or is_model_path(_path(source)):
-        return prior_of_model(model_of(source)), []
-    return _of_identified(identify(given_records(source))), []
+        return prior_of_model(model_of(source))
+    return _of_identified(identify(given_records(source)))
 
 
 def _path(source: Any) -> str:

@@ -21,11 +21,11 @@ from click.shell_completion import (
 )
 
 from .._version import __version__
-from ..errors import StrandspringError
+from ..errors import Reader, StrandspringError
+from ..findings import IdentificationError
 from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
-from ..model.outcomes import IdentificationError
-from .shared.output import drop_failing_output, refusal, result_json, with_flags
+from .shared.output import drop_failing_output, refusal, result_json
 
 # Each command is defined in the module of its name, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -156,12 +156,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
     except StrandspringError as refusal:
         outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
-        _refuse(str(refusal), type(refusal).__name__, as_json, **outcome)
+        _refuse(refusal.words(Reader.COMMAND_LINE), type(refusal).__name__, as_json, **outcome)
 
 
 def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
     """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
-    sentence = with_flags(sentence)
     refusal(f"strandspring: {readable(sentence)}")
     _leave(1, as_json, {"type": kind, **more, "message": sentence})
 

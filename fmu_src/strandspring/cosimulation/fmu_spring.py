@@ -217,9 +217,9 @@ def _read_description(fmu: Path | str) -> ModelDescription:
         if missing not in variables:
             raise CosimulationError(f"{fmu} is not a spring FMU: it has no variable `{missing}`.")
     if description.coSimulation is None:
-        raise CosimulationError(f"{fmu} has no co-simulation: build it without `states=True`.")
+        raise CosimulationError("{fmu} has no co-simulation: build it without {to[states=True]}.", fmu=fmu)
     if "absorbed_energy" not in variables:
-        raise CosimulationError(f"{fmu} has no output `absorbed_energy`: build it without `no_energy=True`.")
+        raise CosimulationError("{fmu} has no output absorbed_energy: build it without {to[no_energy=True]}.", fmu=fmu)
     return description
 
 

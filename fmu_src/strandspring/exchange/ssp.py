@@ -104,8 +104,8 @@ class ShakenMassValues:
         low, high = spring.displacement_min, spring.displacement_max
         if not low <= 0.0 <= high:
             raise StrandspringError(
-                f"The system starts at displacement 0, outside the identified range from {1e3 * low:.6g} to "
-                f"{1e3 * high:.6g} mm; choose a `zero=...` within it."
+                "The system starts at 0 mm, outside the identified range {range:.6g mm}; choose {to[zero]} within it.",
+                range=((low, high),),
             )
         still, origin = PathSolver(spring).slow, as_path([0.0])
         stiffness = max(still.stiffness(origin, 0.0)[0], spring.kappa_omega * spring.rho)

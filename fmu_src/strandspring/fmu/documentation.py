@@ -11,6 +11,8 @@ from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from ..core.parameters import SpringParameters
+from ..errors import Reader
+from ..findings import gathered
 from ..ground.strict_json import objects
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
@@ -58,7 +60,7 @@ def documentation_page(
         # The SVG is made by ElementTree from numbers and fixed text.
         plot=Markup(loops_svg(spring)),  # noqa: S704
         followed=[_followed(fit) for fit in stated_fits(model)],
-        cautions=[sentence for _, sentence in stated_cautions(model)],
+        cautions=list(gathered(stated_cautions(model), Reader.FILE)),
         hysteresis=_hysteresis(model),
         records=[entry for entry in objects(model.provenance.get("records")) if "file" in entry],
         model_path=MODEL_IN_FMU,

@@ -29,8 +29,9 @@ _NO_TEXT = frozenset((float, int, bool, type(None)))
 
 
 def readable(name: str | os.PathLike[str]) -> str:
-    """A file name with all characters replaced that a terminal or UTF-8 cannot show."""
-    return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in os.fspath(name))
+    """A file name, or what the file is `called`, with all characters replaced that terminal or UTF-8 cannot show."""
+    shown: str = getattr(name, "called", None) or os.fspath(name)
+    return "".join("\ufffd" if unicodedata.category(c) in _UNREADABLE else c for c in shown)
 
 
 @contextmanager

@@ -25,11 +25,6 @@ def shown(value: object) -> str:
     return text if len(text) <= _MAX_SHOWN else text[: _MAX_SHOWN - 3] + "..."
 
 
-def escaped(text: str) -> str:
-    """Text of a file in ASCII, shortened, for a message."""
-    return ascii(text[:200])[1:-1]
-
-
 def printable(value: Any) -> str:
     """Text of a file without control characters, which could change the terminal, and which XML cannot hold."""
     return "".join(c if c.isprintable() else "?" for c in str(value))

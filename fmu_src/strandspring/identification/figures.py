@@ -34,6 +34,9 @@ def rnl(force: FloatArray, predicted: FloatArray) -> float:
     return float(1.0 - np.sqrt(np.sum((predicted - force) ** 2) / np.sum(force**2)))
 
 
+WITH_RIG = "with what was removed"  # of a prediction with what the rig added
+
+
 @dataclass(frozen=True, eq=False)
 class RecordFit:
     """Prediction of one record.
@@ -74,10 +77,6 @@ class RecordFit:
         other = {} if fitted is None else {"fitted": {**fitted.figures, "compared": fitted.compared}}
         own = {"samples": self.samples, **self.figures, "omega_start": self.omega_start, "compared": self.compared}
         return own | other
-
-    def beside(self, fitted: RecordFit) -> str:
-        """What another prediction of the record has that this one, by the spring alone, has not, in words."""
-        return fitted.compared.removeprefix(self.compared).removeprefix(", ")
 
 
 class Followed:

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from pathlib import PurePath
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
 import numpy as np
 
+from ..findings import Finding, IdentificationError, Outcome
 from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..loops.loop import ALIKE
-from ..model.outcomes import Finding, IdentificationError, Outcome
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, impossible
@@ -81,12 +80,10 @@ def check(
 
 def explained(refusal: IdentificationError, records: Sequence[Record]) -> IdentificationError:
     """A refusal with what may have caused it: isolated outliers in its place, clipped forces after it."""
-    if spikes := [f"{finding.where}, {finding.detail}" for record in records for finding in _spikes(record)]:
-        refusal = IdentificationError(Outcome.SPIKES_DECIDE, "; ".join(spikes))
-    counts = {record.path: int(Strokes(record).clipped.sum()) for record in records}
-    if clipped := "; ".join(f"{path}: {count} samples" for path, count in counts.items() if count):
-        refusal.args = (f"{refusal} {Outcome.CLIPPED.value} ({clipped})",)
-    return refusal
+    causes = [replace(spikes, kind=Outcome.SPIKES_DECIDE) for record in records for spikes in _spikes(record)]
+    first, *others = causes or refusal.findings
+    clipped = [finding for record in records for finding in _clipped(Strokes(record))]
+    return IdentificationError(first.kind, first.where, first.numbers, [*others, *clipped])
 
 
 # -- single records
@@ -94,15 +91,14 @@ def explained(refusal: IdentificationError, records: Sequence[Record]) -> Identi
 
 def _spikes(record: Record) -> Iterator[Finding]:
     """Isolated outliers."""
-    columns = (("displacement", record.displacement, "m"), ("force", record.force, "N"))
-    at = spikes_of(record.displacement, record.force)
-    places = [
-        f"sample {k + 1} ({name} {values[k]:.6g} {unit})"
-        for (name, values, unit), spikes in zip(columns, at, strict=True)
-        for k in spikes
-    ]
-    if places:
-        yield Finding(Outcome.SPIKES, {"samples": len(places)}, record.path, ", ".join(places))
+    columns = {"displacement": record.displacement, "force": record.force}
+    numbers: dict[str, Any] = {}
+    for (name, values), spikes in zip(columns.items(), spikes_of(*columns.values()), strict=True):
+        if spikes.size:
+            samples = tuple(f"sample {k + 1}" for k in spikes)
+            numbers |= {name: tuple(values[spikes].tolist()), f"{name}_at": samples}
+    if numbers:
+        yield Finding(Outcome.SPIKES, numbers, record.path)
 
 
 def _decide(record: Record) -> bool:
@@ -115,27 +111,29 @@ def _decide(record: Record) -> bool:
 def _of_record(part: Strokes) -> Iterator[Finding]:
     """What is left out of one record, missing in it or too coarse."""
     record, path = part.record, part.record.path
-    if count := int(part.clipped.sum()):
-        yield Finding(Outcome.CLIPPED, {"samples": count}, path, f"{count} of {len(record)} samples")
+    yield from _clipped(part)
     if relaxed := _relaxed(part):
-        yield Finding(Outcome.DWELLS, {"force": relaxed}, path, f"by {relaxed:.3g} N")
+        yield Finding(Outcome.DWELLS, {"force": relaxed}, path)
     if record.time is not None and np.any((steps := np.diff(record.time)) > 0.0):
         # Three lost samples are more than jitter makes.
         at = np.flatnonzero(steps > 3.5 * np.median(steps[steps > 0.0]))
         # A file of several parts, or one that was sampled at will, has no usual step.
         if 0 < at.size <= 0.02 * steps.size:
-            places = "; ".join(f"{record.time[k]:.6g} to {record.time[k + 1]:.6g} s" for k in at[:6])
-            more = f" and {at.size - 6} more" if at.size > 6 else ""
-            yield Finding(Outcome.GAPS, {"gaps": at.size}, path, places + more)
+            gaps = tuple((float(record.time[k]), float(record.time[k + 1])) for k in at[:6])
+            yield Finding(Outcome.GAPS, {"gaps": gaps, "more": at.size - 6 if at.size > 6 else ""}, path)
     noise = part.displacement_noise / float(np.ptp(record.displacement))
     if noise > RESOLVED:
-        text = f"standard deviation {100.0 * noise:.2g} % of the range"
-        yield Finding(Outcome.DISPLACEMENT_NOISE, {"share": noise}, path, text)
+        yield Finding(Outcome.DISPLACEMENT_NOISE, {"share": noise}, path)
     lost, samples = _lost_at_reversals(part), part.samples_per_cycle
     # Of few samples in a cycle estimates of reversals are poor.
     if lost > (_TURNS if samples >= 100.0 else 0.5 * _TURNS):
-        text = f"{samples:.0f} samples per cycle, {100.0 * lost:.2g} % of the force"
-        yield Finding(Outcome.TURNS_BETWEEN_SAMPLES, {"samples": samples, "share": lost}, path, text)
+        yield Finding(Outcome.TURNS_BETWEEN_SAMPLES, {"samples": samples, "share": lost}, path)
+
+
+def _clipped(part: Strokes) -> Iterator[Finding]:
+    """Forces at the end of the sensor's range."""
+    if count := int(part.clipped.sum()):
+        yield Finding(Outcome.CLIPPED, {"count": count, "samples": len(part.record)}, part.record.path)
 
 
 def _relaxed(part: Strokes) -> float:
@@ -193,11 +191,10 @@ def _play(parts: Sequence[Strokes]) -> Iterator[Finding]:
     path, level = part.record.path, float(np.mean([force for _, force in rests]))
     if min(widths) > 0.5 * max(widths):
         width = float(np.mean(widths))
-        yield Finding(Outcome.BACKLASH, {"width": width}, path, f"{1e3 * width:.3g} mm after each reversal")
+        yield Finding(Outcome.BACKLASH, {"width": width}, path)
     elif all(cells for cells, _ in rests) and abs(rests[0][1] - rests[1][1]) <= 0.25 * np.ptp(part.record.force):
         width = float(np.mean([cells for cells, _ in rests]) * np.ptp(part.loop.displacement) / _CELLS)
-        text = f"{1e3 * width:.3g} mm at {level:.3g} N"
-        yield Finding(Outcome.BACKLASH, {"width": width, "force": level}, path, text)
+        yield Finding(Outcome.BACKLASH, {"width": width, "force": level}, path)
 
 
 def _rest_after_reversals(part: Strokes, side: int) -> float:
@@ -335,7 +332,7 @@ class Cycles:
             change, error = self.effect(figure, self.place, within)
             if abs(change) > max(ALIKE, SURE * error):
                 change /= float(np.ptp(self.place))
-                yield Finding(kind, {"change": change}, "", f"{_FIGURES[figure]} {100.0 * change:+.2g} % per cycle")
+                yield Finding(kind, {"change": change, "figure": _FIGURES[figure]})
         if beside := (self._of_rate() if self.rates_differ else None) or self._of_records(parts):
             yield beside
 
@@ -346,11 +343,10 @@ class Cycles:
         by_mass, error_by_mass = self.effect(1, squares, self.amplitude)
         if -by_mass > max(ALIKE, SURE * error_by_mass) and error_by_mass < 0.5 * error:
             mass = -by_mass / np.ptp(squares) * float(np.mean(self.figures.sum(axis=0))) / (2.0 * math.pi) ** 2
-            text = f"{mass:.3g} kg, {-100.0 * by_mass:.2g} % of the stiffness at {f.max():.3g} Hz"
-            return Finding(Outcome.INERTIA, {"mass": mass}, "", text)
+            return Finding(Outcome.INERTIA, {"mass": mass, "share": -by_mass, "frequency": float(f.max())})
         if abs(change) > max(ALIKE, SURE * error):
-            text = f"stiffness {100.0 * change:+.2g} % at {f.max():.3g} Hz against {f.min():.3g} Hz"
-            return Finding(Outcome.RATE_DEPENDENT, {"change": change}, "", text)
+            ends = {"low": float(f.min()), "high": float(f.max())}
+            return Finding(Outcome.RATE_DEPENDENT, {"change": change, **ends})
         return None
 
     def _of_records(self, parts: Sequence[Strokes]) -> Finding | None:
@@ -371,9 +367,8 @@ class Cycles:
         if not steps:
             return None
         _, step, figure, number = max(steps)
-        path = parts[number].record.path
-        text = f"{_FIGURES[figure]} in {PurePath(path).name} {100.0 * step:+.2g} % against the others"
-        return Finding(Outcome.RECORDS_DIFFER, {"change": step}, path, text)
+        numbers = {"change": step, "figure": _FIGURES[figure]}
+        return Finding(Outcome.RECORDS_DIFFER, numbers, parts[number].record.path)
 
 
 def _apart(parts: Sequence[Strokes]) -> Iterator[Finding]:
@@ -381,6 +376,5 @@ def _apart(parts: Sequence[Strokes]) -> Iterator[Finding]:
     x = [part.record.displacement[part.usable] for part in parts]
     ranges = sorted((float(of.min()), float(of.max())) for of in x)
     reached = np.maximum.accumulate([high for _, high in ranges])
-    gaps = [f"{1e3 * a:.4g} to {1e3 * b:.4g} mm" for a, (b, _) in zip(reached, ranges[1:], strict=False) if b > a]
-    if gaps:
-        yield Finding(Outcome.RANGE_WITH_GAPS, {"gaps": len(gaps)}, "", "; ".join(gaps))
+    if gaps := tuple((float(a), b) for a, (b, _) in zip(reached, ranges[1:], strict=False) if b > a):
+        yield Finding(Outcome.RANGE_WITH_GAPS, {"gaps": gaps})

@@ -12,10 +12,11 @@ import numpy as np
 
 from .._version import __version__
 from ..core.parameters import SpringParameters
+from ..errors import Reader
+from ..findings import Finding, Outcome, gathered
 from ..model.certificate import ForceRange
 from ..model.modelfile import ModelFile
 from ..model.names import identifier
-from ..model.outcomes import Finding, Outcome
 from ..records.record import Record
 from .certainty import Certainty
 from .figures import Followed, LoopEnergy, RecordFit, began_at_rest, overall_figures
@@ -27,7 +28,7 @@ from .verdict import Verdict
 # What rigs measure, and springs carry [m], [N], [N/m]. Sensors and fixtures yield by the first displacement, no rig
 # reaches the second, and the forces are those of load cells. A softer spring sags by 10 m under 1 kg, and no frame of a
 # rig is stiffer than the last.
-_USUAL = {"amplitude": (1e-6, 0.5, "m"), "force amplitude": (1e-3, 1e7, "N"), "stiffness": (1.0, 1e9, "N/m")}
+_USUAL = {"amplitude": (1e-6, 0.5), "force": (1e-3, 1e7), "stiffness": (1.0, 1e9)}
 # Units that are mistaken, and what makes displacement and force right then.
 _MISTAKEN = {
     "m read as mm": (1e3, 1.0),
@@ -83,11 +84,6 @@ class IdentifiedModel(Followed):
         return tuple(dict.fromkeys(finding.kind for finding in self.findings))
 
     @property
-    def cautions(self) -> tuple[str, ...]:
-        """The findings as sentences."""
-        return tuple(finding.sentence for finding in self.findings)
-
-    @property
     def degrees(self) -> tuple[int | None, int]:
         """N of FE, None if it is a table, and M of FA."""
         return len(self.parameters.kE) - 1 if self.parameters.kE else None, len(self.parameters.kA) - 1
@@ -118,47 +114,41 @@ class IdentifiedModel(Followed):
         return parts
 
     @cached_property
-    def notes(self) -> tuple[str, ...]:
-        """What is good to know of the records, but no reason for caution."""
+    def record_findings(self) -> tuple[Finding, ...]:
+        """What is good to know of the records besides, but says nothing of the spring."""
         effects = unknown_effects(self.records, self.effects)
-        return (*self._implausible_sizes(), *effects, *self._left_out(), *self._next_test())
+        return (*self._unusual_sizes(), *effects, *self._left_out(), *self._next_test())
 
-    def _implausible_sizes(self) -> Iterator[str]:
-        """A note on sizes that no rig measures, with the mistake in a unit that would explain them."""
+    def _unusual_sizes(self) -> Iterator[Finding]:
+        """Sizes that no rig measures, with the mistake in a unit that would explain them."""
         sizes = [0.5 * max(float(np.ptp(getattr(r, name))) for r in self.records) for name in ("displacement", "force")]
 
-        def unusual(of_x: float = 1.0, of_r: float = 1.0) -> Iterator[str]:
+        def unusual(of_x: float = 1.0, of_r: float = 1.0) -> dict[str, Any]:
             amplitude, force = of_x * sizes[0], of_r * sizes[1]
-            values = (amplitude, force, force / amplitude)
-            for (name, (low, high, unit)), value in zip(_USUAL.items(), values, strict=True):
-                if not low <= value <= high:
-                    yield f"{name} {value:.3g} {unit}, usual are {low:g} to {high:g}"
+            values = zip(_USUAL.items(), (amplitude, force, force / amplitude), strict=True)
+            beyond = {name: (value, ends) for (name, ends), value in values if not ends[0] <= value <= ends[1]}
+            usual = {f"usual_{name}": (ends,) for name, (_, ends) in beyond.items()}
+            return {**{name: value for name, (value, _) in beyond.items()}, **usual}
 
-        if texts := "; ".join(unusual()):
-            causes = [name for name, factors in _MISTAKEN.items() if not list(unusual(*factors))]
-            cause = f"; {' or '.join(causes)} would explain it" if causes else ""
-            yield f"Check the units of displacement and force: {texts}{cause}."
+        if numbers := unusual():
+            mistakes = [name for name, factors in _MISTAKEN.items() if not unusual(*factors)]
+            yield Finding(Outcome.UNUSUAL_SIZES, {**numbers, "mistakes": " or ".join(mistakes)})
 
-    def _left_out(self) -> Iterator[str]:
-        """Notes on records whose displacement rests, and on those whose times repeat or fall back."""
+    def _left_out(self) -> Iterator[Finding]:
+        """Records whose displacement rests, and those whose times repeat or fall back."""
         for record in self.records:
             if count := sum(end - first for first, end in Strokes(record).dwells):
-                samples = f"{count} of {len(record)} samples"
-                yield f"{record.path}: {samples} were left out, because the displacement rests there"
+                yield Finding(Outcome.RESTS_LEFT_OUT, {"count": count, "samples": len(record)}, record.path)
         for record in self.records if self.method == RefinedOptions.name else ():
             if record.time is not None and record.rising_time is None:
                 count = int(np.sum(np.diff(record.time) <= 0.0))
-                yield (
-                    f"{record.path}: the time does not rise at {count} of {len(record) - 1} steps, so that neither a "
-                    "delay between the columns nor a viscous force was sought; check `time=...`, or record times with "
-                    "more digits"
-                )
+                yield Finding(Outcome.TIME_RESTS, {"count": count, "steps": len(record) - 1}, record.path)
 
-    def _next_test(self) -> Iterator[str]:
-        """A note with the findings that another test would settle; none for a spring of a wider class."""
+    def _next_test(self) -> Iterator[Finding]:
+        """What another test would settle; nothing for a spring of a wider class."""
         settled = [outcome.name.lower() for outcome in self.outcomes if outcome.is_settled_by_a_test]
         if settled and self.parameters.is_plain:
-            yield f"`plan()` chooses the test that would settle {', '.join(settled)}."
+            yield Finding(Outcome.NEXT_TEST, {"open": tuple(name.replace("_", " ") for name in settled)})
 
     def model_file(self, name: str = "spring", description: str = "") -> ModelFile:
         """The spring with its figures and provenance as the content of a model file.
@@ -182,7 +172,7 @@ class IdentifiedModel(Followed):
                 "fitted": self.fitted_figures,
                 "degrees": list(self.degrees),
                 **self.judgement,
-                "outcomes": [_of_finding(finding) for finding in self.findings],
+                "outcomes": [finding.in_folder.as_json() for finding in self.findings],
                 **({"effects": self.effects} if self.effects else {}),
                 "recorded_loops": [
                     {"amplitude": loop.amplitude, "energy": loop.measured, "predicted_energy": loop.predicted}
@@ -200,7 +190,7 @@ class IdentifiedModel(Followed):
                         "file": PurePath(record.path).name,
                         "sha256": record.sha256,
                         "samples": int(record.force.size),
-                        "notes": list(record.notes),
+                        "notes": list(gathered(record.findings, Reader.FILE)),
                     }
                     for record in self.records
                 ],
@@ -217,14 +207,3 @@ class IdentifiedModel(Followed):
                 at_rest=began_at_rest(self.records[0]),
             ),
         )
-
-
-def _of_finding(finding: Finding) -> dict[str, Any]:
-    """A finding as JSON; file names without folders."""
-    where = PurePath(finding.where).name
-    return {
-        "name": finding.kind.name.lower(),
-        "sentence": finding.sentence.replace(finding.where, where) if where else finding.sentence,
-        "numbers": dict(finding.numbers),
-        "where": where,
-    }

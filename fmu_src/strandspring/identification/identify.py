@@ -8,21 +8,23 @@ these, the likeliest first, and the first that meets its certificate is saved wi
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, IdentificationError, Outcome, by_harm
 from ..ground.one_thread import one_thread
 from ..kernel.arrays import BoolArray
 from ..kernel.path import PathSolver
 from ..model.certificate import Driven, ForceRange, shortcoming
-from ..model.outcomes import Finding, IdentificationError, Outcome, by_harm
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import (
+    WITH_RIG,
     LoopEnergy,
     RecordFit,
     chosen_samples,
@@ -90,9 +92,9 @@ def identify_records(
     if fitted.certainty is None and has_one_amplitude(samples):
         found.append(Finding(Outcome.ONE_AMPLITUDE))
     if failure:
-        found.append(Finding(Outcome.SIMPLER_CLASS, {}, "", failure))
+        found.append(Finding(Outcome.SIMPLER_CLASS, failure))
     if fitted.verdict is None and (of_all := overall_figures(fits)["rnl"]) < 0.9:
-        found.append(Finding(Outcome.POOR_FIT, {"rnl": of_all}, "", f"RNL {of_all:.3g}"))
+        found.append(Finding(Outcome.POOR_FIT, {"rnl": of_all}))
     if not save_anyway and any(finding.kind is Outcome.WORSE_THAN_LINE for finding in found):
         raise IdentificationError(Outcome.WORSE_THAN_LINE, where)
     return IdentifiedModel(
@@ -100,7 +102,7 @@ def identify_records(
         records=group,
         fits=fits,
         fitted=with_rig,
-        findings=by_harm(_one_of_each([finding for finding in found if finding.kind not in explained])),
+        findings=by_harm(finding for finding in found if finding.kind not in explained),
         verdict=fitted.verdict,
         certainty=fitted.certainty,
         effects=fitted.effects,
@@ -143,11 +145,11 @@ def _common_samples(first: Record, second: Record) -> int:
 
 def _certified(
     method: Method, samples: Samples, group: Sequence[Record], usable: Sequence[BoolArray], where: str
-) -> tuple[Fitted, tuple[RecordFit, ...], str]:
+) -> tuple[Fitted, tuple[RecordFit, ...], Mapping[str, Any]]:
     """The first spring of a method that meets its certificate, the prediction of each record by it alone, and what
-    spoke against the first one, in words.
+    spoke against the first one, see `shortcoming`.
     """
-    failure = ""
+    failure: Mapping[str, Any] = {}
     firsts = []
     for k, mask in enumerate(usable):
         here = samples.rows[samples.record_of_row == k]
@@ -164,7 +166,7 @@ def _certified(
     except IdentificationError:
         if not failure:
             raise
-    raise IdentificationError(Outcome.UNCERTIFIED, where, f" ({failure})")
+    raise IdentificationError(Outcome.UNCERTIFIED, where, failure)
 
 
 def _driven(fits: Sequence[RecordFit], group: Sequence[Record]) -> list[Driven]:
@@ -192,7 +194,7 @@ def _with_rig(
         moved = lagging(known, fitted.delay)
         force = solver.force(moved.displacement, fit.omega_start, moved.rising_time)
         force = force + nuisance + record.force - known.force
-        words = f"{fit.compared}, with what was removed"
+        words = f"{fit.compared}, {WITH_RIG}"
         found.append(figures_of(solver, record, force, fit.first_sample, fit.omega_start, words))
     return tuple(found)
 
@@ -211,10 +213,9 @@ def _of_saved(
     if fitted > line:
         yield Finding(Outcome.WORSE_THAN_LINE)
     if alone - fitted > 0.05:
-        text = f"error {100.0 * alone:.2g} % of the force, {100.0 * fitted:.2g} % as fitted"
-        yield Finding(Outcome.SPRING_ALONE, {"alone": alone, "fitted": fitted}, "", text)
-    texts: list[str] = []
-    numbers: dict[str, float] = {}
+        yield Finding(Outcome.SPRING_ALONE, {"alone": alone, "fitted": fitted})
+    differences: dict[float, float] = {}
+    unrecorded: list[float] = []
     for loop in recorded:
         # A path that is not closed may take no energy at all, and JSON has no infinity.
         difference = math.inf if loop.predicted > 0.0 else 0.0
@@ -222,18 +223,10 @@ def _of_saved(
             difference = loop.predicted / loop.measured - 1.0
         # 2 % are named, if they are three standard errors.
         if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), 0.02):
-            size, amplitude = f"{100.0 * difference:+.0f} %", f"{1e3 * loop.amplitude:.3g} mm"
-            texts.append(f"{size if known else 'no loop was recorded'} at {amplitude}")
-            numbers |= {amplitude: difference} if known else {}
-    if texts:
-        yield Finding(Outcome.LOOP_ENERGY, numbers, "", ", ".join(texts))
-
-
-def _one_of_each(findings: Sequence[Finding]) -> list[Finding]:
-    """Findings of one kind on several records as one."""
-    merged = []
-    for kind in dict.fromkeys(finding.kind for finding in findings):
-        first, *others = (finding for finding in findings if finding.kind is kind)
-        texts = filter(None, (": ".join(filter(None, (each.where, each.detail))) for each in (first, *others)))
-        merged.append(Finding(kind, first.numbers, "", "; ".join(texts)) if others else first)
-    return merged
+            if known:
+                differences[loop.amplitude] = difference
+            else:
+                unrecorded.append(loop.amplitude)
+    if differences or unrecorded:
+        numbers = {"difference": tuple(differences.values()), "amplitude": tuple(differences)}
+        yield Finding(Outcome.LOOP_ENERGY, {**numbers, "unrecorded": tuple(unrecorded)})

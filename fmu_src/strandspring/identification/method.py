@@ -11,8 +11,8 @@ from enum import Enum
 from typing import Any, ClassVar
 
 from ..core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, SpringParameters
+from ..findings import Finding
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import Finding
 from ..records.record import Record
 from .certainty import Certainty
 from .samples import Samples

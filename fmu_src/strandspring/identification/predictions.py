@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -84,16 +85,15 @@ class Unrecorded:
     by_powers: bool  # whether the range is that of what mounts do, as the spring is not settled
 
     @property
-    def sentence(self) -> str:
-        """The energy of small loops and its range in words."""
-        low, high = POWERS
-        reason = "all springs that predict as well"
-        if self.by_powers:
-            reason = f"powers of {low:g} to {high:g} of the recorded amplitude"
-        return (
-            f"loops of {1e3 * self.amplitude:.3g} mm take {self.energy:.3g} J a cycle, {self.low:.2g} to "
-            f"{self.high:.2g} J by {reason}"
-        )
+    def numbers(self) -> dict[str, Any]:
+        """Those of a finding: the energy of small loops and its range."""
+        others = f"powers of {POWERS[0]:g} to {POWERS[1]:g} of the recorded amplitude"
+        return {
+            "amplitude": self.amplitude,
+            "energy": self.energy,
+            "energies": ((self.low, self.high),),
+            "others": others if self.by_powers else "all springs that predict as well",
+        }
 
     @classmethod
     def of(cls, choice: Choice, problem: Problem, lack: LackOfFit, spread: Spread) -> Unrecorded:
@@ -216,13 +216,9 @@ class LackOfFit:
         return self.not_noise > NOISE_ONLY and self.autocorrelation_time > 2.0
 
     @property
-    def sentence(self) -> str:
-        """How much is missed, and where, in words."""
-        if not self.is_structured:
-            return "nothing but noise is left"
-        where = " and ".join(_PLACES[name] for name in self.where)
-        beside = f", mostly {where}" if where else ""
-        return f"the model misses {100.0 * self.missed:.2g} % of the force that is not noise{beside}"
+    def numbers(self) -> dict[str, Any]:
+        """Those of a finding: how much is missed, and where."""
+        return {"missed": self.missed, **self.places, "mostly": tuple(_PLACES[name] for name in self.where)}
 
     @property
     def where(self) -> list[str]:

@@ -12,9 +12,9 @@ import numpy as np
 from ..core.branches import BRANCHES, MECHANISMS
 from ..core.parameters import SpringParameters
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.arguments import flag, whole
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import Finding, Outcome
 from ..records.record import Record
 from .certainty import AT_BOUND, Certainty, certainty
 from .choice import Allowed, Choice, Judged, Search, choose, flexible
@@ -25,7 +25,7 @@ from .plain_models import held_out
 from .rig import KnownRig, best_lag, lagging, likely_delay
 from .samples import Samples
 from .spring import spring_of
-from .verdict import Verdict, digits, groups
+from .verdict import Verdict, groups
 
 _SEARCHED = 900  # rows on which classes are compared
 
@@ -87,8 +87,9 @@ class RefinedOptions(KnownRig):
         """
         if self.branches and record.rising_time is None:
             raise RecordError(
-                f"{record.path}: Maxwell branches need times that rise from sample to sample; name the time column "
-                "with `time=...`, or give `branches=0`."
+                "{where}: Maxwell branches need times that rise from sample to sample; name the time column with "
+                "{to[time]}, or give {to[branches=0]}.",
+                where=record.path,
             )
         return super().prepare(record)
 
@@ -141,17 +142,17 @@ class RefinedOptions(KnownRig):
         findings = list(_of_fit(problem, fit, spring, known))
         if delay:
             effects["delay"] = delay
-            findings.append(Finding(Outcome.DELAY, {"delay": delay}, "", f"{1e3 * delay:.3g} ms"))
+            findings.append(Finding(Outcome.DELAY, {"delay": delay}))
         if offsets.any():
             files = [PurePath(record.path).name for record in samples.measured]
             # Arrays, and files of several folders, may have one name.
             names = [name if files.count(name) == 1 else f"{name} ({k})" for k, name in enumerate(files, 1)]
             effects["force_zero"] = dict(zip(names, offsets.tolist(), strict=True))
-            text = ", ".join(f"{name} {size:+.3g} N" for name, size in effects["force_zero"].items())
-            findings.append(Finding(Outcome.FORCE_ZERO, {"range": float(np.ptp(offsets))}, "", text))
+            numbers = {"range": float(np.ptp(offsets)), "records": tuple(names), "shifts": tuple(offsets.tolist())}
+            findings.append(Finding(Outcome.FORCE_ZERO, numbers))
         if drift:
             effects["drift"] = drift
-            findings.append(Finding(Outcome.DRIFT_REMOVED, {"drift": drift}, "", f"{drift:+.3g} N over the test"))
+            findings.append(Finding(Outcome.DRIFT_REMOVED, {"drift": drift}))
         return Fitted(
             spring, tuple(findings), effects=effects, nuisance=_nuisance(samples, offsets, drift), delay=delay,
             certainty=known, verdict=verdict,
@@ -193,17 +194,16 @@ def _of_fit(problem: Problem, fit: Fit, spring: SpringParameters, known: Certain
     """What a fit and its uncertainty call for."""
     lack, unrecorded, content = known.lack, known.unrecorded, known.uncertainty
     if lack.missed > 0.03 and lack.is_structured:
-        numbers = {"missed": lack.missed, **lack.places}
-        yield Finding(Outcome.LACK_OF_FIT, numbers, "", lack.sentence)
+        yield Finding(Outcome.LACK_OF_FIT, lack.numbers)
     if unrecorded.one_amplitude:
-        yield Finding(Outcome.ONE_AMPLITUDE, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
+        yield Finding(Outcome.ONE_AMPLITUDE, unrecorded.numbers)
     elif unrecorded.high - unrecorded.low > 0.14 * unrecorded.energy:  # +-7 % is decided
-        yield Finding(Outcome.SMALL_LOOPS, {"low": unrecorded.low, "high": unrecorded.high}, "", unrecorded.sentence)
+        yield Finding(Outcome.SMALL_LOOPS, unrecorded.numbers)
     if spring.branches and (rates := _one_rate(problem.samples)):
-        yield Finding(Outcome.RATE_OPEN, {"frequency": rates[1]}, "", f"recorded at {digits(*rates)} Hz only")
+        yield Finding(Outcome.RATE_OPEN, {"frequencies": (rates,)})
     low, high = problem.bounds(fit.spring_class)
     if fit.q[2] < low[2] + AT_BOUND or fit.q[2] > high[2] - AT_BOUND:
         yield Finding(Outcome.N_AT_BOUND, {"n": spring.n})
     interval = content["prediction_interval"]
     if (held := interval["held_out_coverage"]) is not None and held < 0.9 and lack.missed > 1e-3:
-        yield Finding(Outcome.INTERVAL_TOO_NARROW, {"held": held}, "", f"{100.0 * held:.0f} %")
+        yield Finding(Outcome.INTERVAL_TOO_NARROW, {"held": held})

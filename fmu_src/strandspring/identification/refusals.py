@@ -17,11 +17,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
+from ..findings import IdentificationError, Outcome
 from ..ground.gravity import STANDARD_GRAVITY
 from ..kernel.arrays import BoolArray, FloatArray, IndexArray
 from ..loops import strokes
 from ..loops.strokes import noise_level, path_noise, turning_points
-from ..model.outcomes import IdentificationError, Outcome
 from ..records.record import Record
 from .samples import REVERSAL
 
@@ -200,8 +200,8 @@ def cut_all(records: Sequence[Record]) -> list[Strokes]:
             raise IdentificationError(Outcome.TOO_FEW_STROKES, part.record.path)
     left = sum(len(part.record) - 1 - int(part.turning[1]) for part in parts)
     if left < _FEWEST:
-        detail = f" Found {left} samples after the first stroke; {_FEWEST} are needed at least."
-        raise IdentificationError(Outcome.TOO_FEW_SAMPLES, ", ".join(record.path for record in records), detail)
+        where = ", ".join(record.path for record in records)
+        raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, {"found": left, "needed": _FEWEST})
     for part in parts:
         if part.samples_per_cycle < _FEWEST:
             raise IdentificationError(Outcome.UNDERSAMPLED, part.record.path)
@@ -275,8 +275,7 @@ def impossible(part: Strokes) -> IdentificationError | None:
     if (outcome := backwards(part)) is not None:
         time = record.rising_time
         lag = _least_lag(record, time) if outcome is Outcome.COLUMNS_SWAPPED and time is not None else 0.0
-        text = f" If the force lags, then by more than {1e3 * lag:.3g} ms." if lag > 0.0 else ""
-        return IdentificationError(outcome, record.path, text)
+        return IdentificationError(outcome, record.path, {"lag": lag} if lag > 0.0 else {})
     crossed = loop.unloading > loop.loading + max(SURE * part.noise, 0.02 * span)
     # Where they are crossed on less of the range, a fit with FA >= 0 follows.
     return IdentificationError(Outcome.BRANCHES_CROSS, record.path) if loop.is_paired and crossed.mean() > 0.1 else None
@@ -300,14 +299,14 @@ def differing_units(parts: Sequence[Strokes]) -> IdentificationError | None:
     # Of records in a circle by their range each is compared with both neighbours.
     order = sorted(range(len(parts)), key=lambda k: float(np.ptp(loops[k].displacement)))
     pairs = dict.fromkeys([*pairwise([*order, order[0]]), *pairwise([order[0], *order[::-1]])])
-    mistaken = {pair: factor for pair in pairs if (factor := _factor_between(*(loops[k] for k in pair)))}
+    mistaken = {pair: found for pair in pairs if (found := _factor_between(*(loops[k] for k in pair)))}
     if not mistaken:
         return None
     votes = Counter(k for k, _ in mistaken)
     k, other = max(mistaken, key=lambda pair: (votes[pair[0]], pair[0]))
-    column, value, units = mistaken[k, other]
-    text = f" Its {column} times {value:.6g} agrees with {parts[other].record.path} ({units}): set its {column}_unit."
-    return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, text)
+    column, factor, read = mistaken[k, other]
+    numbers = {"column": column, "factor": factor, "read": read, "other": parts[other].record.path}
+    return IdentificationError(Outcome.UNITS_DIFFER, parts[k].record.path, numbers)
 
 
 def _unlike(loop: Loop, other: Loop) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.arguments import number, optional_number
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import turning_points
@@ -67,8 +68,11 @@ class KnownRig(Method):
         lag, time = self.delay or 0.0, record.rising_time
         if lag and abs(lag) >= (stroke := _stroke(record, _times(record, "delay"))):
             raise RecordError(
-                f"{record.path}: the given delay of {1e3 * lag:.6g} ms is longer than a stroke "
-                f"({1e3 * stroke:.4g} ms); check the unit of `delay=...` and of the time column."
+                "{where}: the given delay of {lag:.6g ms} is longer than a stroke ({stroke:.4g ms}); check the unit of "
+                "{to[delay]} and of the time column.",
+                where=record.path,
+                lag=lag,
+                stroke=stroke,
             )
         if self.fixture_stiffness < math.inf:
             force = record.force if time is None else np.interp(time + lag, time, record.force)
@@ -85,8 +89,9 @@ def _times(record: Record, option: str) -> FloatArray:
     if record.rising_time is None:
         lacking = "the record has none" if record.time is None else "they do not"
         raise RecordError(
-            f"{record.path}: a {option.replace('_', ' ')} needs times that rise from sample to sample, and {lacking}; "
-            f"name the time column with `time=...`, or go without `{option}=...`."
+            f"{{where}}: {{to[{option}]}} needs times that rise from sample to sample, and {lacking}; name the time "
+            "column with {to[time]}, or go without.",
+            where=record.path,
         )
     return record.rising_time
 
@@ -152,7 +157,7 @@ def best_lag(samples: Samples, fit: Fit, lag: float, step: float) -> tuple[float
     return best[1], best[2].is_noise(best[3]), best[0]
 
 
-def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterator[str]:
+def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterator[Finding]:
     """How much a mass or a fixture that was not given would change the stiffness, where it could matter."""
     stiffnesses = [float(np.polynomial.Polynomial.fit(r.displacement, r.force, 1).convert().coef[1]) for r in records]
     share, frequency = 0.0, 0.0
@@ -162,13 +167,6 @@ def unknown_effects(records: Sequence[Record], known: Container[str]) -> Iterato
             share, frequency = max((share, frequency), ((math.pi / stroke) ** 2 / stiffness, 0.5 / stroke))
     worth = 0.005  # of the stiffness
     if "moving_mass" not in known and share > worth:
-        yield (
-            f"1 kg between load cell and spring would change the stiffness by {_percent(share)} at {frequency:.2g} Hz "
-            "(`moving_mass=...`)."
-        )
+        yield Finding(Outcome.UNKNOWN_MASS, {"share": share, "frequency": frequency})
     if "fixture_stiffness" not in known and (share := max(stiffnesses) / 1e7) > worth:
-        yield f"A fixture of 10 kN/mm would change the stiffness by {_percent(share)} (`fixture_stiffness=...`)."
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if share < 1.0 else "more than 100 %"
+        yield Finding(Outcome.UNKNOWN_FIXTURE, {"share": share})

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..core.branches import MaxwellBranch, Mechanism
 from ..core.parameters import SpringParameters
-from ..model.outcomes import IdentificationError, Outcome
+from ..findings import IdentificationError, Outcome
 from .bases import Shape, inner_knots
 from .fit import Fit, Linear, Problem
 
@@ -65,4 +65,4 @@ def possible_spring(where: str, **parameters: Any) -> SpringParameters:
     try:
         return SpringParameters(**parameters)
     except ValueError as problem:
-        raise IdentificationError(Outcome.BEYOND_LIMITS, where, f" ({str(problem).rstrip('.')})") from None
+        raise IdentificationError(Outcome.BEYOND_LIMITS, where, {"problem": str(problem)}) from None

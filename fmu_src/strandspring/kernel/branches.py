@@ -93,21 +93,21 @@ def added_fields(parameters: SpringParameters) -> dict[str, Any]:
     }
 
 
-def require_plain(parameters: SpringParameters, where: str, instead: str = "") -> None:
+def require_plain(parameters: SpringParameters, where: str) -> None:
     """Raise StrandspringError unless this is the paper's spring.
 
     Parameters
     ----------
     parameters : SpringParameters
     where : str      What cannot take others, as the subject of the sentence.
-    instead : str    What to do instead, the end of the sentence.
     """
     if parameters.is_plain:
         return
     has = ["`second`, a second mechanism"] if parameters.second else []
     has += ["`branches`, Maxwell branches"] if parameters.branches else []
-    without = "or identify a spring without them (`mechanisms=1` and `branches=0`)"
     raise StrandspringError(
-        f"{where} cannot take a spring with {' and '.join(has)}; "
-        f"{instead or f'compute its force by `Spring.response`, {without}'}."
+        "{where} cannot take a spring with {has}; compute its force by `Spring.response`, or identify a spring without "
+        "them ({to[mechanisms=1]} and {to[branches=0]}).",
+        where=where,
+        has=" and ".join(has),
     )

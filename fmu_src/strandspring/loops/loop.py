@@ -10,6 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..core.parameters import SpringParameters
+from ..findings import Finding, Outcome
 from ..ground.result_columns import ResultColumn
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver
@@ -177,7 +178,6 @@ def steady_loop(solver: PathSolver, low: float, high: float) -> Loop:
     return Loop(figures, LoopBranch(rising, loading), LoopBranch(rising, unloading), noise=0.0)
 
 
-def relaxed_branches(spring: SpringParameters) -> tuple[str, ...]:
+def relaxed_branches(spring: SpringParameters) -> tuple[Finding, ...]:
     """What has to be said of the figures of a spring's loops: a caution if it has Maxwell branches, else nothing."""
-    slow = "Loops of the model are slow: its Maxwell branches have relaxed."
-    return (f"{slow} At the recorded rates stiffness and energy are larger.",) if spring.branches else ()
+    return (Finding(Outcome.RELAXED_BRANCHES),) if spring.branches else ()

@@ -19,6 +19,7 @@ from typing import Any, Literal, get_args, get_type_hints
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.files import read_text, readable
 from ..ground.strict_toml import parse_toml
 from ..kernel.arrays import BoolArray, FloatArray
@@ -56,7 +57,7 @@ def select(
 
     Returns
     -------
-    Record        With notes on what was selected.
+    Record        With findings of what was selected.
 
     Raises
     ------
@@ -70,7 +71,7 @@ def select(
     >>> path = 1e-3 * np.sin(np.linspace(0.0, 20.0 * np.pi, 2001))
     >>> part = select(Record(path, 1e4 * path), cycles=(2, 4))
     >>> len(part), part.notes
-    (601, ('cycles 2 to 4 of 9 selected, samples 351 to 951 of 2001, as given',))
+    (601, ('Selected, as given: cycles 2 to 4 of 9. (samples 351 to 951 of 2001)',))
     """
     if not isinstance(record, Record):
         raise TypeError(f"`record` must be a Record, got {type(record).__name__}; read files with `read_record`.")
@@ -78,19 +79,19 @@ def select(
         if ends is not None:
             _check_ends(name, ends, ends)
     whole = keep = slice(0, len(record))
-    notes = []
+    findings = list(record.findings)
     for ends, cut_by in ((cycles, _cycles), (time, _window)):
         if ends is not None:
             keep, which = cut_by(record, ends, keep)
-            notes.append(f"{which} selected, samples {keep.start + 1} to {keep.stop} of {len(record)}, as given")
+            numbers = {"part": which, "samples": [(keep.start + 1, keep.stop)], "of": len(record)}
+            findings.append(Finding(Outcome.CUT, numbers))
     if keep != whole:
         columns = ("displacement", "force", "time", "compared")
         cut = {name: values[keep] for name in columns if (values := getattr(record, name)) is not None}
         record = replace(record, **cut, is_cut=True, first_sample=record.first_sample + keep.start)
     if displacement is not None:
         inside, which = _within(record, record.displacement, displacement, ("displacement", "mm", 1e3))
-        count = f"{inside.sum()} of {len(record)} samples"
-        notes.append(f"{which} selected, {count}, as given; the others belong to the path only")
+        findings.append(Finding(Outcome.WITHIN, {"part": which, "count": int(inside.sum()), "samples": len(record)}))
         record = replace(record, compared=inside if record.compared is None else inside & record.compared)
         x, compared = record.displacement, record.displacement[record.compared]
         covered = float(np.ptp(compared)) if compared.size else 0.0
@@ -99,7 +100,7 @@ def select(
                 f"{record.path}: the {which} must hold samples over at least {100.0 * LEAST_STROKE:g} % of the "
                 f"record's range, {1e3 * x.min():.6g} to {1e3 * x.max():.6g} mm, and they cover {1e3 * covered:.4g} mm."
             )
-    return replace(record, notes=(*record.notes, *notes))
+    return replace(record, findings=tuple(findings))
 
 
 def _check_ends(name: str, ends: Bounds, shown: object) -> None:

@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +28,8 @@ from numpy.typing import ArrayLike
 from ..core.parameters import SpringParameters
 from ..core.polynomials import derivative, least_value
 from ..core.spline import pieces
-from ..errors import ModelError
+from ..errors import ModelError, Reader
+from ..findings import Outcome, detailed
 from ..kernel.arrays import FloatArray
 from ..kernel.path import OmegaStart, PathSolver
 from .modelfile import ModelFile
@@ -79,15 +80,16 @@ def certified(model: ModelFile) -> str:
     """
     stated = model.certificate
     held = None if stated is None else ForceRange(stated.force_min, stated.force_max, stated.margin)
-    if text := shortcoming(model.parameters, held):
+    if numbers := shortcoming(model.parameters, held):
+        text = detailed(Outcome.UNCERTIFIED, numbers, Reader.PYTHON)
         raise ModelError(f"The spring {model.name} does not meet its certificate: {text}; identify it again.")
     if held is None:
         return "finite and dissipative; not held to a record"
     return f"force and FE within {held.force_min:.4g} to {held.force_max:.4g} N as recorded, +- {held.margin:.3g} N"
 
 
-def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequence[Driven] = ()) -> str:
-    """What speaks against a spring, in words; empty if it meets its certificate.
+def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequence[Driven] = ()) -> dict[str, Any]:
+    """What speaks against a spring, as numbers of UNCERTIFIED; none if it meets its certificate.
 
     Parameters
     ----------
@@ -101,38 +103,38 @@ def shortcoming(spring: SpringParameters, held: ForceRange | None, records: Sequ
     low, high = spring.displacement_min, spring.displacement_max
     steepest = _STEEPER * max((_steepest_secant(record, _STRETCH * (high - low)) for record in records), default=0.0)
     for coefficients, *ends in _elastic_polynomials(spring):
-        if text := _beyond("FE reaches {:.3g} N", _extremes(coefficients, *ends), bounds):
-            return text
+        if beyond := _beyond("elastic", _extremes(coefficients, *ends), bounds):
+            return beyond
         slope = max(map(abs, _extremes(derivative(coefficients), *ends)))
         if slope > steepest > 0.0:
-            return f"FE rises or falls by {slope:.3g} N/m, the records by {steepest / _STEEPER:.3g} N/m at most"
+            return {"slope": slope, "recorded_slope": steepest / _STEEPER}
     solver = PathSolver(spring)
     for path, _, time, omega_start in map(_finer, records):
         noise = _NOISE * (high - low)
         inside = (path >= low - noise) & (path <= high + noise)
         force = solver.force(path, omega_start, time)[inside]
-        if force.size and (text := _beyond("between samples the force reaches {:.3g} N", force, bounds)):
-            return text
+        if force.size and (beyond := _beyond("between", force, bounds)):
+            return beyond
     settled = solver.slow
     for path, begin in _unrecorded_paths(low, high):
         force, energy = settled.force(path), settled.absorbed_energy(path)
-        if text := _beyond("on other loops the force reaches {:.3g} N", force, bounds):
-            return text
+        if beyond := _beyond("elsewhere", force, bounds):
+            return beyond
         rounding = _ROUNDING * float(np.abs(force).max()) * (high - low)
         if begin is not None and not energy[-1] - energy[begin] >= -rounding:
-            return f"a loop from {1e3 * path.min():.4g} to {1e3 * path.max():.4g} mm releases energy"
-        if not np.isfinite(settled.stiffness(path)).all():
-            return "the stiffness is not finite everywhere"
-    return ""
+            return {"loop": ((float(path.min()), float(path.max())),)}
+        if not (finite := np.isfinite(settled.stiffness(path))).all():
+            return {"infinite": float(path[np.argmin(finite)])}
+    return {}
 
 
-def _beyond(text: str, values: ArrayLike, bounds: tuple[float, float]) -> str:
-    """What reaches beyond the bounds, in words; empty if nothing does. NaN and infinity always do."""
-    for value in (np.min(values), np.max(values)):
+def _beyond(name: str, values: ArrayLike, bounds: tuple[float, float]) -> dict[str, Any]:
+    """What reaches beyond the bounds, so called; NaN and infinity, which JSON lacks, always do, and are names."""
+    for value in (float(np.min(values)), float(np.max(values))):
         if not (math.isfinite(value) and bounds[0] <= value <= bounds[1]):
-            allowed = f", beyond {bounds[0]:.4g} to {bounds[1]:.4g} N" if math.isfinite(bounds[0]) else ""
-            return text.format(value) + allowed
-    return ""
+            reached = {name: value if math.isfinite(value) else str(value)}
+            return {**reached, "allowed": (bounds,)} if math.isfinite(bounds[0]) else reached
+    return {}
 
 
 def _elastic_polynomials(spring: SpringParameters) -> Iterator[tuple[tuple[float, ...], float, float]]:

@@ -40,6 +40,7 @@ from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..findings import Finding, IdentificationError, Outcome
 from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
@@ -47,7 +48,6 @@ from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
 from ..kernel.steady import steady_omega
 from ..loops.strokes import noise_level
-from ..model.outcomes import Finding, IdentificationError, Outcome
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 
 

@@ -27,10 +27,10 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.polynomial import polynomial
 
+from ..findings import Finding, IdentificationError, Outcome
 from ..identification.method import Fitted, Method
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
-from ..model.outcomes import Finding, IdentificationError, Outcome
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 from .two_stage import moving_mean
 
@@ -78,7 +78,7 @@ class PaperOptions(Method):
         try:
             yield self._fit(*whole_periods(record), where)
         except _NoValueError as problem:
-            raise IdentificationError(Outcome.PAPER_FORMULAS, where, f" ({problem})") from None
+            raise IdentificationError(Outcome.PAPER_FORMULAS, where, {"problem": str(problem)}) from None
 
     def _fit(self, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
         """Both stages."""

@@ -82,11 +82,11 @@ def whole_periods(record: Record) -> tuple[FloatArray, FloatArray]:
     moved, forces = (np.interp(at, clock, values).reshape(count, size) for values in (x, r))
     difference = float(np.sqrt(np.mean((moved - moved.mean(axis=0)) ** 2)) / np.ptp(x))
     if difference > LEAST_STROKE:
-        raise RecordError(
-            f"{record.path}: the displacement must repeat itself from period to period, but its periods differ by "
-            f"{100.0 * difference:.3g} % of its range (rms); cut the record to whole periods of one amplitude "
-            "(`cycles=...`)."
+        sentence = (
+            "{where}: the periods of the displacement differ by {apart:.3g %} of its range (rms); cut the record to "
+            "whole periods of one amplitude ({to[cycles]})."
         )
+        raise RecordError(sentence, where=record.path, apart=difference)
     first, others = forces[0], forces[1:].mean(axis=0) if count > 1 else forces[0]
     # It holds a virgin curve where it differs beyond noise and rounding.
     if np.sqrt(np.mean((first - others) ** 2)) > 1e-3 * np.ptp(first) + 2.0 * noise_level(first):
@@ -117,10 +117,11 @@ def _period(record: Record, clock: FloatArray, step: float) -> float:
         return whole if abs(period - whole) * crossings.size < 0.5 * step else period
     moved, gap = np.abs(np.diff(x)), abs(float(x[-1] - x[0]))
     if gap > 3.0 * float(moved.max()) + NOISE_SPAN * noise_level(x):
-        raise RecordError(
-            f"{record.path}: the displacement must end where it began after one whole period, but misses that by "
-            f"{100.0 * gap / np.ptp(x):.3g} % of its range; cut the record to whole periods (`cycles=...`)."
+        sentence = (
+            "{where}: after one whole period the displacement misses where it began by {gap:.3g %} of its range; cut "
+            "the record to whole periods ({to[cycles]})."
         )
+        raise RecordError(sentence, where=record.path, gap=gap / np.ptp(x))
     # The last sample may repeat the first or stop one step short of it.
     return float(clock[-1] - clock[0]) + (0.0 if gap < 0.5 * min(float(moved[0]), float(moved[-1])) else step)
 

@@ -28,13 +28,13 @@ from numpy.polynomial import legendre
 
 from ..core.parameters import SIGMA_RANGE
 from ..core.polynomials import least_value
+from ..findings import Finding, IdentificationError, Outcome
 from ..identification.figures import rmse
 from ..identification.method import Fitted, Method
 from ..identification.refusals import FULL
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
-from ..model.outcomes import Finding, IdentificationError, Outcome
 from .periods import Hysteresis, polynomial_spring
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
@@ -63,8 +63,8 @@ class TwoStageOptions(Method):
         """Identify without start values; the degree of FA is lowered until FA is positive."""
         least = sum(self.degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
         if samples.rows.size < least:
-            detail = f" Found {samples.rows.size} samples to fit; {least} are needed at least."
-            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, detail)
+            numbers = {"found": samples.rows.size, "needed": least}
+            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, numbers)
         samples = _on_whole_strokes(samples)
         stages = _Stages(samples)
         solution = stages.solve(self.degrees) if self.degrees else stages.choose()

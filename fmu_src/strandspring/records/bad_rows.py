@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from ..findings import Finding, Outcome
 from .record import FloatArray
 
 # A rig stopped while writing leaves an incomplete row or, with buffering, a few.
 MAX_DROPPED_ROWS = 3
 _MOST_BAD = 10  # one row of so many may be left out: with more, the columns or the dialect are not those of the table
-UNREADABLE = "that cannot be read left out"  # of a note on a record
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,24 +61,18 @@ class ReadRows:
         is_refused = not self.skips or _MOST_BAD * len(self.bad) > len(self.values) + len(self.bad)
         return self.bad[0] if is_refused else next((row for row in self.bad if row.has_thousands), None)
 
-    def notes(self, row: str, place: Callable[[BadRow], str]) -> list[str]:
-        """Sentences about the rows that are left out.
-
-        Parameters
-        ----------
-        row : str          What messages call a row.
-        place : callable   What they call the place of a bad one.
-        """
-        notes = []
+    def findings(self, row: str, place: Callable[[BadRow], str]) -> Iterator[Finding]:
+        """What is left out; `row` is what messages call a row, and `place` gives what they call that of a bad one."""
         if self.bad:
-            first = self.bad[0]
-            rows = f"{len(self.bad)} {row}{'s' if len(self.bad) > 1 else ''}"
-            details = f"{row.capitalize()} {place(first).partition(' ')[2]}: {first.message}."
-            notes.append(f"{rows} {UNREADABLE}; {row} {first.line} is the first. ({details})")
+            first = {"place": place(self.bad[0]), "problem": self.bad[0].message}
+            yield Finding(Outcome.UNREADABLE_ROWS, {"count": len(self.bad), "row": row, **first})
         if self.dropped:
-            rows = f"{len(self.dropped)} incomplete row{'s' if len(self.dropped) > 1 else ''}"
-            notes.append(f"{rows} at the end of the file (from {row} {self.dropped[0].line}) left out")
-        return notes
+            yield incomplete(len(self.dropped), row, self.dropped[0].line)
+
+
+def incomplete(count: int, row: str, first: int) -> Finding:
+    """Rows at the end that are left out, of which the first is so numbered."""
+    return Finding(Outcome.INCOMPLETE_ROWS, {"count": count, "row": row, "line": first})
 
 
 def most_bad(rows: int) -> int:

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.quoting import quoted
-from .bad_rows import MAX_DROPPED_ROWS
+from .bad_rows import MAX_DROPPED_ROWS, incomplete
 from .columns import Column, choose_unit, named_columns
 from .record import FloatArray
 from .source import MAX_ROWS
@@ -89,31 +90,32 @@ class ChannelTable(Table):
 
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
-    ) -> tuple[dict[int, FloatArray], list[str]]:
+    ) -> tuple[dict[int, FloatArray], list[Finding]]:
         """See `Table.read`."""
         own_columns = [column for column in wanted if column.number <= len(self.channels)]
         values, times = {}, {}
         for column in own_columns:
             values[column.number], times[column.number] = self._load(column)
-        notes: list[str] = []
+        findings: list[Finding] = []
         sizes = {column.number: values[column.number].size for column in own_columns}
         if optional is not None and optional.number in sizes:
             others = [size for number, size in sizes.items() if number != optional.number]
             if len({*others}) == 1 and sizes[optional.number] != others[0]:
-                notes.append(f"{optional} is left out: it has {sizes[optional.number]} values, the others {others[0]}")
+                counts = {"values": sizes[optional.number], "others": others[0]}
+                findings.append(Finding(Outcome.TIME_LEFT_OUT, {"column": str(optional), **counts}))
                 own_columns = [column for column in own_columns if column is not optional]
-        base, base_notes = self._on_one_base(own_columns, values, times)
-        notes += base_notes
+        base, interpolated = self._on_one_base(own_columns, values, times)
+        findings += interpolated
         read = {column.number: values[column.number] for column in own_columns}
         clock = self.columns[-1]
         if clock.number > len(self.channels) and clock in wanted:
             if base is not None:
                 read[clock.number] = base
             elif clock is optional:
-                notes.append("time is left out: the channels chosen have none")
+                findings.append(Finding(Outcome.TIME_LEFT_OUT, {"problem": "the channels chosen have none"}))
             else:
                 raise RecordError(f"{self.where}, {clock}: the channels chosen have no times; name another column.")
-        return self._finite(read, optional, notes)
+        return self._finite(read, optional, findings)
 
     def places(self, rows: Collection[int]) -> list[int]:
         """1-based rows."""
@@ -148,7 +150,7 @@ class ChannelTable(Table):
 
     def _on_one_base(
         self, columns: Sequence[Column], values: dict[int, FloatArray], times: dict[int, FloatArray | None]
-    ) -> tuple[FloatArray | None, list[str]]:
+    ) -> tuple[FloatArray | None, list[Finding]]:
         """The time base of all channels, which are brought to one in place."""
         bases = [base for column in columns if (base := times[column.number]) is not None]
         sizes = {values[column.number].size for column in columns}
@@ -163,7 +165,7 @@ class ChannelTable(Table):
         finest = finest[(finest >= begin) & (finest <= end)]
         if finest.size < 2:
             raise RecordError(f"{apart}, and never at the same time; name channels of one measurement.")
-        notes = []
+        findings = []
         for column, base in zip(columns, bases, strict=True):
             series = values[column.number]
             if base.size >= finest.size and np.isin(finest, base).all():
@@ -177,31 +179,30 @@ class ChannelTable(Table):
                     f"{100.0 * error / max(span, 1e-300):.2g} % of its range); export them at one sampling rate."
                 )
             values[column.number] = np.interp(finest, base, series)
-            notes.append(
-                f"{column} is interpolated linearly onto the times of the finest channel, {begin:.6g} to {end:.6g} s"
-            )
-        return finest, notes
+            numbers = {"column": str(column), "times": ((float(begin), float(end)),)}
+            findings.append(Finding(Outcome.INTERPOLATED, numbers))
+        return finest, findings
 
     def _finite(
-        self, read: dict[int, FloatArray], optional: Column | None, notes: list[str]
-    ) -> tuple[dict[int, FloatArray], list[str]]:
+        self, read: dict[int, FloatArray], optional: Column | None, findings: list[Finding]
+    ) -> tuple[dict[int, FloatArray], list[Finding]]:
         """Rows of finite numbers: empty rows at the end are cut off, and as many incomplete ones as of a text."""
         needed = [number for number in read if optional is None or number != optional.number]
         size = read[needed[0]].size
         empty = np.logical_and.reduce([np.isnan(read[number]) for number in needed])
         size = int(np.flatnonzero(~empty)[-1]) + 1 if not empty.all() else 0
         if size < empty.size:
-            notes.append(f"{empty.size - size} empty rows at the end are left out")
+            findings.append(Finding(Outcome.EMPTY_ROWS, {"count": empty.size - size}))
         read = {number: series[:size] for number, series in read.items()}
         if optional is not None and optional.number in read and not np.isfinite(read[optional.number]).all():
             bad = int(np.argmin(np.isfinite(read[optional.number])))
-            notes.append(f"{optional} is left out: row {bad + 1}, must hold a finite number")
+            numbers = {"column": str(optional), "problem": f"row {bad + 1}, must hold a finite number"}
+            findings.append(Finding(Outcome.TIME_LEFT_OUT, numbers))
             del read[optional.number]
         partial = np.logical_or.reduce([np.isnan(read[number]) for number in needed])
         first = int(np.argmax(partial)) if partial.any() else size
         if 0 < size - first <= MAX_DROPPED_ROWS and partial[first:].all():
-            rows = f"{size - first} incomplete row{'s' if size - first > 1 else ''}"
-            notes.append(f"{rows} at the end (from row {first + 1}) left out")
+            findings.append(incomplete(size - first, "row", first + 1))
             read = {number: series[:first] for number, series in read.items()}
         for number in needed:
             series = read[number]
@@ -211,7 +212,7 @@ class ChannelTable(Table):
                     f"{self.where}, row {row + 1}, {self.columns[number - 1]}: must hold a finite number, found "
                     f"{quoted(str(series[row]))}; correct or delete the row."
                 )
-        return read, notes
+        return read, findings
 
 
 def _column(number: int, channel: Channel, qualified: bool) -> Column:

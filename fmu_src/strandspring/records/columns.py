@@ -11,12 +11,12 @@ from typing import Any, Literal
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.quoting import quoted
 from .units import Quantity, kind_of_unit, unit_factor, words
 
 Asked = Mapping[Quantity, int | str | None]
 
-ASSUMED = "assumed, as none is given"  # of a unit
 DEFAULT_UNITS: Mapping[Quantity, str] = {"displacement": "mm", "force": "N", "time": "s"}
 
 # Lower case, without blanks. Words in scripts that have no blanks are also found inside a name.
@@ -108,35 +108,36 @@ def choose_unit(
     asked: str | None,
     where: str,
     default_units: Mapping[Quantity, str] = DEFAULT_UNITS,
-) -> tuple[str, float, str]:
+) -> tuple[str, float, Finding]:
     """Unit of a column: the given one, else that in the file, else the default, which is that of test rigs.
 
     Returns
     -------
-    (str, float, str)   Unit, its size in SI units, and a sentence about its origin.
+    (str, float, Finding)   Unit, its size in SI units, and its origin.
 
     Raises
     ------
     RecordError         If the unit is unknown, or the units in the file show that columns are swapped.
     """
     if column.is_clock and quantity == "time":
-        return "s", 1.0, f"{column} holds times of day or dates, which are read as seconds"
+        return "s", 1.0, Finding(Outcome.CLOCK, {"column": str(column)})
     stated = column.unit if column.unit_is_sure or column.kind == quantity else None
     if stated is not None and {column.kind, quantity} == {"displacement", "force"}:
         raise RecordError(
             f"{where}, {column}: must be a {quantity}, but the {_holder(where)} gives it the unit {quoted(stated)} "
             f"of a {column.kind}; the columns look swapped, name them the other way round."
         )
-    unit, source = (asked, "as given") if asked is not None else (stated, f"found in the {_holder(where)}")
+    unit, kind = (asked, Outcome.UNIT_GIVEN) if asked is not None else (stated, Outcome.UNIT_FOUND)
     if unit is None:
-        unit, source = default_units[quantity], ASSUMED
+        unit, kind = default_units[quantity], Outcome.UNIT_ASSUMED
     elif asked is not None and stated is not None and stated != asked:
-        source = f"as given, though the {_holder(where)} says {quoted(stated)}"
+        kind = Outcome.UNIT_OVERRULED
     try:
         factor = unit_factor(unit, quantity)
     except RecordError as error:
         raise RecordError(f"{where}, {column}: {error}") from None
-    return unit, factor, f"the unit of {quantity} is {unit} ({source})"
+    numbers = {"quantity": quantity, "unit": unit, "file": _holder(where), "stated": quoted(stated or "")}
+    return unit, factor, Finding(kind, numbers)
 
 
 def split_unit(header: str) -> tuple[str, str | None, bool]:
@@ -205,7 +206,7 @@ def _range(cells: Sequence[str]) -> str:
     return f", {min(known):.6g} to {max(known):.6g}" if known else ", no numbers"
 
 
-def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple[dict[Quantity, Column], list[str]]:
+def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple[dict[Quantity, Column], list[Finding]]:
     """Find the columns of displacement, force and, where there is one, time.
 
     Parameters
@@ -216,7 +217,7 @@ def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple
 
     Returns
     -------
-    (dict, list of str)            Column per quantity; sentences about the decisions.
+    (dict, list of Finding)        Column per quantity; the decisions.
 
     Raises
     ------
@@ -234,7 +235,8 @@ def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple
                 f"{where}: {column} must not be both {quantities[column.number]} and {quantity}; name two columns."
             )
         quantities[column.number] = quantity
-    notes = [f"{quantity} is {column}, as given" for quantity, column in chosen.items()]
+    kinds = dict.fromkeys(chosen, Outcome.COLUMN_GIVEN)
+    beside: list[Finding] = []
     has_names = any(column.name for column in columns)
     for quantity in ("displacement", "force", "time"):
         if quantity in chosen:
@@ -242,22 +244,18 @@ def choose_columns(columns: Sequence[Column], asked: Asked, where: str) -> tuple
         free = [column for column in columns if column not in chosen.values()]
         candidates = named_columns(free, quantity)
         if len(candidates) == 1:
-            chosen[quantity] = candidates[0]
-            notes.append(f"{quantity} is {candidates[0]}, chosen by its name or unit")
+            chosen[quantity], kinds[quantity] = candidates[0], Outcome.COLUMN_FOUND
         elif quantity == "time":
             if candidates:
-                notes.append(f"time is left out, since {listed_columns(candidates)} could hold it")
+                beside.append(Finding(Outcome.TIME_LEFT_OUT, {"columns": listed_columns(candidates)}))
             elif free:
-                notes.append(
-                    "no column is named like a time, without which nothing that depends on the rate is seen; name one "
-                    "with `time=...` if there is one"
-                )
+                beside.append(Finding(Outcome.NO_TIME))
         elif not has_names and len(columns) == 2 and free and not candidates:
-            chosen[quantity] = free[0]
-            notes.append(f"{quantity} is assumed to be {free[0]}, as there is no header")
+            chosen[quantity], kinds[quantity] = free[0], Outcome.COLUMN_ASSUMED
         else:
-            raise RecordError(_ambiguity(free, candidates, quantity, has_names, where))
-    return chosen, notes
+            raise _ambiguity(free, candidates, quantity, has_names, where)
+    found = [Finding(kind, {"quantity": name, "column": str(chosen[name])}) for name, kind in kinds.items()]
+    return chosen, [*found, *beside]
 
 
 def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, where: str) -> Column:
@@ -300,14 +298,15 @@ def asked_column(columns: Sequence[Column], wanted: int | str, quantity: str, wh
 
 def _ambiguity(
     columns: Sequence[Column], candidates: Sequence[Column], quantity: Quantity, has_names: bool, where: str
-) -> str:
+) -> RecordError:
     if candidates:
         reason = f"{listed_columns(candidates)} could be the {quantity}"
     elif has_names:
         reason = f"no column is named like a {quantity} among {listed_columns(columns)}"
     else:
         reason = f"there is no header to find the {quantity} by among {listed_columns(columns)}"
-    return f"{where}: {reason}; name the columns with `displacement=...` and `force=...`."
+    sentence = "{where}: {reason}; name the columns with {to[displacement]} and {to[force]}."
+    return RecordError(sentence, where=where, reason=reason)
 
 
 def _holder(where: str) -> str:

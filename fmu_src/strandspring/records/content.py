@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.files import read_bytes, readable
 from ..ground.quoting import quoted
 
@@ -38,13 +39,13 @@ class FileContent:
     path : str        As given by the user, made printable.
     data : bytes      Unpacked.
     sha256 : str      Digest of the file as it is on disk (hexadecimal).
-    notes : tuple     Sentences about what was unpacked.
+    findings : tuple of Finding   What was unpacked.
     """
 
     path: str
     data: bytes
     sha256: str
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 def read_content(path: str | os.PathLike[str]) -> FileContent:
@@ -58,7 +59,7 @@ def read_content(path: str | os.PathLike[str]) -> FileContent:
     """
     file, member = _member_of_archive(Path(path))
     name = readable(path)
-    raw = read_bytes(file, MAX_BYTES, "a record file", RecordError)
+    raw = read_bytes(path if member is None else file, MAX_BYTES, "a record file", RecordError)
     content = FileContent(name, raw, hashlib.sha256(raw).hexdigest())
     for _ in range(_MAX_LAYERS):
         unpacked = _unpacked(content, member)
@@ -143,7 +144,7 @@ def _decompressed(content: FileContent, kind: str, opened: Callable[[IO[bytes]],
         raise RecordError(
             f"{content.path}: is a {kind} file that is damaged or cut off; compress or copy it again."
         ) from None
-    return replace(content, data=data, notes=(*content.notes, f"unpacked from {kind}"))
+    return replace(content, data=data, findings=(*content.findings, Finding(Outcome.UNPACKED, {"archive": kind})))
 
 
 def _from_zip(content: FileContent, member: str | None) -> FileContent | None:
@@ -167,7 +168,8 @@ def _from_zip(content: FileContent, member: str | None) -> FileContent | None:
             f"{where}: is a zip archive (as .xlsx, .ods and .npz files are) that is damaged or cut off; copy or export "
             "it again."
         ) from None
-    return replace(content, data=data, notes=(*content.notes, f"{quoted(chosen)} unpacked from the zip archive"))
+    unpacked = Finding(Outcome.UNPACKED, {"archive": "the zip archive", "member": quoted(chosen)})
+    return replace(content, data=data, findings=(*content.findings, unpacked))
 
 
 def _chosen(records: list[str], member: str | None, where: str) -> str:

@@ -123,7 +123,7 @@ def find_dialect(lines: Sequence[str], path: str, row: str, advice: str | None) 
     lines : sequence of str   First lines of the file, without line ends.
     path : str                Name of the file for messages.
     row : str                 What messages call a line.
-    advice : str or None      What to do about a damaged row at the top; None to keep it in the table.
+    advice : str or None      What to do about a damaged row at the top, a template of it; None to keep it in the table.
 
     Raises
     ------
@@ -252,10 +252,8 @@ def _refuse_text(
     for i in damaged:
         for column, (cell, numeric) in enumerate(zip(table[i], shape.numeric, strict=False), 1):
             if numeric and re.search(r"\w", cell) and not is_number(cell, shape.decimal):
-                raise RecordError(
-                    f"{where} {i + 1}, column {column}: must hold a number like the rows below, "
-                    f"found the text {quoted(cell)}; {advice}."
-                )
+                sentence = f"{{where}}: must hold a number like the rows below, found the text {{text}}; {advice}."
+                raise RecordError(sentence, where=f"{where} {i + 1}, column {column}", text=quoted(cell))
 
 
 def _is_unit_row(cells: Sequence[str]) -> bool:

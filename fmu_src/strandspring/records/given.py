@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import RecordError
+from ..findings import Outcome
 from ..ground.files import bundled_file
 from .channels import Channel, ChannelTable
-from .columns import ASSUMED, Column, choose_unit
+from .columns import Column, choose_unit
 from .formats.named_arrays import seconds
 from .reading import check_reverse, read_record, record_of_tables
 from .record import FloatArray, Record
@@ -66,22 +67,21 @@ def record_of_arrays(
     _refuse_other_index(series)
     record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
     values: dict[str, Any] = {}
-    notes = []
+    findings = []
     for number, name in enumerate(_QUANTITIES if time is not None else _QUANTITIES[:2], start=1):
         label = getattr(series[name], "name", None)
         column = Column.from_header(number, label if isinstance(label, str) else "", None)
-        _, factor, note = choose_unit(column, name, given.get(name), record.path, _SI)
+        _, factor, origin = choose_unit(column, name, given.get(name), record.path, _SI)
         values[name] = (-factor if name == reverse else factor) * getattr(record, name)
-        notes.append(note)
-    return _within_metres(Record(**values, path=record.path, notes=tuple(notes)))
+        findings.append(origin)
+    return _within_metres(Record(**values, path=record.path, findings=tuple(findings)))
 
 
 def _within_metres(record: Record) -> Record:
     """The record, unless its displacement is so large that the assumed unit is hardly right."""
     largest = float(np.abs(record.displacement).max())
-    if largest > _MOST_METRES and any(
-        note.startswith("the unit of displacement") and ASSUMED in note for note in record.notes
-    ):
+    assumed = [finding.numbers["quantity"] for finding in record.findings if finding.kind is Outcome.UNIT_ASSUMED]
+    if largest > _MOST_METRES and "displacement" in assumed:
         raise RecordError(
             f"{record.path}: a displacement without a unit is in m and must be within +-{_MOST_METRES:g} m, found "
             f'{largest:.6g}; give its unit, such as units={{"displacement": "mm"}}, or "m" if it is that large.'

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Literal
 
 import numpy as np
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.quoting import quoted
 from .columns import DEFAULT_UNITS, Asked, Column, choose_unit
 from .content import read_content
@@ -132,48 +133,48 @@ def record_of_tables(
     check_reverse(reverse)
     _refuse_useless(adjustments)
     where = file.path
-    table, columns, chosen_notes = choose_table(file, asked)
+    table, columns, chosen = choose_table(file, asked)
     seeks_time = asked["time"] is None
-    arrays, table_notes = table.read(columns.values(), optional=columns.get("time") if seeks_time else None)
-    notes_of_record = [*file.notes, *table.notes, *chosen_notes, *table_notes]
+    arrays, left_out = table.read(columns.values(), optional=columns.get("time") if seeks_time else None)
+    findings = [*file.findings, *table.findings, *chosen, *left_out]
     values: dict[Quantity, FloatArray] = {}
     own_units: dict[Quantity, str] = {}
     for quantity, column in columns.items():
         if column.number not in arrays:
             continue
         try:
-            unit, factor, note = choose_unit(column, quantity, units.get(quantity), where, default_units)
+            unit, factor, origin = choose_unit(column, quantity, units.get(quantity), where, default_units)
         except RecordError as error:
             if quantity == "time" and seeks_time and units.get("time") is None:
-                notes_of_record.append(f"time is left out: {error}")
+                findings.append(Finding(Outcome.TIME_LEFT_OUT, {"problem": str(error)}))
                 continue
             raise
         own_units[quantity] = unit
-        notes_of_record.append(note)
+        findings.append(origin)
         series = arrays.pop(column.number)  # of a long record each array counts
         offset, scale = adjustments.get(quantity, (0.0, 1.0))
         if offset != 0.0:
-            notes_of_record.append(f"{offset:.6g} subtracted from the {quantity}, as given")
+            findings.append(Finding(Outcome.OFFSET, {"quantity": quantity, "offset": offset}))
         if scale != 1.0:
-            notes_of_record.append(f"the {quantity} multiplied by {scale:.6g}, as given")
+            findings.append(Finding(Outcome.SCALE, {"quantity": quantity, "scale": scale}))
         with np.errstate(over="ignore"):  # what overflows is refused below
             values[quantity] = (series - offset) * scale * factor if (offset, scale) != (0.0, 1.0) else series * factor
         del series
     if seeks_time and "time" in values and not _is_a_clock(values["time"]):
-        notes_of_record.append(f"time is left out: {columns['time']} does not increase")
+        findings.append(Finding(Outcome.TIME_LEFT_OUT, {"column": str(columns["time"]), "problem": "it does not rise"}))
         del values["time"]
     _refuse_impossible(values, columns, own_units, table, where)
-    notes_of_record += _spike_notes(values, table)
+    findings += _outliers(values, table)
     if reverse is not None:
         values[reverse] = -values[reverse]
-        notes_of_record.append(f"{reverse} negated, as given")
+        findings.append(Finding(Outcome.REVERSED, {"quantity": reverse}))
     return Record(
         values["displacement"],
         values["force"],
         values.get("time"),
         path=where,
         sha256=file.sha256,
-        notes=tuple(notes_of_record),
+        findings=tuple(findings),
     )
 
 
@@ -193,18 +194,13 @@ def _is_a_clock(time: FloatArray) -> bool:
         return time.size > 1 and bool((np.diff(time) >= 0.0).all() and time[-1] > time[0])
 
 
-def _spike_notes(values: Mapping[Quantity, FloatArray], table: Table) -> list[str]:
-    """A sentence about the isolated outliers of each quantity, with their rows."""
-    notes = []
+def _outliers(values: Mapping[Quantity, FloatArray], table: Table) -> Iterator[Finding]:
+    """The isolated outliers of displacement and force, with their rows."""
     for quantity, spikes in zip(_SI, spikes_of(values["displacement"], values["force"]), strict=True):
         if spikes.size:
-            spikes_found = zip(table.places(spikes.tolist()), values[quantity][spikes], strict=True)
-            places = ", ".join(f"{table.row} {place} ({value:.6g} {_SI[quantity]})" for place, value in spikes_found)
-            notes.append(
-                f"the {quantity} in {places} is far outside all others and from its neighbours; "
-                "correct or delete faulty samples"
-            )
-    return notes
+            places = tuple(f"{table.row} {place}" for place in table.places(spikes.tolist()))
+            numbers = {quantity: tuple(values[quantity][spikes].tolist()), f"{quantity}_at": places}
+            yield Finding(Outcome.OUTLIERS, numbers)
 
 
 def _refuse_impossible(

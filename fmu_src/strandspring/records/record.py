@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Literal
@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..errors import RecordError
+from ..errors import Reader, RecordError
+from ..findings import Finding, gathered
 from ..ground.files import readable, write_csv
 from ..ground.plotfile import some_axes
 
@@ -48,7 +49,7 @@ class Record:
     time : ndarray, shape (K,), or None  Time [s], finite; the model is rate independent and never needs it.
     path : str                           Origin of the record, as given but printable; used in messages.
     sha256 : str or None                 Digest of the file's bytes (hexadecimal), None without a file.
-    notes : tuple of str                 Assumptions and findings: columns and units chosen, rows dropped.
+    findings : tuple of Finding          Columns and units as chosen or assumed, rows left out; they name no place.
     compared : ndarray of bool or None   Samples to fit and to compare with a model, shape (K,); the others belong to
                                          the path only. None for all.
     label : str                          Name of the specimen or test, "" without.
@@ -66,7 +67,7 @@ class Record:
     time: FloatArray | None = None
     path: str = "<arrays>"
     sha256: str | None = None
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     compared: NDArray[np.bool_] | None = None
     label: str = ""
     is_cut: bool = False
@@ -78,7 +79,6 @@ class Record:
             values = _checked(getattr(self, name), name, self.path)
             _refuse_absurd(values, name, self.path)
             object.__setattr__(self, name, values)
-        object.__setattr__(self, "notes", tuple(self.notes))
         if self.compared is not None:
             compared = np.array(self.compared)
             if compared.dtype.kind != "b":
@@ -149,6 +149,16 @@ class Record:
 
     def __len__(self) -> int:
         return self.displacement.size
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The findings as sentences."""
+        return tuple(gathered(self.findings, Reader.PYTHON))
+
+    @property
+    def found(self) -> list[Finding]:
+        """The findings, with the record as their place."""
+        return [replace(finding, where=self.path) for finding in self.findings]
 
     @cached_property
     def rising_time(self) -> FloatArray | None:

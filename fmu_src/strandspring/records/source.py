@@ -12,6 +12,7 @@ import re
 from dataclasses import dataclass
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from .content import FileContent
 
 MAX_ROWS = 50_000_000
@@ -33,14 +34,14 @@ class Source:
     path : str        As given by the user, made printable.
     data : bytes      Text whose lines end in a line feed, without blank lines at the end.
     encoding : str    How to decode `data`.
-    notes : tuple     Sentences about the changes.
+    findings : tuple of Finding   What was changed.
     row : str         What messages call a line: "row" in a sheet.
     """
 
     path: str
     data: bytes
     encoding: str
-    notes: tuple[str, ...]
+    findings: tuple[Finding, ...]
     row: str = "line"
 
     @property
@@ -61,14 +62,14 @@ def text_source(content: FileContent) -> Source:
     """
     name, raw = content.path, content.data
     data, encoding = _as_bytes_of_ascii(raw)
-    notes = [f"the text is read as {encoding}"] if encoding != "utf-8" else []
+    findings = [Finding(Outcome.ENCODING, {"encoding": encoding})] if encoding != "utf-8" else []
     if encoding.startswith("utf-16"):
         encoding = "utf-8"  # transcoded
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     text = data.rstrip(b"\0\x1a")
     if b"\0" in data[len(text) :]:
-        notes.append(f"{len(data) - len(text)} NUL bytes at the end of the file are left out")
+        findings.append(Finding(Outcome.NUL_BYTES, {"count": len(data) - len(text)}))
     text = _without_blank_end(text)
     if not text:
         raise RecordError(f"{name}: the file is empty; give a file with columns of displacement and force.")
@@ -79,7 +80,7 @@ def text_source(content: FileContent) -> Source:
         )
     if (rows := text.count(b"\n")) > MAX_ROWS:
         raise RecordError(f"{name}: must have at most {MAX_ROWS} lines, found {rows}; thin the record out or split it.")
-    return Source(name, text, encoding, tuple(notes))
+    return Source(name, text, encoding, tuple(findings))
 
 
 def _as_bytes_of_ascii(raw: bytes) -> tuple[bytes, str]:

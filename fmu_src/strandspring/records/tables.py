@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.quoting import quoted
 from .columns import Asked, Column, choose_columns, listed_columns
 from .record import FloatArray
@@ -22,20 +23,20 @@ class Table(ABC):
     ----------
     name : str                Of the sheet or group; "" where the file has but one table.
     columns : list of Column  All of them, numbered from 1.
-    notes : tuple of str      Sentences about where the table lies.
+    findings : tuple of Finding   Where the table lies.
     row : str                 What messages call a row.
     """
 
     name: str
     columns: list[Column]
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     row: str = "row"
 
     @abstractmethod
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
-    ) -> tuple[dict[int, FloatArray], list[str]]:
-        """Numbers of columns, shape (K,), by column number, as in the file; sentences about what is left out.
+    ) -> tuple[dict[int, FloatArray], list[Finding]]:
+        """Numbers of columns, shape (K,), by column number, as in the file; what is left out.
 
         Raises
         ------
@@ -58,17 +59,17 @@ class FileTables:
     tables : list of Table   At least one.
     united : Table or None   All channels as one table, whose columns are called "group/channel"; None for sheets.
     sha256 : str or None     Digest of the file.
-    notes : tuple of str     Sentences about what was unpacked.
+    findings : tuple of Finding   What was unpacked.
     """
 
     path: str
     tables: Sequence[Table]
     united: Table | None = None
     sha256: str | None = None
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
-def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, Column], list[str]]:
+def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, Column], list[Finding]]:
     """Find the table and its columns.
 
     A column of one of several tables is named "sheet/column" or "group/channel", with the name or the number of the
@@ -81,7 +82,7 @@ def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, 
 
     Returns
     -------
-    (Table, dict, list of str)   The table, its column per quantity, sentences about the decisions.
+    (Table, dict, list of Finding)   The table, its column per quantity, the decisions.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, 
         candidates = [united]
     else:
         candidates = [*tables, *([] if united is None else [united])]
-    choices: list[tuple[Table, dict[Quantity, Column], list[str]]] = []
+    choices: list[tuple[Table, dict[Quantity, Column], list[Finding]]] = []
     for table in candidates:
         if table is united and choices:
             break
@@ -110,25 +111,27 @@ def choose_table(file: FileTables, asked: Asked) -> tuple[Table, dict[Quantity, 
                 raise
     if len(choices) > 1:
         first, columns, _ = choices[0]
-        ways = " ".join(
-            f"`{q}={quoted(f'{first.name}/{columns[q].name or columns[q].number}')}`" for q in ("displacement", "force")
-        )
         names = _names([table for table, _, _ in choices])
-        raise RecordError(f"{where}: {names} each hold a displacement and a force; choose one, as with {ways}.")
+        ways = {q: quoted(f"{first.name}/{columns[q].name or columns[q].number}") for q in ("displacement", "force")}
+        sentence = (
+            "{where}: {names} each hold a displacement and a force; choose one, as with {to[displacement]} "
+            "{displacement} and {to[force]} {force}."
+        )
+        raise RecordError(sentence, where=where, names=names, **ways)
     if not choices:
         contents = "; ".join(f"{_called(table)}: {listed_columns(table.columns)}" for table in tables[:_LISTED])
         more = f"; and {len(tables) - _LISTED} more" if len(tables) > _LISTED else ""
-        last = tables[-1].name
-        raise RecordError(
-            f"{where}: a displacement and a force were found in none of {len(tables)} tables ({contents}{more}); name "
-            f"the columns, as with `displacement={quoted(f'{last}/COLUMN')}` `force={quoted(f'{last}/COLUMN')}`."
+        sentence = (
+            "{where}: a displacement and a force were found in none of {count} tables ({contents}); name the columns "
+            "with {to[displacement]} and {to[force]}, such as {way}."
         )
-    table, columns, notes = choices[0]
-    if named and table is not united:
-        notes.insert(0, f"{quoted(table.name)} is read, as given")
-    elif len(tables) > 1 and table is not united:
-        notes.insert(0, f"{_called(table)} is read, which alone holds a displacement and a force")
-    return table, columns, notes
+        way, contents = quoted(f"{tables[-1].name}/COLUMN"), contents + more
+        raise RecordError(sentence, where=where, count=len(tables), contents=contents, way=way)
+    table, columns, findings = choices[0]
+    if table is not united and (named or len(tables) > 1):
+        kind = Outcome.TABLE_GIVEN if named else Outcome.TABLE_CHOSEN
+        findings.insert(0, Finding(kind, {"table": _called(table)}))
+    return table, columns, findings
 
 
 def _called(table: Table) -> str:

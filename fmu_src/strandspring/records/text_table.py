@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordError
+from ..findings import Finding, Outcome
 from ..ground.quoting import quoted
 from .bad_rows import MAX_DROPPED_ROWS, BadRow, ReadRows, most_bad
 from .columns import Column
@@ -30,7 +31,6 @@ _THREE_AFTER_MARK = re.compile("[1-9][0-9]{0,2}[.,][0-9]{3}")
 _WITH_THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(?:[.,'\s][0-9]{3})+(?:[.,][0-9]+)?")
 _THOUSANDS_IN_CELLS = re.compile(r"(?:^|,)[+-]?[1-9][0-9]{0,2}(?:,[0-9]{3})+(?:\.[0-9]+)?(?:,|$)")
 _UP_TO_999 = re.compile("0|[1-9][0-9]{0,2}")
-SKIPPING = "`read_record(..., skip_bad_lines=True)`"  # in advice
 _LEAST, _PART = 1 << 20, 1 << 22  # of a text that is worth it, and of a part [B]
 _DAY = 86400.0  # [s]
 _TIME = re.compile(
@@ -62,48 +62,50 @@ class TextTable(Table):
         self.row = source.row
         self._skips = bool(skip_bad_lines)
         self._left_out: set[int] = set()  # lines
-        offer = "" if skip_bad_lines is None else f", or leave out such {source.row}s with {SKIPPING}"
+        offer = "" if skip_bad_lines is None else f", or leave out such {source.row}s with {{to[skip_bad_lines=True]}}"
         self._advice = f"correct or delete the {source.row}{offer}"
         advice = None if self._skips else self._advice
         self.dialect = dialect = find_dialect(source.head, source.path, source.row, advice)
         self.columns = [_column(dialect, k, self._skips) for k in range(dialect.width)]
-        self.notes = source.notes
+        self.findings = source.findings
         if dialect.first_line > 1:
-            line = dialect.header_line
-            header = "no header" if line is None else f"the header in {self.row} {line}"
-            self.notes += (f"the numbers begin in {self.row} {dialect.first_line}, with {header}",)
+            kind = Outcome.NO_HEADER if dialect.header_line is None else Outcome.HEADER
+            numbers = {"row": self.row, "first": dialect.first_line, "header": dialect.header_line}
+            self.findings += (Finding(kind, numbers),)
         if dialect.decimal == ",":
-            self.notes += ("the decimal mark is a comma",)
+            self.findings += (Finding(Outcome.DECIMAL_COMMA),)
 
     def read(
         self, wanted: Collection[Column], optional: Column | None = None
-    ) -> tuple[dict[int, FloatArray], list[str]]:
+    ) -> tuple[dict[int, FloatArray], list[Finding]]:
         """See `Table.read`."""
         for column in wanted:
             self._refuse_thousands(column)
         columns = list(wanted)
-        notes: list[str] = []
+        findings: list[Finding] = []
         rows = self._read_rows(columns)
         if rows.refused is not None and optional is not None:
             faulty = next((bad for bad in rows.bad if bad.column == optional.number), None)
             if faulty is not None:
                 columns.remove(optional)
-                notes.append(f"{optional} is left out: {self.row} {faulty.line}, {faulty.message}")
+                numbers = {"column": str(optional), "problem": f"{self.row} {faulty.line}, {faulty.message}"}
+                findings.append(Finding(Outcome.TIME_LEFT_OUT, numbers))
                 rows = self._read_rows(columns)
         if rows.refused is not None:
-            raise RecordError(self._refusal(rows.refused))
-        notes += rows.notes(self.row, self._place)
+            raise self._refusal(rows.refused)
+        findings += rows.findings(self.row, self._place)
         self._left_out = {bad.line for bad in rows.bad}
-        numbers = {column.number: rows.values[:, i].copy() for i, column in enumerate(_numeric(columns))}
+        arrays = {column.number: rows.values[:, i].copy() for i, column in enumerate(_numeric(columns))}
         for column in _clocks(columns):
             moments, wrong = self._moments(column, rows.values.shape[0])
             if not wrong:
-                numbers[column.number] = elapsed(moments)
+                arrays[column.number] = elapsed(moments)
             elif column is optional:
-                notes.append(f"{column} is left out: {self._refusal(wrong[0])}")
+                problem = f"{self.row} {wrong[0].line}, {wrong[0].message}"
+                findings.append(Finding(Outcome.TIME_LEFT_OUT, {"column": str(column), "problem": problem}))
             else:
-                raise RecordError(self._refusal(wrong[0]))
-        return numbers, notes
+                raise self._refusal(wrong[0])
+        return arrays, findings
 
     def places(self, rows: Collection[int]) -> list[int]:
         """1-based lines of rows."""
@@ -114,14 +116,15 @@ class TextTable(Table):
         column = "" if bad.column is None else f", {self.columns[bad.column - 1]}"
         return f"{self.row} {bad.line}{column}"
 
-    def _refusal(self, bad: BadRow) -> str:
+    def _refusal(self, bad: BadRow) -> RecordError:
         """Why a bad row is not left out, and what to do."""
         advice = self._advice
         if self._skips:
             advice = f"more than a tenth of the {self.row}s cannot be read; correct the file"
         if self._skips and bad.has_thousands:
             advice = f"such {self.row}s hold the largest numbers and are not left out; write these without the mark"
-        return f"{self.source.path}, {self._place(bad)}: {bad.message}; {advice}."
+        where, sentence = f"{self.source.path}, {self._place(bad)}", f"{{where}}: {{problem}}; {advice}."
+        return RecordError(sentence, where=where, problem=bad.message)
 
     def _read_rows(self, columns: Sequence[Column]) -> ReadRows:
         """The rows of columns, clocks aside."""

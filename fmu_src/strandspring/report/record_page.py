@@ -9,12 +9,13 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from .._version import __version__
+from ..errors import Reader
+from ..findings import IdentificationError, gathered
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import find_strokes
-from ..model.outcomes import IdentificationError
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
@@ -81,8 +82,8 @@ class _Shown:
             if (refusal := impossible(part)) is not None:
                 raise refusal
         except IdentificationError as refused:
-            where, colon, reason = str(refused).partition(": ")
-            text = f"No spring would be identified: {PurePath(where).name}{colon}{reason}"
+            reason = " ".join(gathered((finding.in_folder for finding in refused.findings), Reader.FILE))
+            text = f"No spring would be identified: {reason}"
             return cls(place, record, seen, 0, text)
         return cls(place, record, seen, int(Samples.of([record], len(record)).rows[0]))
 
@@ -212,6 +213,6 @@ def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
 
 def _detected(shown: Sequence[_Shown]) -> Iterator[Block]:
     for one in shown:
-        yield Text(f"{one.name}: {'; '.join(one.record.notes) or 'nothing was assumed'}.")
+        yield Text(f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}")
         for reason, samples in one.seen.left_out.items():
             yield Notice(Level.CARE, f"{samples.size} samples: {_REASONS[reason][0]}.")

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from .._version import __version__
+from ..errors import Reader, worded
+from ..findings import CAUTIONS, Finding, Outcome, detailed, gathered
 from ..identification.identified import IdentifiedModel
 from ..loops.campaign import campaign_verdicts
 from ..loops.loop import relaxed_branches
 from ..model.joint import ForceInterval
 from ..model.modelfile import ModelFile
-from ..model.outcomes import Finding, Outcome
 from ..model.stated_figures import Figures, differ, effects_in_words, energy_ratio
 from . import report_tables as tables
 from .charts import engineering, isolation_charts
@@ -31,7 +32,7 @@ _RESIDUALS = ("residuals-time", "residuals-displacement", "residuals-velocity", 
 # Findings that say that the model does not follow its own records.
 _POOR = frozenset({Outcome.POOR_FIT, Outcome.NI_MODEL, Outcome.WORSE_THAN_LINE})
 # Findings that leave the model as good as it would be without them.
-_HARMLESS = frozenset({Outcome.FIRST_CYCLE_DIFFERS, Outcome.AMPLIFIER_REDUCED})
+_HARMLESS = frozenset(kind for kind in Outcome if kind.severity not in CAUTIONS)
 _LISTED = 200  # records whose assumptions are listed
 
 Progress = Callable[[str], None]
@@ -130,8 +131,8 @@ def _verdict(evaluation: Evaluation, figures: EngineeringFigures) -> Iterator[Bl
         yield held_out
     for finding in evaluation.identification.findings:
         yield _caution(finding, evaluation)
-    for sentence in relaxed_branches(evaluation.identification.parameters):
-        yield Notice(Level.CARE, sentence)
+    for finding in relaxed_branches(evaluation.identification.parameters):
+        yield _caution(finding, evaluation)
     for sentence in evaluation.identification.uncertainty.get("indistinct", ()):
         yield Notice(Level.CARE, prose(f"{sentence}."))
 
@@ -169,10 +170,13 @@ def _fit(evaluation: Evaluation) -> str:
 def _certainty(evaluation: Evaluation) -> Iterator[str]:
     """What the spring misses, and what is known of loops that were not recorded, where no finding says it."""
     certainty = evaluation.identification.certainty
-    said = {finding.detail for finding in evaluation.identification.findings}
-    for part in () if certainty is None else (certainty.lack, certainty.unrecorded):
-        if part.sentence not in said:
-            yield _sentence(part.sentence)
+    said = set(evaluation.identification.outcomes)
+    if certainty is not None and Outcome.LACK_OF_FIT not in said:
+        is_noise = not certainty.lack.is_structured
+        lack = detailed(Outcome.LACK_OF_FIT, certainty.lack.numbers, Reader.FILE)
+        yield _sentence("nothing but noise is left" if is_noise else lack)
+    if certainty is not None and not said & {Outcome.ONE_AMPLITUDE, Outcome.SMALL_LOOPS}:
+        yield _sentence(detailed(Outcome.SMALL_LOOPS, certainty.unrecorded.numbers, Reader.FILE))
 
 
 def _figures(figures: Figures) -> str:
@@ -206,14 +210,12 @@ def _rate(evaluation: Evaluation) -> str:
 
 def _caution(finding: Finding, evaluation: Evaluation) -> Notice:
     """What was found, and the advice apart from it."""
-    sentence, is_harmless = finding.kind.value.removesuffix("."), finding.kind in _HARMLESS
-    # The last clause advises; harmless findings need no advice.
-    end = -1 if is_harmless else max(sentence.rfind(": "), sentence.rfind("; "))
-    head, advice = (sentence, "") if end < 0 else (sentence[:end], _sentence(sentence[end + 2 :]))
-    beside = evaluation.prose(", ".join(filter(None, (finding.where, finding.detail))))
-    text = f"{head} ({beside})." if beside else f"{head}."
-    level = Level.INFORMATION if is_harmless else Level.CARE
-    return Notice(level, text, advice)
+    kind, reader = finding.kind.value, Reader.FILE
+    head, remedy = (worded(text, finding.numbers, reader) for text in (kind.sentence, kind.remedy))
+    place = "" if not finding.where else evaluation.without_folders(finding.where)
+    beside = ", ".join(filter(None, (place, detailed(finding.kind, finding.numbers, reader))))
+    level = Level.CARE if kind.severity in CAUTIONS else Level.INFORMATION
+    return Notice(level, f"{head} ({beside})." if beside else f"{head}.", _sentence(remedy) if remedy else "")
 
 
 def _sentence(text: str) -> str:
@@ -274,9 +276,9 @@ def _assumptions(evaluation: Evaluation) -> Iterator[Block]:
     whole = evaluation.identification
     pairs = []
     for view in evaluation.views[:_LISTED]:
-        if view.record.notes:
-            pairs.append((view.name, "; ".join(map(evaluation.without_folders, view.record.notes))))
-    notes = [evaluation.prose(note) for note in whole.notes]
+        if view.record.findings:
+            pairs.append((view.name, " ".join(gathered(view.record.findings, Reader.FILE))))
+    notes = list(gathered((finding.in_folder for finding in whole.record_findings), Reader.FILE))
     if notes:
         pairs.append(("Not considered", " ".join(notes)))
     yield Facts(tuple(pairs))

@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .._version import __version__
-from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, gathered_cautions, overall_verdicts, untested
+from ..errors import Reader
+from ..findings import gathered, words
+from ..vibration.verdicts.answers import CandidateAnswer, CaseAnswer, findings_of, overall_verdicts, untested
 from ..vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from .charts import motion_charts, verdict_charts
 from .charts.system_drawing import system_drawing
@@ -113,7 +115,7 @@ def _verdict(answers: Sequence[CaseAnswer]) -> Iterator[Block]:
     head = _HEADS.get(best, "No candidate is within all limits in all load cases.")
     yield Notice(_LEVELS.get(best, Level.POOR), head.format(names))
     for kind in untested(answers):
-        yield Notice(Level.CARE, kind.untested)
+        yield Notice(Level.CARE, words(kind.untested, Reader.FILE))
     yield Tiles(tuple(_tile(name, of_candidate) for name, of_candidate in list(by_candidate.items())[:_MOST_TILES]))
     if chart := verdict_charts.shares_of_limits(answers):
         yield Gallery((chart,))
@@ -174,19 +176,12 @@ def _number(quantity: FigureKind, value: float) -> str:
 
 
 def _cautions(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[Block]:
-    """Those of candidates, refusals, and the largest of each kind of case with where others of its kind are."""
-    of_candidates: dict[str, list[str]] = {}
-    for candidate in candidates:
-        for sentence in candidate.cautions:
-            of_candidates.setdefault(sentence, []).append(candidate.name)
-    for sentence, names in of_candidates.items():
-        yield Notice(Level.CARE, f"{', '.join(names)}: {prose(sentence)}")
+    """Refusals, and those of candidates and cases."""
     for answer in answers:
         if answer.verdict is CaseVerdict.REFUSED:
             yield Notice(Level.POOR, f"{answer.where}: refused. {prose(answer.refusal)}")
-    for where, caution, others in gathered_cautions(answers):
-        more = f" {'Less so' if caution.measure else 'Also'} in: {'; '.join(others)}." if others else ""
-        yield Notice(Level.CARE, f"{where}: {prose(caution.text)}{more}")
+    for sentence in gathered(findings_of(candidates, answers), Reader.FILE):
+        yield Notice(Level.CARE, sentence)
 
 
 def _histories(

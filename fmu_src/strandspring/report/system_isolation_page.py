@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from .._version import __version__
+from ..errors import Reader
+from ..findings import gathered
 from ..vibration.bodies.modes import Mode
 from ..vibration.bodies.mounted import MountedSystem
 from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
 from .charts.system_drawing import system_drawing
 from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
 from .content.chart import Axis, Chart, ChartForm, Role, Trace
-from .content.quantities import HZ, MM, DisplayUnit, number, percent, prose
+from .content.quantities import HZ, MM, DisplayUnit, number, percent
 from .rendering.page import write
 from .rendering.report_path import check_report_path
 
@@ -90,8 +92,8 @@ def _resonances(curves: Sequence[Curve]) -> Iterator[Block]:
         "is none."
     )
     for candidate, response in curves:
-        for sentence in response.cautions:
-            yield Notice(Level.CARE, f"{_curve_name(candidate, response)}: {prose(sentence)}")
+        for sentence in gathered(response.findings, Reader.FILE):
+            yield Notice(Level.CARE, f"{_curve_name(candidate, response)}: {sentence}")
 
 
 def _charts(curves: Sequence[Curve]) -> Iterator[Chart]:

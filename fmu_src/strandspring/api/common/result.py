@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import os
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...errors import StrandspringError
+from ...errors import Reader, StrandspringError
+from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 from ...ground.plotfile import SUFFIXES, save_figure, some_axes
-from ...records.bad_rows import UNREADABLE
-from ...records.columns import ASSUMED
 from .text import counted
 
 if TYPE_CHECKING:
@@ -39,15 +38,13 @@ class Result(ABC):
         """The figures as a table."""
 
     def summary(self) -> str:
-        """The result in words, with cautions, notes, units that were assumed, and lines of files that were left out."""
-        cautions = (f"Caution: {s}" for s in (*self._notes_with(UNREADABLE), *getattr(self, "cautions", ())))
-        notes = (f"Note: {s}" for s in (*getattr(self, "notes", ()), *self._notes_with(ASSUMED)))
-        return "\n".join([*self.text_lines(), *cautions, *notes])
-
-    def _notes_with(self, words: str) -> list[str]:
-        """Notes on its records, if it has any, that hold these words."""
+        """The result in words, with cautions and notes on it and on how its records were read."""
         records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
-        return [f"{record.path}: {note}" for record in records for note in record.notes if words in note]
+        found = [finding for record in records for finding in record.found]
+        cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
+        notes = (f"Note: {sentence}" for sentence in getattr(self, "notes", ()))
+        remarks = dict.fromkeys((*cautions, *notes, *said(found, Reader.PYTHON)))
+        return "\n".join([*self.text_lines(), *remarks])
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
@@ -61,6 +58,13 @@ class Result(ABC):
     def _repr_html_(self) -> str:
         heading = escape(self.summary().splitlines()[0])
         return f"<p><strong>{heading}</strong></p>{self._overview().to_html(escape=True)}"
+
+
+def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
+    """Cautions and notes in words for a reader, each with what it is."""
+    found = tuple(findings)
+    titles = {"Caution": CAUTIONS, "Note": NOTES}.items()
+    return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
 
 
 class PlottedResult(Result):
@@ -99,3 +103,35 @@ class PlottedResult(Result):
         figure = Figure(figsize=self._size, layout="constrained")
         self._draw(figure)
         save_figure(Path(path), figure)
+
+
+class ResultWithFindings(PlottedResult):
+    """A result with `findings`, of which its cautions and notes are made."""
+
+    @property
+    def all_findings(self) -> tuple[Finding, ...]:
+        """The findings, and what is beside them."""
+        return tuple(getattr(self, "findings", ()))
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What limits the worth of the result, in words."""
+        return self.sentences(CAUTIONS, Reader.PYTHON)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is good to know, in words."""
+        return self.sentences(NOTES, Reader.PYTHON)
+
+    @property
+    def findings_json(self) -> dict[str, tuple[str, ...]]:
+        """Cautions and notes as they are in JSON."""
+        return {"cautions": self.sentences(CAUTIONS, Reader.FILE), "notes": self.sentences(NOTES, Reader.FILE)}
+
+    def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
+        """Findings of some severities in words for a reader, without details if they are to be brief."""
+        return tuple(gathered(of_severity(self.all_findings, severities), reader, brief))
+
+    def remarks(self, reader: Reader, brief: bool = False) -> list[str]:
+        """Cautions and notes in words for a reader, each with what it is."""
+        return said(self.all_findings, reader, brief)

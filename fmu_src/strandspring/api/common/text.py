@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import SIGMA_RANGE, SpringParameters
 from ...ground.quoting import printable
+from ...identification.figures import WITH_RIG
 from ...model.joint import HYSTERETIC_PARAMETERS, ForceInterval
 from ...model.stated_figures import Figures, differ, in_words
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from ...identification.figures import RecordFit
     from ...loops.campaign import Overlap, RateIndependence
 
-_WORDS = 25  # of a caution
 _DIGITS = 6  # of a value at most
 _ROUNDING = 1e-9  # of the range
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
@@ -34,28 +34,6 @@ def counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def in_few_words(caution: str) -> str:
-    """A caution without the details behind its sentence, unless both are short.
-
-    Examples
-    --------
-    >>> in_few_words("The record drifts. (a.csv: by 3 N; b.csv: by 5 N)")
-    'The record drifts. (a.csv: by 3 N; b.csv: by 5 N)'
-    >>> in_few_words(f"The record drifts. ({'; '.join(f'{k}.csv: by {k} N' for k in range(30))})")
-    'The record drifts.'
-    """
-    sentence, details, _ = caution.partition(". (")
-    return f"{sentence}." if details and len(caution.split()) > _WORDS else caution
-
-
-def outside_range(p: SpringParameters) -> str:
-    """The end of a caution about something outside the identified range."""
-    return (
-        f"outside the identified range {p.displacement_min * 1e3:.6g} to {p.displacement_max * 1e3:.6g} mm, where the "
-        "model is continued linearly."
-    )
-
-
 def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] | None:
     """A verdict on a test campaign as JSON."""
     if finding is None:
@@ -69,7 +47,7 @@ def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...] = ()) -
     for fit, other in zip(fits, fitted or fits, strict=True):
         lines.append(f"  {fit.path}: {in_words(fit.figures)} over {fit.samples} samples ({fit.compared})")
         if differ(fit.figures, other.figures):
-            lines.append(f"    {fit.beside(other)}: {in_words(other.figures, False)}")
+            lines.append(f"    {WITH_RIG}: {in_words(other.figures, False)}")
     return lines
 
 
@@ -80,7 +58,7 @@ def brief_fit_lines(overall: Figures, fits: tuple[RecordFit, ...], fitted: tuple
     for name, fit, other in zip(names, fits, fitted or fits, strict=True):
         lines.append(f"{name if names.count(name) == 1 else fit.path}: {in_words(fit.figures)}")
         if differ(fit.figures, other.figures):
-            lines.append(f"  {fit.beside(other)}: {in_words(other.figures, False)}")
+            lines.append(f"  {WITH_RIG}: {in_words(other.figures, False)}")
     return [*lines, f"All records: {in_words(overall)}"] if len(fits) > 1 else lines
 
 

@@ -36,9 +36,11 @@ def shared_range(springs: tuple[SpringParameters, SpringParameters], align: Alig
     if align == "record" and high - low < _LEAST_SHARED * narrower:
         ranges = [f"{1e3 * p.displacement_min:.6g} to {1e3 * p.displacement_max:.6g} mm" for p in springs]
         raise StrandspringError(
-            f"A was identified from {ranges[0]} and B from {ranges[1]}, which share less than half of the narrower "
-            "range; if the zero of displacement was moved between the tests, align them by their middles "
-            "(`align=middle`), else identify both over one range."
+            "A was identified from {of_a} and B from {of_b}, which share less than half of the narrower range; if the "
+            "zero of displacement was moved between the tests, align them by their middles ({to[align=middle]}), else "
+            "identify both over one range.",
+            of_a=ranges[0],
+            of_b=ranges[1],
         )
     return low, high
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from numpy.typing import ArrayLike
 
 from ...errors import StrandspringError
+from ...findings import Finding
 from ...ground.arguments import numbers, optional_number, seed_of, whole
 from ...identification.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
@@ -19,12 +20,12 @@ from ...records.given import records_of
 from ...records.record import Record
 from ...vibration.one_mass.response import FrequencyResponse
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.result import PlottedResult
+from ..common.result import ResultWithFindings
 from ..common.text_table import table_lines
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
-from .comparison_cautions import comparison_cautions, comparison_notes
+from .comparison_findings import comparison_findings
 from .comparison_words import (
     ComparisonVerdict,
     difference_table,
@@ -87,7 +88,7 @@ class RecordComparison:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(PlottedResult):
+class Comparison(ResultWithFindings):
     """Two springs against each other.
 
     Attributes
@@ -109,7 +110,7 @@ class Comparison(PlottedResult):
     loops : (Loop, Loop)                   Steady loops over the shared range.
     mass : SharedMass                      Transmissibility of a mass on either spring.
     records : tuple of RecordComparison
-    notes, cautions : tuple of str
+    findings : tuple of Finding
     """
 
     _size, _grid = (13.0, 8.0), (2, 3)
@@ -130,8 +131,7 @@ class Comparison(PlottedResult):
     loops: tuple[Loop, Loop]
     mass: SharedMass
     records: tuple[RecordComparison, ...]
-    notes: tuple[str, ...]
-    cautions: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def loop_difference(self) -> tuple[float, float]:
@@ -227,8 +227,7 @@ class Comparison(PlottedResult):
                 }
                 for compared in self.records
             ],
-            "notes": list(self.notes),
-            "cautions": list(self.cautions),
+            **self.findings_json,
         }
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
@@ -315,7 +314,7 @@ def compare(
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
     reaches = _amplitudes(amplitudes, 0.5 * (high - low))
-    spreads, unknown = (None, "no springs were drawn") if draws == 0 else spreads_of(models)
+    spreads, unknown = (None, "No springs were drawn.") if draws == 0 else spreads_of(models)
     records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
     is_same = models[0].parameters == models[1].parameters
     plain, scatter = springs, None
@@ -330,7 +329,7 @@ def compare(
             )
             plain = in_one_form
         except StrandspringError as problem:
-            unknown = str(problem).rstrip(".")
+            unknown = str(problem)
     parameters, test = parameter_differences(
         springs,
         plain,
@@ -344,7 +343,7 @@ def compare(
     )
     figures = figure_differences(of_each, of_plain, reaches, scatter)
     if scatter is not None and all(math.isnan(difference.z) for difference in figures):
-        scatter, unknown = None, "the springs drawn from the uncertainty are all alike; identify both again"
+        scatter, unknown = None, "The springs drawn from the uncertainty are all alike; identify both again."
     if is_same:
         verdict, test = ComparisonVerdict.IDENTICAL, None
     elif scatter is None:
@@ -365,8 +364,7 @@ def compare(
         loops,
         shared_mass(springs, low, high, mass),
         followed,
-        tuple(comparison_notes(models, verdict)),
-        tuple(comparison_cautions(models, records, align, loops)),
+        tuple(comparison_findings(models, records, align, loops, verdict)),
     )  # fmt: skip
 
 

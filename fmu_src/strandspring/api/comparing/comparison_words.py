@@ -36,7 +36,7 @@ def verdict_sentence(
         return f"{verdict.value}."
     if verdict is ComparisonVerdict.UNKNOWN:
         largest = [_largest(group) for group in _by_quantity(figures)]
-        return f"{verdict.value}: {unknown}. As identified, {'; '.join(map(_in_words, largest))}."
+        return f"{verdict.value}. {unknown} As identified, {'; '.join(map(_in_words, largest))}."
     if verdict is ComparisonVerdict.NOT_FOUND:
         ends = [group[-1] for group in _by_quantity(figures) if not math.isnan(group[-1].seen_from)]
         seen = [f"{_size(difference, difference.seen_from)} in {difference.words}" for difference in ends]

@@ -117,13 +117,13 @@ def spreads_of(models: tuple[ModelFile, ModelFile]) -> tuple[tuple[JointCovarian
     spreads, reasons = [], []
     for label, model in zip("AB", models, strict=True):
         if not model.uncertainty:
-            reasons.append(f"{label} holds no uncertainty; identify it with the refined method")
+            reasons.append(f"{label} holds no uncertainty; identify it with the refined method.")
             continue
         try:
             spreads.append(JointCovariance.to_draw_from(model.parameters, model.uncertainty))
         except ModelError as problem:
-            reasons.append(f"{label}: {str(problem).rstrip('.')}")
-    return (None, "; ".join(reasons)) if reasons else ((spreads[0], spreads[1]), "")
+            reasons.append(f"{label}: {problem}")
+    return (None, " ".join(reasons)) if reasons else ((spreads[0], spreads[1]), "")
 
 
 def loop_figures(p: SpringParameters, middle: float, amplitudes: Sequence[float]) -> FloatArray:

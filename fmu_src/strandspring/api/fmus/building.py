@@ -10,7 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
-from ...errors import BuildError
+from ...errors import BuildError, Reader
+from ...findings import CAUTIONS, gathered, of_severity
 from ...fmu.archive import fmu_path
 from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.native.native_fmu import build_native_fmu
@@ -361,6 +362,6 @@ def _model(
         identification = source
     else:
         identification = identify_records(as_records(source))
-        for sentence in identification.cautions:
+        for sentence in gathered(of_severity(identification.findings, CAUTIONS), Reader.PYTHON):
             warnings.warn(sentence, stacklevel=3)
     return identification.model_file(identification.record_name), identification.records

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...fmu.checks.verification import Finding, verify_fmu
+from ...fmu.checks.verification import Check, verify_fmu
 from ..common.result import Result
 
 if TYPE_CHECKING:
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Verification(Result):
-    """What was found of one FMU.
+    """What was checked of one FMU.
 
     Attributes
     ----------
     path : str                     Of the FMU.
-    findings : tuple of Finding    Each says what was looked at, one sentence, and whether it speaks against the FMU.
+    checks : tuple of Check   Each says what was looked at, one sentence, and whether it speaks against the FMU.
     """
 
     path: str
-    findings: tuple[Finding, ...]
+    checks: tuple[Check, ...]
 
     @property
-    def problems(self) -> tuple[Finding, ...]:
-        """Findings that speak against the FMU."""
-        return tuple(finding for finding in self.findings if finding.is_problem)
+    def problems(self) -> tuple[Check, ...]:
+        """Checks that speak against the FMU."""
+        return tuple(check for check in self.checks if check.is_problem)
 
     @property
     def ok(self) -> bool:
@@ -38,14 +38,14 @@ class Verification(Result):
         return not self.problems
 
     def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """All findings in words."""
-        return [self.path, *(f"  {finding.about}: {finding.text}" for finding in self.findings)]
+        """All checks in words."""
+        return [self.path, *(f"  {check.about}: {check.text}" for check in self.checks)]
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each finding."""
+        """One row for each check."""
         import pandas as pd
 
-        return pd.DataFrame([asdict(finding) for finding in self.findings])
+        return pd.DataFrame([asdict(check) for check in self.checks])
 
 
 def verify(fmu: str | os.PathLike[str]) -> Verification:
@@ -74,7 +74,7 @@ def verify(fmu: str | os.PathLike[str]) -> Verification:
     ...     verification = verify(build_fmu(spring, folder))
     >>> verification.ok
     True
-    >>> [finding.about for finding in verification.findings]
+    >>> [check.about for check in verification.checks]
     ['files', 'rules', 'spring', 'run']
     """
     return Verification(os.fspath(fmu), tuple(verify_fmu(Path(fmu))))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
+from ...findings import Finding, Outcome
 from ...ground.arguments import numbers
 from ...ground.quoting import printable
 from ...ground.result_columns import ResultColumn, cells, values
@@ -34,10 +35,10 @@ from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
 from ...records.given import records_of
 from ...records.record import Record
-from ..common.caution_text import backwards_cautions, clipped_cautions, effects_cautions, effects_of
 from ..common.model_source import ModelSource, model_of, origin_of, source_of
-from ..common.result import PlottedResult
-from ..common.text import counted, outside_range, parameter_lines, verdict_json
+from ..common.record_findings import effects_of, of_records, removed_effects
+from ..common.result import ResultWithFindings
+from ..common.text import counted, parameter_lines, verdict_json
 from ..common.text_table import table_lines
 
 if TYPE_CHECKING:
@@ -51,7 +52,7 @@ _DRAWN = 60  # amplitudes of the modelled line in a plot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Information(PlottedResult):
+class Information(ResultWithFindings):
     """A model's loops, and those of records with the model's between the same turning points.
 
     Attributes
@@ -65,7 +66,7 @@ class Information(PlottedResult):
     pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
-    cautions : tuple of str                 Those of the identification; loops that run backwards, are open or leave
+    findings : tuple of Finding             Those of the identification; loops that run backwards, are open or leave
                                             the identified range; effects of the rig that were removed.
     """
 
@@ -80,7 +81,7 @@ class Information(PlottedResult):
     pairs: tuple[tuple[MeasuredLoop, Loop], ...]
     rate_independence: RateIndependence | None
     overlap: Overlap | None
-    cautions: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def verdicts(self) -> tuple[str, ...]:
@@ -137,7 +138,7 @@ class Information(PlottedResult):
             "loops": [_loop_json(figures, measured) for figures, measured, _ in self._loops()],
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
-            "cautions": self.cautions,
+            **self.findings_json,
         }
 
     def to_frame(self) -> pd.DataFrame:
@@ -242,12 +243,10 @@ def info(
     origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
     records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
-    cautions = [f"Of the identification: {printable(sentence)}" for _, sentence in stated_cautions(content)]
-    cautions += relaxed_branches(content.parameters)
-    cautions += backwards_cautions(records)
-    cautions += chain.from_iterable(map(clipped_cautions, records))
+    findings = [*stated_cautions(content, "Of the identification"), *relaxed_branches(content.parameters)]
+    findings += of_records(records)
     if records:
-        cautions += effects_cautions(source, content)
+        findings += removed_effects(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
     solver = PathSolver(parameters)
     measured = list(chain.from_iterable(map(measured_loops, records)))
@@ -259,11 +258,11 @@ def info(
     modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
     pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)
     loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
-    cautions += [sentence for loop in loops for sentence in _outside(parameters, *loop)]
-    cautions += [_open(loop) for loop in measured if loop.gap != 0.0]
+    findings += [finding for loop in loops for finding in _outside(parameters, *loop)]
+    findings += [_open(loop) for loop in measured if loop.gap != 0.0]
     verdicts = campaign_verdicts(records, modelled)
     return Information(
-        source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(cautions)
+        source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(findings)
     )  # fmt: skip
 
 
@@ -290,21 +289,16 @@ def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:
             yield f"{begin}{in_words(fit.alone)}{beside}"
 
 
-def _open(loop: MeasuredLoop) -> str:
-    """A caution about a loop that does not close."""
-    return (
-        f"{loop.path}: the loop from {_ends(loop.figures)} is open by {100.0 * abs(loop.gap):.2g} % of its height, as "
-        "in a first loading: record at least one cycle more."
-    )
+def _open(loop: MeasuredLoop) -> Finding:
+    """A loop that does not close."""
+    ends = (loop.figures.low, loop.figures.high)
+    return Finding(Outcome.OPEN_LOOP, {"loop": (ends,), "gap": abs(loop.gap)}, loop.path)
 
 
-def _ends(figures: LoopFigures) -> str:
-    return f"{figures.low * 1e3:.6g} to {figures.high * 1e3:.6g} mm"
-
-
-def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> list[str]:
-    """A caution about a loop that leaves the identified range; none if it does not."""
-    slack = _SLACK * (p.displacement_max - p.displacement_min)
-    if figures.low >= p.displacement_min - slack and figures.high <= p.displacement_max + slack:
-        return []
-    return [f"{source}: the loop from {_ends(figures)} reaches {outside_range(p)}"]
+def _outside(p: SpringParameters, source: str, figures: LoopFigures) -> Iterator[Finding]:
+    """A loop that leaves the identified range."""
+    low, high = p.displacement_min, p.displacement_max
+    slack = _SLACK * (high - low)
+    if figures.low < low - slack or figures.high > high + slack:
+        ends = (figures.low, figures.high)
+        yield Finding(Outcome.OUTSIDE_RANGE, {"loop": (ends,), "range": ((low, high),)}, source)

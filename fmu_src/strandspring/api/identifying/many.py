@@ -14,7 +14,8 @@ from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
 from ...campaigns.batches.sources import TABLE, find_springs
 from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
 from ...campaigns.jobs.cluster import Cluster, runner_of
-from ...errors import RecordError
+from ...errors import Reader, RecordError
+from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered
 from ...ground.arguments import flag, optional_number
 from ...identification.method import Method
 from ...loops.selection import Wanted
@@ -39,8 +40,8 @@ class ManyResult(PlottedResult):
     Attributes
     ----------
     folder : Path                Where the models and the tables are.
-    batch : BatchSummary         Counts, first problems, outliers, cautions and notes.
-    left_out : tuple of str      Sentences about files of folders that were not taken.
+    batch : BatchSummary         Counts, first problems, outliers and findings.
+    left_out : tuple of Finding  Files of folders that were not taken.
     seconds : float              That this run took.
 
     Examples
@@ -52,7 +53,7 @@ class ManyResult(PlottedResult):
 
     folder: Path
     batch: BatchSummary
-    left_out: tuple[str, ...]
+    left_out: tuple[Finding, ...]
     seconds: float
 
     @property
@@ -116,12 +117,12 @@ class ManyResult(PlottedResult):
     @property
     def cautions(self) -> list[str]:
         """Cautions of the identifications, each with the number of files."""
-        return self.batch.cautions.lines(self.batch.files)
+        return self.batch.found.lines(Reader.PYTHON, CAUTIONS)
 
     @property
     def notes(self) -> list[str]:
         """What was assumed, each with the number of files."""
-        return [*self.left_out, *self.batch.notes.lines(self.batch.files)]
+        return [*gathered(self.left_out, Reader.PYTHON), *self.batch.found.lines(Reader.PYTHON, NOTES)]
 
     def to_frame(self) -> pd.DataFrame:
         """The table, one file in each row.
@@ -168,9 +169,9 @@ class ManyResult(PlottedResult):
             },
             "short": batch.short_count,
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
-            "cautions": [vars(kind) for kind in batch.cautions.ranked],
-            "notes": [vars(kind) for kind in batch.notes.ranked],
-            "left_out": self.left_out,
+            "cautions": batch.found.as_json(CAUTIONS),
+            "notes": batch.found.as_json((*NOTES, Severity.STATED)),
+            "left_out": list(gathered(self.left_out, Reader.FILE)),
             "seconds": self.seconds,
         }
 

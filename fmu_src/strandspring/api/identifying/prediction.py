@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
+from ...findings import Finding
 from ...ground.files import write_csv
 from ...ground.result_columns import ResultColumn
 from ...identification.figures import Followed, RecordFit, predict_record
@@ -24,15 +25,9 @@ from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
 from ...records.given import Source, given_records
 from ...records.record import Record
-from ..common.caution_text import (
-    backwards_cautions,
-    clipped_cautions,
-    effects_cautions,
-    outside_cautions,
-    unrecorded_cautions,
-)
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.result import PlottedResult
+from ..common.record_findings import of_records, outside, removed_effects, unrecorded
+from ..common.result import ResultWithFindings
 from ..common.text import brief_fit_lines, fit_lines
 
 if TYPE_CHECKING:
@@ -49,7 +44,7 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(Followed, PlottedResult):
+class Prediction(Followed, ResultWithFindings):
     """Predicted forces of one or more records.
 
     Attributes
@@ -58,7 +53,7 @@ class Prediction(Followed, PlottedResult):
     model : ModelFile
     records : tuple of Record
     fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
-    cautions : tuple of str       Loops that run backwards, samples outside the identified range, effects of the rig
+    findings : tuple of Finding   Loops that run backwards, samples outside the identified range, effects of the rig
                                   removed from the records of the model.
     interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
@@ -69,7 +64,7 @@ class Prediction(Followed, PlottedResult):
     model: ModelFile
     records: tuple[Record, ...]
     fits: tuple[RecordFit, ...]
-    cautions: tuple[str, ...]
+    findings: tuple[Finding, ...]
     interval: tuple[ForceInterval, JointCovariance] | None
 
     @cached_property
@@ -115,7 +110,7 @@ class Prediction(Followed, PlottedResult):
         return {
             **self.figures,
             "records": [{"path": fit.path, **fit.as_json()} for fit in self.fits],
-            "cautions": self.cautions,
+            **self.findings_json,
         }
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
@@ -202,13 +197,12 @@ def predict(
     solver = PathSolver(content.parameters)
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")
-    cautions = backwards_cautions(records) + effects_cautions(source, content)
+    findings = [*of_records(records), *removed_effects(source, content)]
     for record in records:
-        cautions += clipped_cautions(record)
-        cautions += outside_cautions(record.path, record.displacement, content.parameters)
-        cautions += unrecorded_cautions(source, content, record)
+        findings += outside(record.path, record.displacement, content.parameters)
+        findings += unrecorded(source, content, record)
     fits = tuple(predict_record(solver, record) for record in records)
-    return Prediction(source, content, records, fits, tuple(cautions), interval)
+    return Prediction(source, content, records, fits, tuple(findings), interval)
 
 
 def _interval(source: str, model: ModelFile) -> tuple[ForceInterval, JointCovariance] | None:

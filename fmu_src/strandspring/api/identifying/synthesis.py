@@ -9,13 +9,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...findings import Finding, Outcome
 from ...ground.arguments import number, numbers, seed_of, whole
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...peers.ni import PAPER_NI, sine_period, with_noise
 from ...records.record import Record
-from ..common.caution_text import outside_cautions
 from ..common.model_source import ModelSource, model_of
+from ..common.record_findings import outside
 
 _MOST_SAMPLES = 20_000_000
 
@@ -50,7 +51,7 @@ def synthesize(
 
     Returns
     -------
-    Record   Its notes say the noise with its seed, and what lies outside the identified range.
+    Record   Its findings say the noise with its seed, and what lies outside the identified range.
 
     Raises
     ------
@@ -63,7 +64,7 @@ def synthesize(
     >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
     >>> record = synthesize(spring, amplitudes=[0.005, 0.02], noise=0.01, seed=7)
     >>> len(record), record.notes
-    (6001, ('noise level 0.01, seed 7',))
+    (6001, ('Noise level 0.01, seed 7.',))
     """
     content = model_of(model)
     p = content.parameters
@@ -90,7 +91,7 @@ def synthesize(
         _quantised(force, force_resolution),
         time,
         path=name,
-        notes=(*_noise_notes(noise, seed), *outside_cautions(name, path, p)),
+        findings=(*_noise(noise, seed), *outside("", path, p)),
     )
 
 
@@ -141,7 +142,7 @@ def synthesize_ni(
         _noisy(force, noise, seed),
         2.0 * np.pi * np.arange(force.size) / samples,
         path="<Ni's model>",
-        notes=_noise_notes(noise, seed),
+        findings=_noise(noise, seed),
     )
 
 
@@ -172,8 +173,8 @@ def _noisy(force: FloatArray, noise: float, seed: int) -> FloatArray:
     return with_noise(force, noise, seed) if noise > 0.0 else force
 
 
-def _noise_notes(noise: float, seed: int) -> tuple[str, ...]:
-    return (f"noise level {noise:g}, seed {seed}",) if noise > 0.0 else ()
+def _noise(noise: float, seed: int) -> tuple[Finding, ...]:
+    return (Finding(Outcome.NOISE, {"noise": noise, "seed": seed}),) if noise > 0.0 else ()
 
 
 def _quantised(values: FloatArray, step: float) -> FloatArray:

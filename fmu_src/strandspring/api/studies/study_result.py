@@ -13,10 +13,11 @@ from ...campaigns.jobs.runners import Runner
 from ...campaigns.studies.execution import run_study
 from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
+from ...findings import Finding
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
-from ..common.result import PlottedResult
+from ..common.result import ResultWithFindings
 from ..common.text_table import table_lines, without_constants
 
 if TYPE_CHECKING:
@@ -58,14 +59,14 @@ def executed(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AnyStudyResult(PlottedResult, Generic[Planned]):
+class AnyStudyResult(ResultWithFindings, Generic[Planned]):
     """Runs of a study, and what they say of each candidate at each grid point.
 
     Attributes
     ----------
     study : Runs
     output : Path or None     File with one line for each run, if one was asked for.
-    cautions : tuple of str   What limits the worth of the result.
+    known : tuple of Finding  What limits the worth of the result whatever its runs say.
     """
 
     _rows: ClassVar[str] = "grid points"  # what the rows of the table are
@@ -75,7 +76,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
     _summaries: pd.DataFrame
     output: Path | None
     _frame: pd.DataFrame | None
-    cautions: tuple[str, ...]
+    known: tuple[Finding, ...]
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units."""
@@ -100,16 +101,14 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
     def _where(self, point: dict[str, Any]) -> str:
         """The grid point and the candidate in words."""
 
-    def _notes(self, point: dict[str, Any], where: str) -> list[str]:
-        """Lines about one row of the table."""
-        if not point["refused"]:
-            return []
-        runs = len(self.study) // len(self._summaries)
-        return [f"  {where}: {point['refused']} of {runs} refused, most often: {point['reason']}"]
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What limits the worth of the result."""
+        return self.known
 
     def brief(self, width: int | None = None) -> list[str]:
         """The same with the 5 and 95 % quantiles of a figure as its range, and what all grid points share before."""
-        shown = list(_records(self._summaries.head(_MOST_SHOWN)))
+        shown = list(records(self._summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.key in self._brief]
         ends = ("q05", "q95") if self.study.draws and self.study.rows_of_draws else ("median", "median")
         rows = [
@@ -126,8 +125,8 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
         return [self.headline, *of_all, *table, *self._remarks(shown)]
 
     def text_lines(self, width: int | None = None) -> list[str]:
-        """What was counted, quantiles, refusals and cautions in words, in tables of at most a width."""
-        shown = list(_records(self._summaries.head(_MOST_SHOWN)))
+        """What was counted, quantiles and refusals in words, in tables of at most a width."""
+        shown = list(records(self._summaries.head(_MOST_SHOWN)))
         printed = [figure for figure in self.study.figures if figure.short]
         titles = _TITLES if self.study.draws and self.study.rows_of_draws else {"median": ""}
         several = len(titles) > 1
@@ -143,17 +142,15 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
         return [self.headline, *table, *self._remarks(shown)]
 
     def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
-        """What is to be said of the rows that are shown, of others, and of all."""
-        lines: list[str] = []
-        for point in shown:
-            lines += self._notes(point, self._where(point))
+        """What is to be said of the rows that are shown, and of others."""
+        runs = len(self.study) // len(self._summaries)
+        lines = [
+            f"  {self._where(point)}: {point['refused']} of {runs} refused, most often: {point['reason']}"
+            for point in shown
+            if point["refused"]
+        ]
         more = len(self._summaries) - len(shown)
-        lines += [f"  and {more} more {self._rows}, all of them in the results file"] if more else []
-        return [*lines, *(f"  Caution: {sentence}" for sentence in self.cautions)]
-
-    def summary(self) -> str:
-        """What was counted, quantiles, refusals and cautions in words."""
-        return "\n".join(self.text_lines())
+        return [*lines, *([f"  and {more} more {self._rows}, all of them in the results file"] if more else [])]
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""
@@ -162,13 +159,13 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
             "runs": len(self.study),
             "draws": self.study.draws,
             "seed": self.study.seed,
-            "cautions": self.cautions,
+            **self.findings_json,
             "points": [
                 {
                     **{name: value for name, value in point.items() if name not in columns},
                     "figures": {figure.key: _quantiles(point, figure) for figure in self.study.figures},
                 }
-                for point in _records(self._summaries)
+                for point in records(self._summaries)
             ],
         }
 
@@ -185,7 +182,7 @@ class AnyStudyResult(PlottedResult, Generic[Planned]):
         axes.legend()
 
 
-def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
+def records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """The rows of a table, None where a value is unknown."""
     names = table.columns.tolist()
     for row in table.itertuples(index=False, name=None):

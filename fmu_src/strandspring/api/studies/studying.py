@@ -15,6 +15,7 @@ from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
+from ...findings import Finding, Outcome
 from ...ground.arguments import flag, limits, number, numbers, optional_number, whole
 from ...ground.files import readable
 from ...model.coordinates import counted_from, zero_sentence
@@ -25,13 +26,13 @@ from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationErro
 from ..common.levels import given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.text import outside_range
-from .study_result import AnyStudyResult, executed
+from .study_result import AnyStudyResult, executed, records
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _DEFAULT_SHARE = 0.01  # of the free travel
+_COUNTED = {Outcome.OUTSIDE_RANGE: "extrapolating", Outcome.PEAK_AT_END: "at_end_of_band"}  # columns of summaries
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,7 +44,7 @@ class StudyResult(AnyStudyResult[Study]):
     Attributes
     ----------
     study : Study
-    cautions : tuple of str   Of the model's identification.
+    known : tuple of Finding  Of the model's identification.
     model : ModelFile
     zero : float              Where displacement is counted from [m].
     """
@@ -90,18 +91,18 @@ class StudyResult(AnyStudyResult[Study]):
         mass, level, stiffness, *_ = self._head(point).values()
         return f"{mass} kg, {level}, stiffness x {stiffness}"
 
-    def _notes(self, point: dict[str, Any], where: str) -> list[str]:
-        lines = super()._notes(point, where)
-        if point["at_end_of_band"]:
-            lines.append(
-                f"  {where}: {point['at_end_of_band']} of {point['runs']} have their peak at an end of the band"
-            )
-        if point["extrapolating"]:
-            lines.append(
-                f"  Caution: {where}: in {point['extrapolating']} of {point['runs']} the spring moves "
-                f"{outside_range(self.study.spring)}"
-            )
-        return lines
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of the model's identification, and of peaks and ranges at each grid point."""
+        spring = self.study.spring
+        ends = ((spring.displacement_min, spring.displacement_max),)
+        found = list(self.known)
+        for point in records(self._summaries):
+            for kind, column in _COUNTED.items():
+                if point[column]:
+                    numbers = {"runs": point[column], "of": point["runs"], "range": ends}
+                    found.append(Finding(kind, numbers, self._where(point)))
+        return tuple(found)
 
     def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
         return [*super()._remarks(shown), *filter(None, [zero_sentence(self.zero)])]
@@ -227,5 +228,5 @@ def _spread(source: object, spring: SpringParameters, content: ModelFile) -> Joi
     try:
         return JointCovariance.to_draw_from(spring, content.uncertainty)
     except ModelError as problem:
-        remedy = "Or ask for no draws (`draws=0`)."
-        raise ModelError(f"{path_of(source) or content.name}: {problem} {remedy}") from None
+        sentence = "{where}: {problem} Or ask for no draws ({to[draws=0]})."
+        raise ModelError(sentence, where=path_of(source) or content.name, problem=problem) from None

@@ -48,7 +48,7 @@ class SystemStudyResult(AnyStudyResult[SystemStudy]):
     Attributes
     ----------
     study : SystemStudy
-    cautions : tuple of str   Limits that are not tested, and models that are taken as known in all draws.
+    known : tuple of Finding  Limits that are not tested, and models that are taken as known in all draws.
     name : str
     """
 
@@ -184,9 +184,9 @@ def study_system(
     where, content, files = readable(system), read_description(system), FilesOfFolder(Path(system).parent)
     try:
         planned = planned_study(content, files, vary, cases, candidates, draws, seed, step)
-        cautions = (*(kind.untested for kind in planned.untested), *undrawn(planned))
+        known = (*(kind.untested for kind in planned.untested), *undrawn(planned))
     except MountedSystemError as problem:
         raise MountedSystemError(f"{where}, {problem}") from None
 
     execution = executed(planned, runner, output, progress, notify)
-    return SystemStudyResult(planned, *execution, cautions, content["name"])
+    return SystemStudyResult(planned, *execution, known, content["name"])

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike, NDArray
 
+from ...findings import Finding, Outcome
 from ...ground.arguments import flag, limits, number, optional_number, whole
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
@@ -34,7 +35,6 @@ from ...vibration.one_mass.system import (
 from ..common.levels import checked_count, given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.text import outside_range
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
@@ -228,7 +228,7 @@ class Isolation(AnyIsolation):
         return self._lines(width, [column for column in _TABLE if column.key not in _DETAILS])
 
     def text_lines(self, width: int | None = None) -> list[str]:
-        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
+        """Static equilibrium and resonances in words, in tables of at most a width."""
         return self._lines(width, _TABLE)
 
     def _lines(self, width: int | None, columns: Sequence[ResultColumn]) -> list[str]:
@@ -239,37 +239,28 @@ class Isolation(AnyIsolation):
             lines += [f"{self._name(isolated)}: {first}" if several else first, *rest]
         if several and self.levels_chosen:
             lines.append(self.levels_chosen)
-        lines += self._table(columns, width, attrgetter("resonances"))
-        return [*lines, *self._cautions()]
+        return [*lines, *self._table(columns, width, attrgetter("resonances"))]
 
     def _name(self, isolated: IsolatedModel) -> str:
         return isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
 
     @property
-    def cautions(self) -> list[str]:
-        """Cautions of the identifications, and where a motion leaves the identified range."""
-        sentences: list[str] = []
+    def findings(self) -> tuple[Finding, ...]:
+        """Of the identifications, where a curve folds, and where a motion leaves the identified range."""
+        found: list[Finding] = []
         for isolated in self.models:
-            sentences += cautions_in_use(isolated.label, isolated.model)
+            found += cautions_in_use(isolated.label, isolated.model)
+            spring = isolated.system.spring
+            ends = (spring.displacement_min, spring.displacement_max)
             for response in isolated.responses:
-                outside = [point.frequency for point in response.points if point.extrapolating]
-                if outside:
-                    of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
-                    sentences.append(
-                        f"{of_model}{response.level_text}: from {min(outside):.4g} to {max(outside):.4g} Hz the spring "
-                        f"moves {outside_range(isolated.system.spring)}"
-                    )
-        return sentences
-
-    def _cautions(self) -> list[str]:
-        lines = []
-        unstable = sum(int(response.unstable.sum()) for _, response in self.every)
-        if unstable:
-            lines.append(
-                f"  The curve folds: {unstable} points between folds are unstable, and the motion jumps there. Folds "
-                "far below the resonance are superharmonics; a little `damping=...` removes them."
-            )
-        return lines + [f"  Caution: {sentence}" for sentence in self.cautions]
+                of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
+                where = f"{of_model}{response.level_text}"
+                if unstable := int(response.unstable.sum()):
+                    found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}, where))
+                if outside := [point.frequency for point in response.points if point.extrapolating]:
+                    numbers = {"frequencies": ((min(outside), max(outside)),), "range": (ends,)}
+                    found.append(Finding(Outcome.OUTSIDE_RANGE, numbers, where))
+        return tuple(found)
 
     def _repr_html_(self) -> str:
         text = escape("\n".join(line for isolated in self.models for line in isolated.equilibrium_lines()))
@@ -279,7 +270,7 @@ class Isolation(AnyIsolation):
         """The result as the command prints it with --json: of one model, or a list of them in `models`."""
         models = [isolated.as_json(checked) for isolated in self.models]
         content = models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
-        return {**content, "cautions": self.cautions}
+        return {**content, **self.findings_json}
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency, dotted where the motion is unstable.
@@ -466,7 +457,7 @@ def _named(label: str, models: int) -> Iterator[None]:
     except IsolationError as refusal:
         if models == 1:
             raise
-        raise IsolationError(f"{label}: {refusal}") from None
+        raise IsolationError("{label}: {refusal}", label=label, refusal=refusal) from None
 
 
 def _labels(models: Sequence[ModelFile]) -> list[str]:

@@ -22,7 +22,7 @@ from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
 from ..common.progress import Progress
-from ..common.result import PlottedResult
+from ..common.result import ResultWithFindings
 from ..common.text_table import table_lines, without_constants
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
 ISOLATION_FREQUENCY = ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz")
 
 
-class AnyIsolation(PlottedResult):
+class AnyIsolation(ResultWithFindings):
     """Steady motions of all parts, each with its `label` and its `responses`."""
 
     _resonance: ClassVar[type[Any]]
@@ -57,14 +57,6 @@ class AnyIsolation(PlottedResult):
     @abstractmethod
     def _csv(self) -> pd.DataFrame:
         """What `save_csv` writes."""
-
-    @abstractmethod
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """Static equilibrium, resonances and cautions in words, in tables of at most a width."""
-
-    def summary(self) -> str:
-        """Static equilibrium, resonances and cautions in words."""
-        return "\n".join(self.text_lines())
 
     @property
     def every(self) -> Iterator[tuple[Any, Any]]:

@@ -108,6 +108,6 @@ def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, 
     if not stiffness > 0.0:
         raise IsolationError(
             f"The stiffness of A in the middle of the range that both share must be > 0 for a mass to rest there, got "
-            f"{stiffness:.4g} N/m; give a mass that rests elsewhere with `mass=...`."
+            f"{stiffness:.4g} N/m; give a mass that rests elsewhere."
         )
     return stiffness / (2.0 * np.pi * _FREQUENCY) ** 2, load

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...campaigns.jobs.threads import in_threads
 from ...errors import MountedSystemError
+from ...findings import Finding
 from ...ground.arguments import flag, optional_number, optional_whole, workers_of
 from ...ground.files import refuse_unwritable, write_csv
 from ...vibration.description.system_file import SystemFile, load_system_file
@@ -25,7 +26,7 @@ from ...vibration.verdicts.answers import (
     CaseAnswer,
     answer_candidate,
     answer_case,
-    gathered_cautions,
+    findings_of,
     overall_verdicts,
     untested,
 )
@@ -33,8 +34,8 @@ from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult
-from ..common.text import counted, in_few_words
+from ..common.result import ResultWithFindings
+from ..common.text import counted
 from ..common.text_table import table_lines
 from .simulation_details import detail_lines
 from .simulation_json import candidate_json, case_json, figure_json
@@ -55,7 +56,7 @@ _IN_TABLE = {FigureKind.ACCELERATION: "accel. g", FigureKind.SWAY: "sway mm", Fi
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation(PlottedResult):
+class Simulation(ResultWithFindings):
     """Candidates under load cases.
 
     Attributes
@@ -172,12 +173,18 @@ class Simulation(PlottedResult):
             rows += [dict.fromkeys(_COLUMNS) | {"candidate": one.name} | left for one in self.candidates]
         return rows
 
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Limits that are not tested, and what is to be known of candidates, and of each in each case."""
+        not_tested = (kind.untested for kind in untested(self.answers))
+        return (*not_tested, *findings_of(self.candidates, self.answers))
+
     def brief(self, width: int | None = None) -> list[str]:
-        """Verdicts, the range of the worst figures, and each caution once."""
+        """Verdicts, the range of the worst figures, and refusals."""
         return [
             headline(self.file.name, self.answers),
             *verdict_lines(self.answers, width, brief=True),
-            *caution_lines(self.candidates, self.answers, brief=True),
+            *refusal_lines(self.candidates, self.answers),
         ]
 
     def text_lines(self, width: int | None = None) -> list[str]:
@@ -185,7 +192,7 @@ class Simulation(PlottedResult):
         return [
             headline(self.file.name, self.answers),
             *verdict_lines(self.answers, width),
-            *caution_lines(self.candidates, self.answers),
+            *refusal_lines(self.candidates, self.answers),
             *detail_lines(self.candidates, self.answers, width),
         ]
 
@@ -371,24 +378,13 @@ def share_words(figure: Figure) -> str:
     return f"{100.0 * share:.{2 if abs(share - 1.0) < _NEAR else 0}f} %"
 
 
-def caution_lines(
-    candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer], brief: bool = False
-) -> Iterator[str]:
-    """Limits that are not tested, refusals and cautions, each once: a sentence on several candidates or cases names the
-    one it is most about.
-    """
-    yield from (kind.untested for kind in untested(answers))
+def refusal_lines(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[str]:
+    """Why candidates, or cases of them, or draws of these were refused, each once."""
     for candidate in candidates:
         if candidate.refusal:
             yield f"{candidate.name}: refused: {candidate.refusal}"
     refused = {(candidate.name, candidate.refusal) for candidate in candidates}
     for answer in answers:
         if answer.refusal and (answer.candidate, answer.refusal) not in refused:
-            yield f"{answer.where}: refused: {answer.refusal}"
-    for sentence in dict.fromkeys(sentence for candidate in candidates for sentence in candidate.cautions):
-        names = [candidate.name for candidate in candidates if sentence in candidate.cautions]
-        about = "" if len(names) == len(candidates) else f"{', '.join(names)}: "
-        yield f"Caution: {about}{in_few_words(sentence) if brief else sentence}"
-    for where, caution, others in gathered_cautions(answers):
-        more = f" and {counted(len(others), 'other')}" if others else ""
-        yield f"Caution: {where}{more}: {in_few_words(caution.text) if brief else caution.text}"
+            draws = f"{answer.refused} of {answer.draws} draws refused, most often" if answer.draws else "refused"
+            yield f"{answer.where}: {draws}: {answer.refusal}"

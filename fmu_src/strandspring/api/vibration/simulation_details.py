@@ -126,9 +126,6 @@ def run_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterat
         yield "  draws of omega at rest, springs, mounts and realisations; step of the nominal run:"
         headings = ["case", "draws", "beyond a limit %", "refused", "step us", "energy residual %"]
         yield from table_lines(headings, rows, {"case"}, width)
-    for answer in answers:
-        if answer.refused:
-            yield f"  {answer.case.name}: {answer.refused} draws refused, most often: {answer.refusal}"
 
 
 def rms_lines(answers: Sequence[CaseAnswer], width: int | None = None) -> Iterator[str]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import Reader
+from ...findings import gathered
 from ...kernel.arrays import FloatArray
 from ...vibration.bodies.modes import Mode
 from ...vibration.bodies.mounted import MountedSystem
@@ -25,7 +27,7 @@ def candidate_json(candidate: CandidateAnswer, verdict: CaseVerdict) -> Json:
     """The verdict on a candidate in all load cases together, its static poses and modes."""
     static = candidate.static
     form: Json = {"name": candidate.name, "verdict": verdict.value}
-    form |= {"refusal": candidate.refusal or None, "cautions": list(candidate.cautions)}
+    form |= {"refusal": candidate.refusal or None, "cautions": [*gathered(candidate.findings, Reader.FILE)]}
     if static is None:
         return {**form, "static_equilibrium": None, "modes": None}
     names = candidate.system.axis_names
@@ -80,7 +82,7 @@ def case_json(answer: CaseAnswer) -> Json:
         "figures": [figure_json(figure) for figure in answer.figures],
         "nominal": _run(answer.system, answer.runs[0], answer.uses[0]) if answer.runs else None,
         "draws": {"count": answer.draws, "refused": answer.refused, "beyond": answer.beyond},
-        "cautions": [caution.text for caution in answer.cautions],
+        "cautions": [*gathered(answer.findings, Reader.FILE)],
         "spectra": None if answer.courses is None else _spectra(answer.system, answer.courses),
     }
 

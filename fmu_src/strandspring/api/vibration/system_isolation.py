@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...errors import MountedSystemError
+from ...errors import MountedSystemError, Reader
+from ...findings import Finding, gathered
 from ...ground.arguments import flag, limits
 from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.modes import Mode, modes
@@ -26,7 +27,8 @@ from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
 from ...vibration.one_mass.system import Excitation, IsolationError
-from ...vibration.verdicts.system_cautions import catalogue_cautions
+from ...vibration.verdicts.answers import shared
+from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.progress import Progress, unseen
 from ..common.text_table import table_lines
@@ -87,7 +89,7 @@ class IsolatedSystem:
         poses = zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True)
         return {
             "name": self.label,
-            "cautions": list(catalogue_cautions(self.system)),
+            "cautions": [*gathered(catalogue_cautions(self.system), Reader.FILE)],
             "static_equilibrium": [
                 {"body": body.name, "mass": body.mass, "displacement": moved.tolist(), "rotation": rotation.tolist()}
                 for body, moved, rotation in poses
@@ -161,7 +163,7 @@ class SystemIsolation(AnyIsolation):
         return self._lines(width, brief=True)
 
     def text_lines(self, width: int | None = None) -> list[str]:
-        """Static equilibrium, modes, the largest resonance of each point and cautions, in tables of at most a width."""
+        """Static equilibrium, modes and the largest resonance of each point, in tables of at most a width."""
         return self._lines(width, brief=False)
 
     def _lines(self, width: int | None, brief: bool) -> list[str]:
@@ -178,18 +180,19 @@ class SystemIsolation(AnyIsolation):
             _SWAY,
             ISOLATION_FREQUENCY,
         )
-        lines += self._table(columns, width, _largest, brief)
-        cautions = [
-            f"  Caution: {candidate.label}: {sentence}"
-            for candidate in self.candidates
-            for sentence in catalogue_cautions(candidate.system)
-        ]
-        cautions += [
-            f"  Caution: {candidate.label}, {response.shaking.name}, {response.level_text}: {sentence}"
-            for candidate, response in self.every
-            for sentence in response.cautions
-        ]
-        return [*lines, *cautions]
+        return [*lines, *self._table(columns, width, _largest, brief)]
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Of springs from a catalogue, and of each curve."""
+        return (
+            *shared({candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}),
+            *(
+                replace(finding, where=f"{candidate.label}, {response.shaking.name}, {response.level_text}")
+                for candidate, response in self.every
+                for finding in response.findings
+            ),
+        )
 
     def as_json(self) -> dict[str, Any]:
         """The result as the command prints it with --json."""
@@ -321,7 +324,7 @@ def isolate_system(
                 part.motion, shaking, level, _band(band, points, part), extrapolate=extrapolate, advance=advance
             )
         except (IsolationError, MountedSystemError) as refusal:
-            raise type(refusal)(f"{part.label}, {shaking.name}: {refusal}") from None
+            raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
 
     motions = [
         (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking, level))
@@ -429,7 +432,7 @@ def _response_json(response: SystemResponse) -> dict[str, Any]:
         "unit": response.shaking.unit,
         "gain_unit": response.gain_unit,
         "resonances": [asdict(resonance) for resonance in response.resonances],
-        "cautions": response.cautions,
+        "cautions": [*gathered(response.findings, Reader.FILE)],
         "errors_against_time_integration": [asdict(error) for error in response.errors],
         "frequency": response.frequency.tolist(),
         "points": [

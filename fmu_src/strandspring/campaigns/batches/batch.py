@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-import re
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, field
 from itertools import islice
@@ -16,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import StrandspringError
+from ...errors import Reader, StrandspringError
+from ...findings import CAUTIONS, Finding, Outcome, Severity, of_severity, words
 from ...ground.files import readable, reason_of, refuse_unwritable, replacing, write_csv, write_text
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS
-from ...model.outcomes import Outcome
 from ..jobs.cluster import Cluster
 from ..jobs.rowlog import RowLog
 from ..jobs.runners import JobError, Runner, finished_rows
@@ -29,10 +28,8 @@ from .sources import COLUMNAR_TABLE, JOURNAL, TABLE, SpringFile
 from .spring_row import IDENTIFIED, UNREADABLE, BatchWork, Finished, SpringRow, digest
 
 _MOST_NAMED = 20  # files that a summary names
-_COPY = "The content is that of another file, which medians, scatter and outliers therefore count more than once."
-_NUMBER = re.compile(r"-?\d+(\.\d+)?(e[+-]?\d+)?")
-_MOST_KINDS = 1000  # files that all say something else must not fill the memory
-_MANIFEST = {"format": "strandspring-batch", "format_version": 5}
+_APART = ("quantity", "unit")  # numbers in which findings of a kind are told apart
+_MANIFEST = {"format": "strandspring-batch", "format_version": 6}
 _ROW_GROUP = 1000  # rows of Parquet that are in memory at a time
 # Columns that are not numbers with a fraction.
 _TEXTS = {"file", "sha256", "status", "reason", "verdict", "outlier", "cautions", "model"}
@@ -44,65 +41,43 @@ TableRow = tuple[SpringRow, Sequence[float | None], Sequence[str]]
 
 
 @dataclass
-class SentenceKind:
-    """Sentences that differ in their numbers only.
-
-    Attributes
-    ----------
-    sentence, file : str   The first of them, and the file that it belongs to.
-    count : int            Number of files.
-    """
-
-    sentence: str
-    file: str
-    count: int = 0
-
-
-@dataclass
 class Tally:
-    """Sentences by kind.
+    """Findings of files, by kind: the first of each, and the number of files.
 
     Examples
     --------
     >>> from strandspring.campaigns.batches.batch import Tally
     >>> tally = Tally()
     >>> for file, line in (("a.csv", 3), ("b.csv", 12), ("c.csv", 3)):
-    ...     tally.add(file, [f"the numbers begin in line {line}"])
-    >>> tally.add("c.csv", ["unit of force assumed: N"])
-    >>> tally.lines(3)
-    ['3 files: the numbers begin in line 3', '1 file: unit of force assumed: N (c.csv)']
+    ...     tally.add([Finding(Outcome.NO_HEADER, {"row": "line", "first": line}, file)])
+    >>> tally.lines(Reader.PYTHON, list(Severity))
+    ['3 files, first a.csv: The numbers begin in line 3, without a header.']
     """
 
-    kinds: dict[str, SentenceKind] = field(default_factory=dict)
+    kinds: dict[tuple[Any, ...], tuple[Finding, int]] = field(default_factory=dict)
 
-    def add(self, file: str, sentences: Iterable[str]) -> None:
-        """Count a file's sentences."""
-        for sentence in dict.fromkeys(sentences):
-            key = _NUMBER.sub("#", sentence)
-            if key in self.kinds or len(self.kinds) < _MOST_KINDS:
-                self.kinds.setdefault(key, SentenceKind(sentence, file)).count += 1
-            else:
-                self.kinds.setdefault("", SentenceKind("other sentences", file)).count += 1
+    def add(self, findings: Iterable[Finding]) -> None:
+        """Count a file's findings."""
+        own = {(one.kind, *(one.numbers.get(name) for name in _APART)): one for one in findings}
+        for key, finding in own.items():
+            first, count = self.kinds.get(key, (finding, 0))
+            self.kinds[key] = first, count + 1
 
-    @property
-    def ranked(self) -> list[SentenceKind]:
-        """Kinds, those of most files first."""
-        return sorted(self.kinds.values(), key=lambda kind: -kind.count)
+    def ranked(self, severities: Collection[Severity]) -> list[tuple[Finding, int]]:
+        """First finding and number of files of the kinds that matter so much, those of most files first."""
+        chosen = (pair for pair in self.kinds.values() if pair[0].kind.severity in severities)
+        return sorted(chosen, key=lambda pair: -pair[1])
 
-    def lines(self, files: int, most: int = 40) -> list[str]:
-        """One line for each kind.
+    def lines(self, reader: Reader, severities: Collection[Severity], brief: bool = False) -> list[str]:
+        """One line for each kind, of some severities."""
+        return [
+            f"{'1 file,' if count == 1 else f'{count} files, first'} {words(finding, reader, brief)}"
+            for finding, count in self.ranked(severities)
+        ]
 
-        Parameters
-        ----------
-        files : int   Of the batch; a kind of all of them needs no example.
-        most : int    Number of kinds that are listed.
-        """
-        lines = []
-        for kind in self.ranked[:most]:
-            place = "" if kind.count == files else f" ({'' if kind.count == 1 else 'first: '}{kind.file})"
-            lines.append(f"{kind.count} file{'' if kind.count == 1 else 's'}: {kind.sentence}{place}")
-        more = len(self.kinds) - most
-        return lines if more <= 0 else [*lines, f"{more} more kinds, of fewer files each"]
+    def as_json(self, severities: Collection[Severity]) -> list[dict[str, Any]]:
+        """The kinds as objects for JSON."""
+        return [{**finding.as_json(), "count": count} for finding, count in self.ranked(severities)]
 
 
 @dataclass
@@ -123,7 +98,7 @@ class BatchSummary:
     outliers : dict                   First outliers: the figures in which they differ from the batch.
     outlier_count : int
     judged : bool                     Whether there are springs enough to look for outliers.
-    cautions, notes : Tally           Cautions by name, notes by kind.
+    found : Tally                     Findings by kind.
     table, columnar_table : Path      The latter None if it could not be written.
     """
 
@@ -140,8 +115,7 @@ class BatchSummary:
     outliers: dict[str, list[str]] = field(default_factory=dict)
     outlier_count: int = 0
     judged: bool = False
-    cautions: Tally = field(default_factory=Tally)
-    notes: Tally = field(default_factory=Tally)
+    found: Tally = field(default_factory=Tally)
 
 
 def identify_batch(
@@ -194,8 +168,8 @@ def identify_batch(
         if not log.finished:
             raise
         raise JobError(
-            f"{str(problem).rstrip('.')}; {log.finished} of {len(springs)} files are kept in {log.name}, and the same "
-            "command continues from there."
+            f"{problem} {log.finished} of {len(springs)} files are kept in {log.name}; the same command continues from "
+            "there."
         ) from None
     finally:
         log.close(remove=False)
@@ -222,7 +196,7 @@ def _written(log: SpringLog, files: int, earlier: int, folder: Path, amplitude: 
     for row in _rows(log, files):
         _add(row, summary)
         if row.sha256 in contents:
-            summary.cautions.add(readable(row.file), [_COPY])
+            summary.found.add([Finding(Outcome.COPIES, {}, readable(row.file))])
         elif row.sha256 is not None:
             contents.add(row.sha256)
         for name in coefficients:
@@ -252,8 +226,7 @@ def _add(row: SpringRow, summary: BatchSummary) -> None:
     summary.statuses[row.status] += 1
     if row.status != IDENTIFIED and len(summary.problems) < _MOST_NAMED:
         summary.problems.append((file, row.status, readable(row.reason)))
-    summary.cautions.add(file, (f"{name}: {Outcome[name.upper()].value}" for name in row.cautions))
-    summary.notes.add(file, map(readable, row.notes))
+    summary.found.add(row.findings)
 
 
 def _figures(log: SpringLog, files: int, summary: BatchSummary) -> FloatArray:
@@ -387,6 +360,7 @@ class Layout:
     def cells(self, table_row: TableRow) -> dict[str, Any]:
         """Values of a row by heading; None where there is none."""
         row, figures, outlier = table_row
+        cautions = dict.fromkeys(finding.name for finding in of_severity(row.findings, CAUTIONS))
         cells: dict[str, Any] = {
             "file": readable(row.file),
             "sha256": row.sha256,
@@ -394,7 +368,7 @@ class Layout:
             "reason": readable(row.reason) or None,
             "verdict": row.verdict,
             "outlier": "; ".join(outlier) or None,
-            "cautions": "; ".join(row.cautions) or None,
+            "cautions": "; ".join(cautions) or None,
             "model": None if row.model_sha256 is None else f"{row.model}.json",
             "samples": row.samples,
             "has times": row.times,

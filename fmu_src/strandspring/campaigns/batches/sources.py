@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...errors import RecordError, StrandspringError
+from ...findings import Finding, Outcome
 from ...ground.files import readable
 from ...model.names import LONGEST_NAME, identifier
 
@@ -41,7 +42,7 @@ class SpringFile(NamedTuple):
 
 def find_springs(
     sources: Iterable[str | os.PathLike[str]], folder: Path
-) -> tuple[tuple[SpringFile, ...], tuple[str, ...]]:
+) -> tuple[tuple[SpringFile, ...], tuple[Finding, ...]]:
     """Files of a batch: those given, and those of given folders whose names end like a record's.
 
     Folders within folders are not searched. A folder whose own name ends like a record's is taken for a damaged file.
@@ -54,8 +55,7 @@ def find_springs(
     Returns
     -------
     tuple of SpringFile          In the order given, the files of a folder by name.
-    tuple of str                 Sentences about files of folders that are no records by their names, and about files
-                                 given twice.
+    tuple of Finding             Files of folders that are no records by their names, and files given twice.
 
     Raises
     ------
@@ -81,11 +81,8 @@ def find_springs(
     names = _model_names(list(files.values()))
     springs = tuple(SpringFile(_text(files[path]), path, name) for path, name in zip(files, names, strict=True))
     _refuse_overwriting(springs, folder, outputs)
-    left_out = []
-    if others:
-        left_out.append(f"{_files(len(others))} not named like a record left out, first: {readable(others[0])}")
-    if twice:
-        left_out.append(f"{_files(len(twice))} given more than once, first: {readable(twice[0])}")
+    listed = ((Outcome.NOT_LIKE_RECORDS, others), (Outcome.GIVEN_TWICE, twice))
+    left_out = (Finding(kind, {"count": len(of), "first": readable(of[0])}) for kind, of in listed if of)
     return springs, tuple(left_out)
 
 
@@ -126,10 +123,6 @@ def _absolute(path: str | Path) -> str:
 def _text(path: str) -> str:
     """A path in text that UTF-8 can hold; other bytes are spelled out."""
     return os.fsencode(path).decode("utf-8", "backslashreplace")
-
-
-def _files(count: int) -> str:
-    return f"{count} file{'' if count == 1 else 's'}"
 
 
 def _model_names(paths: Sequence[str]) -> list[str]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+import os
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from ..._version import __version__
 from ...core.parameters import SpringParameters
-from ...errors import RecordError, StrandspringError
+from ...errors import Reader, RecordError, StrandspringError
+from ...findings import Finding, IdentificationError, Outcome, gathered
 from ...ground.files import opened, readable
 from ...ground.strict_json import finite
 from ...identification.identified import IdentifiedModel
@@ -19,7 +21,6 @@ from ...identification.method import Method
 from ...loops.selection import Wanted
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.names import check_name
-from ...model.outcomes import Outcome
 from ...model.stated_figures import energy_ratio
 from ...records.content import MAX_BYTES
 from .sources import SpringFile
@@ -53,8 +54,7 @@ class SpringRow:
     parameters : dict               As in the model file; empty unless identified.
     uncertainty : dict              Standard error, and low and high 95 % ends, of each of `HYSTERETIC_UNITS`; standard
                                     errors of kE and kA. None where unknown.
-    cautions : tuple of str         Names of outcomes.
-    notes : tuple of str            What was assumed, and what is good to know.
+    found : tuple of dict           Findings of reading and identification: name and numbers of each.
     """
 
     file: str
@@ -76,8 +76,7 @@ class SpringRow:
     missed: float | None = None
     parameters: dict[str, float | tuple[float, ...]] = field(default_factory=dict)
     uncertainty: dict[str, tuple[float | None, ...]] = field(default_factory=dict)
-    cautions: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    found: tuple[dict[str, Any], ...] = ()
 
     def number(self, name: str) -> float | None:
         """A parameter that is one number; None unless identified."""
@@ -96,18 +95,36 @@ class SpringRow:
             check_name(self.model)
             if self.status == IDENTIFIED:
                 _ = self.spring
-        except (TypeError, ValueError):
+            findings = self.findings
+        except (KeyError, TypeError, ValueError):
             return False
         return (
             self.status in STATUSES
-            and all(name.upper() in Outcome.__members__ for name in self.cautions)
+            and all(finding.is_complete for finding in findings)
             and all(len(self.uncertainty.get(name, _UNKNOWN)) == len(_UNKNOWN) for name in HYSTERETIC_UNITS)
         )
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What was found, with the file as its place."""
+        place = readable(self.file)
+        return tuple(Finding(Outcome[entry["name"].upper()], dict(entry["numbers"]), place) for entry in self.found)
 
     def numbers(self, name: str) -> tuple[float, ...]:
         """A parameter that is a list; empty where this spring has none."""
         value = self.parameters.get(name)
         return value if isinstance(value, tuple) else ()
+
+
+@dataclass(frozen=True)
+class _TheFile(os.PathLike[str]):
+    """A path that messages do not repeat."""
+
+    path: str
+    called: ClassVar[str] = "The file"
+
+    def __fspath__(self) -> str:
+        return self.path
 
 
 class Finished(NamedTuple):
@@ -152,21 +169,29 @@ class BatchWork:
 
     def _finished(self, spring: SpringFile) -> Finished:
         row = self._blank(spring)  # the digest first: of a file that changes meanwhile the next run sees a new one
-        shown = readable(spring.file)
         try:
-            record = replace(self.wanted.read(spring.path), path=shown)
-            row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, notes=record.notes)
+            read = self.wanted.read(_TheFile(spring.path))
+            record = replace(read, path=readable(spring.file))
+            found = _data(record.findings)
+            row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, found=found)
             identified = identify_records([record], self.method, self.save_anyway)
             text = identified.model_file(spring.name).to_json()
+        except IdentificationError as problem:
+            findings = (replace(finding, where="") for finding in problem.findings)
+            return Finished(replace(row, reason=" ".join(gathered(findings, Reader.FILE))), None)
         except StrandspringError as problem:
-            reason = _without_path(str(problem).replace(readable(spring.path), shown), shown)
-            return Finished(replace(row, reason=reason), None)
+            return Finished(replace(row, reason=problem.words(Reader.FILE)), None)
         except Exception as problem:  # one file must not stop the others
             reason = f"An error of the program ({type(problem).__name__}: {str(problem)[:200]})"
             return Finished(replace(row, status=FAILED, reason=f"{reason}; please report it with the file."), None)
         row = replace(row, **_figures(identified), model_sha256=hashlib.sha256(text.encode()).hexdigest())
-        notes = (_without_path(note, shown) for note in identified.notes)
-        return Finished(replace(row, status=IDENTIFIED, notes=(*record.notes, *notes)), text)
+        found += _data((*identified.findings, *identified.record_findings))
+        return Finished(replace(row, status=IDENTIFIED, found=found), text)
+
+
+def _data(findings: Iterable[Finding]) -> tuple[dict[str, Any], ...]:
+    """Findings as the journal keeps them."""
+    return tuple({"name": finding.name, "numbers": dict(finding.numbers)} for finding in findings)
 
 
 def _figures(identified: IdentifiedModel) -> dict[str, Any]:
@@ -191,15 +216,7 @@ def _figures(identified: IdentifiedModel) -> dict[str, Any]:
         "missed": None if certainty is None else finite(certainty.lack.missed),
         "parameters": identified.parameters.as_dict(),
         "uncertainty": uncertainty,
-        "cautions": tuple(outcome.name.lower() for outcome in identified.outcomes),
     }
-
-
-def _without_path(text: str, path: str) -> str:
-    """A sentence without the path that it begins with."""
-    for mark in (": ", ", "):
-        text = text.removeprefix(f"{path}{mark}")
-    return text
 
 
 def digest(path: str) -> tuple[int | None, str | None]:

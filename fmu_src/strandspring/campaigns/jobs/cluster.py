@@ -318,8 +318,9 @@ def secured(address: str, certificates: Mapping[str, str], notify: Callable[[str
     authority, certificate, key = role["ca_file"], role["cert"], role["key"]
     if authority is None or certificate is None:
         raise JobError(
-            f"{address} needs certificates: those of the authority (`tls_ca_file=...`) and of this client "
-            "(`tls_cert=...`, `tls_key=...`), here or in dask's configuration (distributed.comm.tls)."
+            "{address} needs certificates: those of the authority ({to[tls_ca_file]}) and of this client "
+            "({to[tls_cert]}, {to[tls_key]}), here or in dask's configuration (distributed.comm.tls).",
+            address=address,
         )
     for path in (authority, certificate, key):
         # dask's configuration may hold a certificate itself, which has several lines.

@@ -9,6 +9,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from ...errors import StrandspringError
+from ...findings import Finding, Outcome
 from ...kernel.arrays import FloatArray
 from .blocks import RATE, Block, Range
 from .choice import Setting, chosen_blocks
@@ -25,6 +26,7 @@ _FASTER = 1.5  # ratio from which a faster rate is worth it
 _ERRORS = 2.0  # standard deviations of the force that a force limit allows for
 _PLACES = 65  # at which the force is compared with its limit
 _LEAST_SPAN = 0.2  # share of the range that a force limit must leave
+_FORCE = "force limit"  # by which a range is narrowed
 _SMALLER, _ROUNDS = 0.9, 6  # by which the range is narrowed where a programme exceeds it, and how often
 _MOST_SAMPLES = 5_000_000
 
@@ -70,7 +72,7 @@ class Planned:
     figures : tuple of Figure
     before, after : ndarray, shape (F,)   Halves of the 95 % intervals of the figures, shares of their values.
     force : (float, float)          Least and greatest force by the model, its uncertainty included [N].
-    notes : tuple of str            What of the limits was assumed, or left out.
+    findings : tuple of Finding     What the limits leave, or leave out.
     """
 
     name: str
@@ -82,7 +84,7 @@ class Planned:
     before: FloatArray
     after: FloatArray
     force: tuple[float, float]
-    notes: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
     @property
     def duration(self) -> float:
@@ -107,48 +109,54 @@ def planned(prior: Prior, limits: Limits) -> Planned:
     ------
     StrandspringError   If there is no programme within the limits.
     """
-    setting, known, notes = prepared(prior, limits)
+    setting, known, findings = prepared(prior, limits)
     for _ in range(_ROUNDS):
-        plan = _judged(prior, setting, known, chosen_blocks(setting, known), notes)
+        plan = _judged(prior, setting, known, chosen_blocks(setting, known), findings)
         if limits.force is None or max(map(abs, plan.force)) <= limits.force:
             return plan
         # Small or fast loops may show more force than the loops that the range was found by.
         held = Range(setting.span.middle, _SMALLER * setting.span.half)
-        notes = [*(note for note in notes if "force limit" not in note), _narrowed("force limit", held)]
+        others = (finding for finding in findings if finding.numbers.get("limit") != _FORCE)
+        findings = [*others, _narrowed(_FORCE, held)]
         setting = _setting(prior, limits, held)
         known = _known(prior, setting)
     raise StrandspringError(
-        f"The force of every programme may exceed {limits.force:.4g} N by the model's uncertainty; give a larger "
-        "`force_limit=...`."
+        "The force of every programme may exceed {force:.4g} N by the model's uncertainty; give a larger "
+        "{to[force_limit]}.",
+        force=limits.force,
     )
 
 
-def prepared(prior: Prior, limits: Limits) -> tuple[Setting, list[Knowledge], list[str]]:
-    """What a programme is chosen in, what is known before it, and notes on the limits; raises as `planned`."""
-    span, notes = _within_stroke(prior, limits)
+def prepared(prior: Prior, limits: Limits) -> tuple[Setting, list[Knowledge], list[Finding]]:
+    """What a programme is chosen in, what is known before it, and what the limits leave; raises as `planned`."""
+    span, findings = _within_stroke(prior, limits)
     setting = _setting(prior, limits, span)
     known = _known(prior, setting)
     if limits.force is not None:
         held = _within_force(known, setting, limits.force)
         if held != span:
-            notes.append(_narrowed("force limit", held))
+            findings.append(_narrowed(_FORCE, held))
             setting = _setting(prior, limits, held)
             known = _known(prior, setting)
     duration = duration_of(setting.legs(setting.offered()[0]))
     if duration > limits.duration:
         raise StrandspringError(
-            f"The largest loops take {duration:.3g} s, and the programme may take {limits.duration:.3g} s; give a "
-            "longer `duration=...`, a smaller `stroke=...`, or a higher `velocity=...` or `sample_rate=...`."
+            "The largest loops take {loops:.3g} s, and the programme may take {most:.3g} s; give a longer "
+            "{to[duration]}, a smaller {to[stroke]}, or a higher {to[velocity]} or {to[sample_rate]}.",
+            loops=duration,
+            most=limits.duration,
         )
     if limits.duration * limits.sample_rate > _MOST_SAMPLES:
         raise StrandspringError(
-            f"The programme may have {limits.duration * limits.sample_rate:.3g} samples, more than {_MOST_SAMPLES}; "
-            "give a shorter `duration=...` or a lower `sample_rate=...`."
+            "The programme may have {samples:.3g} samples, more than {most}; give a shorter {to[duration]} or a lower "
+            "{to[sample_rate]}.",
+            samples=limits.duration * limits.sample_rate,
+            most=_MOST_SAMPLES,
         )
-    return setting, known, notes
+    return setting, known, findings
 
 
-def _within_stroke(prior: Prior, limits: Limits) -> tuple[Range, list[str]]:
+def _within_stroke(prior: Prior, limits: Limits) -> tuple[Range, list[Finding]]:
     """The range that the springs are known in and the rig reaches."""
     spring = prior.springs[0]
     low, high = spring.displacement_min, spring.displacement_max
@@ -157,13 +165,15 @@ def _within_stroke(prior: Prior, limits: Limits) -> tuple[Range, list[str]]:
     within = max(low, limits.stroke[0]), min(high, limits.stroke[1])
     if within[1] - within[0] < _LEAST_SPAN * (high - low):
         raise StrandspringError(
-            f"The stroke {_mm(*limits.stroke)} of the rig holds too little of the model's range {_mm(low, high)}; give "
-            "another `stroke=...`."
+            "The stroke {stroke:.4g mm} of the rig holds too little of the model's range {range:.4g mm}; give another "
+            "{to[stroke]}.",
+            stroke=[limits.stroke],
+            range=[(low, high)],
         )
-    notes = [_narrowed("stroke", _range(*within))] if within != (low, high) else []
+    findings = [_narrowed("stroke", _range(*within))] if within != (low, high) else []
     if limits.stroke[0] < low or limits.stroke[1] > high:
-        notes.append("The programme stays within the range that the model was identified in.")
-    return _range(*within), notes
+        findings.append(Finding(Outcome.WITHIN_MODEL))
+    return _range(*within), findings
 
 
 def _within_force(known: Sequence[Knowledge], setting: Setting, limit: float) -> Range:
@@ -184,8 +194,10 @@ def _within_force(known: Sequence[Knowledge], setting: Setting, limit: float) ->
     bottom = max([middle - half, *(below + gap)])
     if top - bottom < _LEAST_SPAN * 2.0 * half:
         raise StrandspringError(
-            f"The force may reach {float(forces.max()):.4g} N in the range, its uncertainty included, and hardly any "
-            f"of it stays below {limit:.4g} N; give a larger `force_limit=...`."
+            "The force may reach {force:.4g} N in the range, its uncertainty included, and hardly any of it stays "
+            "below {limit:.4g} N; give a larger {to[force_limit]}.",
+            force=float(forces.max()),
+            limit=limit,
         )
     return _range(float(bottom), float(top))
 
@@ -228,11 +240,11 @@ def _known(prior: Prior, setting: Setting) -> list[Knowledge]:
 
 
 def _judged(
-    prior: Prior, setting: Setting, known: Sequence[Knowledge], blocks: Sequence[Block], notes: Sequence[str]
+    prior: Prior, setting: Setting, known: Sequence[Knowledge], blocks: Sequence[Block], findings: Sequence[Finding]
 ) -> Planned:
     """The programme of some blocks, with what each of them decides after those before it."""
     if setting.speeds and not any(block.kind == RATE for block in blocks):
-        notes = [*notes, "The limits leave no loops of another rate, by which rate dependence would be seen."]
+        findings = [*findings, Finding(Outcome.ONE_RATE)]
     by_block = [setting.legs(block) for block in blocks]
     legs = [leg for part in by_block for leg in part]
     motion = Motion.along(legs, setting.limits.step)
@@ -259,7 +271,7 @@ def _judged(
     low, high = _force_ends(known, setting, motion)
     return Planned(
         prior.name, setting.limits, tuple(described), tuple(legs), setting.speeds, loops.figures,
-        intervals[0], intervals[-1], (float(low.min()), float(high.max())), tuple(notes),
+        intervals[0], intervals[-1], (float(low.min()), float(high.max())), tuple(findings),
     )  # fmt: skip
 
 
@@ -278,9 +290,5 @@ def _range(low: float, high: float) -> Range:
     return Range(0.5 * (low + high), 0.5 * (high - low))
 
 
-def _narrowed(by: str, span: Range) -> str:
-    return f"The {by} leaves {_mm(span.at(-1.0), span.at(1.0))}."
-
-
-def _mm(low: float, high: float) -> str:
-    return f"{1e3 * low:.4g} to {1e3 * high:.4g} mm"
+def _narrowed(by: str, span: Range) -> Finding:
+    return Finding(Outcome.NARROWED, {"limit": by, "range": ((span.at(-1.0), span.at(1.0)),)})

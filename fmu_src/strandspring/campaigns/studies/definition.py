@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
+from ...errors import Reader
 from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import finite
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
@@ -251,7 +252,7 @@ class Study(Runs[RunRow]):
             frequencies = band_frequencies(self.band, self.points, equilibrium)
             response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
         except IsolationError as refusal:
-            return replace(row, outcome=str(refusal))
+            return replace(row, outcome=refusal.words(Reader.FILE))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
             # One extreme spring must not end a study of thousands.
             return replace(row, outcome=f"No steady motion was found: {problem}.")

@@ -40,7 +40,7 @@ def run_study(
         refuse_unwritable(results)
         journal = Journal(results, study)
     except StrandspringError as problem:
-        raise study.refusal(str(problem)) from None
+        raise study.refusal("{problem}", problem=problem) from None
     is_complete = False
     try:
         if journal.dropped:
@@ -57,10 +57,10 @@ def run_study(
         is_complete = True
     except StrandspringError as problem:
         if not journal.finished:
-            raise study.refusal(str(problem)) from None
+            raise study.refusal("{problem}", problem=problem) from None
         raise study.refusal(
-            f"{str(problem).rstrip('.')}; {journal.finished} of {len(study)} runs are kept in {journal.name}, and the "
-            "same command continues from there."
-        ) from None
+            "{problem} {finished} of {runs} runs are kept in {journal}, and the same command continues from there.",
+            problem=problem, finished=journal.finished, runs=len(study), journal=journal.name,
+        ) from None  # fmt: skip
     finally:
         journal.close(is_complete)

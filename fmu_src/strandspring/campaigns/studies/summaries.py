@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 QUANTILES = {"q05": 0.05, "median": 0.5, "q95": 0.95}  # by the end of a column's name
-_NUMBER = r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 
 
 def read_results(study: Runs[Any], results: Path, names: list[str] | None = None) -> pd.DataFrame:
@@ -50,10 +50,5 @@ def summaries(study: Runs[Any], results: Path) -> pd.DataFrame:
 
 
 def most_frequent(texts: pd.Series[str], groups: pd.Series[int]) -> pd.Series[str]:
-    """The most frequent text of each group, of equally frequent ones the first; those that differ in numbers only are
-    one, in its first wording.
-    """
-    kinds = texts.astype(str).str.replace(_NUMBER, "#", regex=True)
-    counted = texts.groupby([groups, kinds], sort=False).agg(["size", "first"])
-    ranked = counted.sort_values("size", ascending=False, kind="stable").droplevel(1)
-    return ranked["first"][~ranked.index.duplicated()]
+    """The most frequent text of each group, of equally frequent ones the first."""
+    return texts.groupby(groups).agg(lambda of: Counter(of).most_common(1)[0][0])

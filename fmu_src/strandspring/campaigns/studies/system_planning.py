@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...findings import Finding
 from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
 from ...vibration.description.system_file import system_of_content
 from ...vibration.description.system_tables import DEFAULT_GRAVITY, SystemTable
@@ -65,12 +66,13 @@ def planned_study(
     )
 
 
-def undrawn(study: SystemStudy) -> tuple[str, ...]:
-    """A sentence for each model file that cannot be drawn from."""
-    missing: dict[str, None] = {}
+def undrawn(study: SystemStudy) -> tuple[Finding, ...]:
+    """Of each model file that cannot be drawn from."""
+    missing: list[Finding] = []
     for file in study.distinct_files():
         for number, _ in study.candidates:
-            missing |= dict.fromkeys(Drawn.from_models(file.candidates[number][1], file.models).missing)
+            found = Drawn.from_models(file.candidates[number][1], file.models).missing
+            missing += (finding for finding in found if finding not in missing)
     return tuple(missing)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import MountedSystemError, StrandspringError
+from ...errors import MountedSystemError, Reader, StrandspringError
 from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import finite
 from ...vibration.description.named_files import HeldFiles
@@ -305,7 +305,7 @@ class SystemStudy(Runs[SystemRow]):
             unknowns = Unknowns(drawn, self.draws, self.seed, file.options.rest_omega)
             answer = answer_case(name, system, case, file.limits, unknowns, self.step or file.options.step)
         except StrandspringError as refusal:
-            return SystemRow(run, outcome=str(refusal))
+            return SystemRow(run, outcome=refusal.words(Reader.FILE))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
             # One extreme system must not end a study of thousands.
             return SystemRow(run, outcome=f"No motion was found: {problem}.")

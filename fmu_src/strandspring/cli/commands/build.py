@@ -15,7 +15,6 @@ from ...errors import BuildError
 from ...fmu.archive import binary_sizes
 from ...fmu.native.platforms import PLATFORMS, chosen_platforms
 from ...ground.files import refuse_unwritable
-from ...ground.quoting import printable
 from ...model.certificate import certified
 from ...model.coordinates import zero_sentence
 from ...model.modelfile import is_model_path, load_model, saved_model
@@ -178,7 +177,7 @@ def build(
         refuse_given(of_records - set(options if record else ()), "records", f"{sources[0]} is a model file")
         model, model_path, identification = load_model(sources[0]), Path(sources[0]), None
         records = tuple(read_records(record, options)) if record else ()
-        note_cautions(printable(sentence) for _, sentence in stated_cautions(model))
+        note_cautions(stated_cautions(model))
         for kind in kinds:
             refuse_overwriting(sources, {"--output": settings.target(output, model.name, kind)})
     else:
@@ -197,7 +196,7 @@ def build(
             target = settings.target(output, chosen, kind)
             refuse_overwriting(record_files(sources), {"--models": model_path, "--output": target})
         model, identification = identified(sources, options, method, chosen, description, save_anyway)
-        note_cautions(identification.cautions)
+        note_cautions(identification.findings)
         model, records = saved_model(model_path, model), identification.records
     origin = origin_of(sources[0], zero, model.parameters)
     with reporting() as progress:

@@ -10,7 +10,7 @@ from ...api.comparing.comparison import DRAWS
 from ...api.comparing.comparison import compare as compare_springs
 from ...ground.plotfile import SUFFIXES
 from ...model.modelfile import load_model
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_cautions, note_records, noted
 from ..shared.option_types import loop_amplitudes, output_options, positive, values_as_usage
 from ..shared.options import read_records, record_files, record_options
 from ..shared.output import present, working
@@ -79,14 +79,14 @@ def compare(
         load_model(path)  # a bad model is refused before long records are read
     of_springs = {name: options.pop(name) for name in ("align", "mass", "draws", "seed")}
     group = read_records(records, options)
-    note_assumptions(group)
+    note_records(group)
     with working("Comparing"), values_as_usage():
         comparison = compare_springs(a, b, group, amplitudes=amplitudes or None, **of_springs)
         if plot is not None:
             comparison.save_plot(plot)
-    note_cautions(comparison.cautions)
+    note_cautions(comparison.findings)
 
     def with_notes(width: int | None) -> list[str]:
-        return [*comparison.text_lines(width), *(f"Note: {sentence}" for sentence in comparison.notes)]
+        return [*comparison.text_lines(width), *noted(comparison.findings)]
 
     present(as_json, comparison.as_json, comparison.brief, with_notes, plot=("Plot", plot))

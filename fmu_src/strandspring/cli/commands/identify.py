@@ -19,7 +19,7 @@ from ...report.figure import write_figure
 from ...report.rendering.report_path import SUFFIXES as REPORT_SUFFIXES
 from ...report.rendering.report_path import check_report_path
 from ...report.report_content import write_report
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_cautions, note_records, noted
 from ..shared.option_types import name_option, output_options, positive, together
 from ..shared.options import (
     identification_options,
@@ -137,14 +137,13 @@ def identify(
     if not as_json:
         for line in verdict:
             result(folded(line, width_of(sys.stdout)))
-    note_cautions(identification.cautions, _FINDINGS)
+    note_cautions(identification.findings, _FINDINGS)
     save_model(output, model)
     reporting.write(identification, model)
     # For one record that holds several amplitudes or frequencies there is `info`.
     of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, of_campaign)
-    named = f"`strandspring plan {output} -o PROGRAM.csv`"
-    notes = [f"Note: {sentence}".replace("`plan()`", named) for sentence in identification.notes]
+    notes = noted(identification.all_findings)
     present(
         as_json,
         lambda: {
@@ -175,7 +174,7 @@ def identified(
 ) -> tuple[ModelFile, Identification]:
     """Read the records and identify the spring."""
     group = read_records(records, columns)
-    note_assumptions(group)
+    note_records(group)
     with working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
         identification = identify_records(group, options, save_anyway=save_anyway)
     return identification.model_file(name, description), identification

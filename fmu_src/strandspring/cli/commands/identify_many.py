@@ -12,10 +12,12 @@ import click
 from ...api.identifying.many import ManyResult
 from ...api.identifying.many import identify_many as identify_all
 from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
-from ..shared.cautions import note_assumptions_of_many, note_cautions
+from ...errors import Reader
+from ...findings import CAUTIONS
+from ..shared.cautions import notable, noted
 from ..shared.option_types import FiniteRange, output_options
 from ..shared.options import identification_options, method_options, record_options, wanted_of
-from ..shared.output import note, present, refusal, reporting_kept
+from ..shared.output import is_verbose, note, present, refusal, reporting_kept
 from ..shared.worker_options import cluster_option, worker_options
 
 
@@ -89,6 +91,9 @@ def _print(many: ManyResult, as_json: bool) -> None:
             f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
         )
     if not as_json:
-        note_assumptions_of_many(many.notes)
-        note_cautions(many.cautions)
+        is_brief, found = not is_verbose(), many.batch.found
+        for line in found.lines(Reader.COMMAND_LINE, CAUTIONS, is_brief):
+            note(f"Caution: {line}")
+        for line in (*noted(many.left_out), *map("Note: {}".format, found.lines(Reader.COMMAND_LINE, notable()))):
+            note(line)
     present(as_json, many.as_json, many.text_lines, table=("Table", many.batch.table))

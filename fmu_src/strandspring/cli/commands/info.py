@@ -9,7 +9,7 @@ import click
 from ...api.common.model_source import describes_system
 from ...api.identifying.information import info as information_of
 from ...model.modelfile import is_fmu, load_model, save_model
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_cautions, note_records
 from ..shared.descriptions import refuse_given
 from ..shared.option_types import loop_amplitudes, output_options
 from ..shared.options import read_records, record_files, record_options
@@ -67,10 +67,10 @@ def info(
     if save is not None:
         save_model(save, content)
     group = read_records(records, columns)
-    note_assumptions(group)
+    note_records(group)
     with working("Measuring loops"):
         information = information_of(model, group, amplitudes=amplitudes, zero=zero)
-    note_cautions(information.cautions)
+    note_cautions(information.findings)
     present(
         as_json,
         lambda: {"model": model, **information.as_json()},

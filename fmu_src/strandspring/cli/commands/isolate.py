@@ -137,7 +137,12 @@ def isolate(
         save(system, output, plot, report)
         files["report"] = ("Report", report)
         present(
-            as_json, lambda: {"system": system.source, **system.as_json()}, system.brief, system.text_lines, **files
+            as_json,
+            lambda: {"system": system.source, **system.as_json()},
+            system.brief,
+            system.text_lines,
+            system.remarks,
+            **files,
         )
         return
     with reporting() as progress:
@@ -152,5 +157,6 @@ def isolate(
         lambda: isolation.as_json(checked),
         lambda width: [*isolation.brief(width), *verification_lines(checked)],
         lambda width: [*isolation.text_lines(width), *verification_lines(checked)],
+        isolation.remarks,
         **files,
     )

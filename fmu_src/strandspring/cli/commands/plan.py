@@ -11,7 +11,7 @@ from ...api.planning import plan as plan_test
 from ...errors import RecordError
 from ...loops.selection import window
 from ...model.modelfile import is_model_path, load_model
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_cautions, note_records, noted
 from ..shared.descriptions import refuse_given
 from ..shared.option_types import output_options, positive, values_as_usage
 from ..shared.options import read_records, record_files, record_options
@@ -124,10 +124,10 @@ def plan(
         source = load_model(sources[0])
     elif sources:
         group = read_records(sources, columns)
-        note_assumptions(group)
+        note_records(group)
         with working("Identifying"):
             source = identify(group)
-        note_cautions(source.cautions)
+        note_cautions(source.findings)
     with working("Planning"), values_as_usage():
         test = plan_test(
             source, stiffness=stiffness, stroke=stroke, velocity=velocity, force_limit=force_limit, duration=duration,
@@ -136,6 +136,6 @@ def plan(
     save(test, output, plot)
 
     def lines(width: int | None) -> list[str]:
-        return [*test.text_lines(width), *(f"Note: {sentence}" for sentence in test.notes)]
+        return [*test.text_lines(width), *noted(test.findings)]
 
     present(as_json, test.as_json, lines, program=("Programme", output), plot=("Plot", plot))

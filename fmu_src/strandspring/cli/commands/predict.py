@@ -8,7 +8,7 @@ import click
 
 from ...api.identifying.prediction import predict as predict_records
 from ...model.modelfile import load_model
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_cautions, note_records
 from ..shared.option_types import output_options
 from ..shared.options import read_records, record_files, record_options
 from ..shared.output import note, present, working
@@ -43,10 +43,10 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     refuse_overwriting((model, *record_files(records)), {"--output": output}, ".csv")
     load_model(model)  # a bad model is refused before long records are read
     group = read_records(records, columns)
-    note_assumptions(group)
+    note_records(group)
     with working("Predicting"):
         prediction = predict_records(model, group)
-    note_cautions(prediction.cautions)
+    note_cautions(prediction.findings)
     if output is not None:
         if prediction.interval is None:
             note(

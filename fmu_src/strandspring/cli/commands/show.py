@@ -10,14 +10,16 @@ import click
 
 from ...api.common.text import counted
 from ...api.showing import show as write_page
+from ...errors import Reader
+from ...findings import gathered
 from ...ground.files import user_cache
 from ...loops.cycles import Cycle
 from ...records.record import Record
 from ...report.record_page import RecordOverview, overview, record_warnings
-from ..shared.cautions import note_assumptions, note_cautions
+from ..shared.cautions import note_records
 from ..shared.option_types import output_options
 from ..shared.options import read_records, record_files, record_options
-from ..shared.output import present, working
+from ..shared.output import note, present, working
 from ..shared.paths import FileNamed, refuse_overwriting
 
 
@@ -46,12 +48,13 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
     """
     refuse_overwriting(record_files(records), {"--output": output}, ".html")
     group = read_records(records, options)
-    note_assumptions(group)
+    note_records(group)
     page = user_cache() / "record.html" if output is None else Path(output)
     with working("Drawing the page"):
         write_page(group, page)
     seen = [(record, overview(record)) for record in group]
-    note_cautions(warning for record in group for warning in record_warnings(record))
+    for warning in (warning for record in group for warning in record_warnings(record)):
+        note(f"Caution: {warning}")
     present(
         as_json,
         lambda: {"records": [_record(*both) for both in seen]},
@@ -79,7 +82,7 @@ def _record(record: Record, seen: RecordOverview) -> dict[str, Any]:
         "strokes": seen.strokes,
         "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
         "left_out": {reason: int(samples.size) for reason, samples in seen.left_out.items()},
-        "notes": list(record.notes),
+        "notes": list(gathered(record.findings, Reader.FILE)),
     }
 
 

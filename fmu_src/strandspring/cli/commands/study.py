@@ -157,7 +157,12 @@ def study(
     save(study_result, None, plot)
     kind = "system" if is_system(model) else "model"
     present(
-        as_json, lambda: {kind: model, **study_result.as_json()}, study_result.brief, study_result.text_lines, **written
+        as_json,
+        lambda: {kind: model, **study_result.as_json()},
+        study_result.brief,
+        study_result.text_lines,
+        study_result.remarks,
+        **written,
     )
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import click
 
-from ...api.common.caution_text import outside_cautions
 from ...api.identifying.synthesis import synthesize as synthesize_spring
 from ...api.identifying.synthesis import synthesize_ni
 from ...core.parameters import N_RANGE
@@ -99,7 +99,7 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...], **options: An
     content = load_model(model)
     with values_as_usage():
         record = synthesize_spring(content, amplitudes or None, **options)
-    note_cautions(outside_cautions(output, record.displacement, content.parameters))
+    note_cautions(replace(record, path=output).found)
     _write(output, record, options)
 
 

@@ -34,10 +34,10 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     for fmu in fmus:
         with working(f"Verifying {fmu}"):
             verifications.append(verified(fmu))
-    problems = [(verification.path, finding) for verification in verifications for finding in verification.problems]
+    problems = [(verification.path, check) for verification in verifications for check in verification.problems]
     fmu, first = problems[0] if problems else ("", None)
     # The first problem is the refusal, and is said once.
-    others = [replace(one, findings=tuple(each for each in one.findings if each is not first)) for one in verifications]
+    others = [replace(one, checks=tuple(each for each in one.checks if each is not first)) for one in verifications]
     present(
         as_json,
         lambda: {"fmus": list(map(asdict, verifications))},

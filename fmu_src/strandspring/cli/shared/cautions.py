@@ -2,59 +2,40 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from ...api.common.text import in_few_words
-from ...records.bad_rows import UNREADABLE
+from ...errors import Reader
+from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 from ...records.record import Record
-from .output import is_verbose, note, with_flags
-
-# What was read as the file or the user says needs no attention.
-_AS_STATED = re.compile(
-    r"the numbers begin in .*|\w+ is column .*|.* is read, as given|"
-    r"the unit of \w+ is .* \((as given|found in the file)\)"
-)
-_ASSUMED = re.compile(r"the unit of (\w+) is (.+) \(assumed, as none is given\)")
+from .output import is_verbose, note
 
 
-def note_assumptions(records: Iterable[Record]) -> None:
-    """Report what was assumed when records were read, of each in one line; with --verbose all that was found.
-
-    Lines that were left out are cautions.
-    """
-    for record in records:
-        note_cautions(f"{record.path}: {sentence}" for sentence in record.notes if UNREADABLE in sentence)
-        for sentence in record.notes if is_verbose() else _assumptions(record.notes):
-            note(f"{record.path}: {sentence}")
+def notable() -> tuple[Severity, ...]:
+    """What is noted beside cautions: with --verbose also what was read as the file or the user says."""
+    return (*NOTES, Severity.STATED) if is_verbose() else NOTES
 
 
-def note_assumptions_of_many(sentences: Iterable[str]) -> None:
-    """The same of sentences that begin with the number of files."""
-    for sentence in sentences:
-        if UNREADABLE in sentence:
-            note_cautions([sentence])
-        elif is_verbose() or not _AS_STATED.match(sentence.partition(": ")[2]):
-            note(sentence)
+def note_records(records: Iterable[Record]) -> None:
+    """Report what was assumed, and what was left out, when records were read."""
+    found = [finding for record in records for finding in record.found]
+    note_cautions(found)
+    for line in noted(found):
+        note(line)
 
 
-def _assumptions(notes: Sequence[str]) -> list[str]:
-    """What was neither stated in the file nor given, in one sentence; none if all was."""
-    notes = [sentence for sentence in notes if UNREADABLE not in sentence]
-    units = [" ".join(match.groups()) for match in map(_ASSUMED.fullmatch, notes) if match]
-    others = [sentence for sentence in notes if not (_AS_STATED.fullmatch(sentence) or _ASSUMED.fullmatch(sentence))]
-    sentences = [*([f"units assumed: {', '.join(units)}"] if units else []), *others]
-    return ["; ".join(sentences)] if sentences else []
+def noted(findings: Iterable[Finding]) -> list[str]:
+    """Lines of what is good to know."""
+    return [f"Note: {sentence}" for sentence in gathered(of_severity(findings, notable()), Reader.COMMAND_LINE)]
 
 
-def note_cautions(sentences: Iterable[str], most: int | None = None) -> None:
+def note_cautions(findings: Iterable[Finding], most: int | None = None) -> None:
     """Report what asks for caution, each in few words, and count those beyond a number; with --verbose all, with their
     details.
     """
-    sentences = tuple(sentences)
-    shown = len(sentences) if most is None or is_verbose() else most
+    is_brief = not is_verbose()
+    sentences = list(gathered(of_severity(findings, CAUTIONS), Reader.COMMAND_LINE, is_brief))
+    shown = len(sentences) if most is None or not is_brief else most
     for sentence in sentences[:shown]:
-        caution = with_flags(sentence)
-        note(f"Caution: {caution if is_verbose() else in_few_words(caution)}")
+        note(f"Caution: {sentence}")
     if more := len(sentences[shown:]):
         note(f"and {more} more: see the report, --verbose or --json")

@@ -19,25 +19,16 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 
 import click
 
+from ...errors import Reader
+
 if TYPE_CHECKING:
     from rich.progress import Progress
 
 WIDTH = 80  # columns, where no terminal says how many it has
 Item = TypeVar("Item")
-# Advice in messages names options as Python has them.
 _VERBOSE = "strandspring.verbose"  # key of click's context
-_OPTION = re.compile(r"`(\w+)=([^`]*)`")
 _TITLE_OF_PATH = re.compile(r"[A-Z][\w ]*: (?=\S*[/\\])")
 _UNBROKEN = "\N{NO-BREAK SPACE}"
-_UNSAID = ("...", "True")  # values that a flag stands for, or that the user chooses
-_OTHER_NAMES = {"time_window": "time"}
-# What is no option of the same name in Python.
-_OTHERWISE = {
-    "`options=RefinedOptions()`": "--method refined",
-    "`options=TwoStageOptions()`": "--method two-stage",
-    "`read_record(..., skip_bad_lines=True)`": "--skip-bad-lines",
-    "`plan()`": "`strandspring plan MODEL.json`",
-}
 
 
 def _keep_verbose(context: click.Context, _option: click.Parameter, is_verbose: bool) -> None:
@@ -141,38 +132,19 @@ def _bar(rate: str = "") -> Progress:
     return rich.Progress(*columns, *times, console=Console(stderr=True), transient=True)
 
 
-def with_flags(text: str) -> str:
-    """Advice with the options of the command line.
-
-    Examples
-    --------
-    >>> with_flags("Negate a column with `reverse=force`, or leave it with `delay=...` or `save_anyway=True`.")
-    'Negate a column with --reverse force, or leave it with --delay or --save-anyway.'
-    """
-    for python, flag in _OTHERWISE.items():
-        text = text.replace(python, flag)
-    return _OPTION.sub(_flag, text)
-
-
-def _flag(option: re.Match[str]) -> str:
-    name, value = option.groups()
-    flag = "--" + _OTHER_NAMES.get(name, name).replace("_", "-")
-    return flag if value in _UNSAID else f"{flag} {value}"
-
-
 def note(text: str) -> None:
     """A message on standard error, besides the result."""
-    click.echo(folded(with_flags(text), width_of(sys.stderr)), err=True)
+    click.echo(folded(text, width_of(sys.stderr)), err=True)
 
 
 def refusal(text: str) -> None:
     """Why the command fails: one line on standard error."""
-    click.echo(with_flags(text), err=True)
+    click.echo(text, err=True)
 
 
 def result(text: str) -> None:
     """A line of the result on standard output."""
-    click.echo(with_flags(text))
+    click.echo(text)
 
 
 def present(
@@ -180,6 +152,7 @@ def present(
     content: Callable[[], dict[str, Any]],
     lines: Callable[[int | None], Iterable[str]],
     details: Callable[[int | None], Iterable[str]] | None = None,
+    remarks: Callable[[Reader, bool], Iterable[str]] = lambda *_: (),
     **files: tuple[str, str | Path | None],
 ) -> None:
     """A result on standard output, as one JSON object or in words, with the files that were written.
@@ -190,6 +163,7 @@ def present(
     content : callable   Gives the JSON object.
     lines : callable     Gives the words, whose tables are folded to a width, that of a terminal.
     details : callable   Gives them with --verbose, where that says more.
+    remarks : callable   Gives cautions and notes for a reader, brief or not.
     **files              By their key in the JSON object the title in words, and the path; None if it was not written.
     """
     if as_json:
@@ -198,8 +172,8 @@ def present(
         return
     written = (f"{title}: {path}" for title, path in files.values() if path is not None)
     chosen, width = (details or lines) if is_verbose() else lines, width_of(sys.stdout)
-    for line in (*chosen(width), *written):
-        result(folded(with_flags(line), width))
+    for line in (*chosen(width), *remarks(Reader.COMMAND_LINE, not is_verbose()), *written):
+        result(folded(line, width))
 
 
 def is_verbose() -> bool:

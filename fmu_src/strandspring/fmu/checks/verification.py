@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path, PurePosixPath
 
@@ -38,7 +39,7 @@ _ENCODING = re.compile(r"""\A\s*<\?xml[^>]*?encoding\s*=\s*["']([^"']*)""")
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One result of a verification.
 
     Attributes
@@ -53,7 +54,7 @@ class Finding:
     is_problem: bool = True
 
 
-def verify_fmu(path: Path) -> list[Finding]:
+def verify_fmu(path: Path) -> list[Check]:
     """Compare every file with its hash, the model description with FMI's rules, the spring with its certificate, and
     runs with the reference result.
 
@@ -63,20 +64,20 @@ def verify_fmu(path: Path) -> list[Finding]:
     """
     try:
         contents = _contents(path)
-        findings = list(_changed(contents))
+        checks = list(_changed(contents))
     except _DamagedError as problem:
-        return [Finding("files", str(problem))]
-    if not any(finding.is_problem for finding in findings):
-        which = f"All other {len(contents) - len(findings)}" if findings else f"All {len(contents)}"
-        findings.append(Finding("files", f"{which} files are as they were built.", is_problem=False))
-    runs_here = len(findings) == 1 and _has_sources(contents)
-    findings += [*_against_rules(path, contents), *_against_certificate(contents)]
-    if any(finding.is_problem for finding in findings):
-        return [*findings, Finding("run", "It was not run.", is_problem=False)]
-    return [*findings, *(_against_reference(path, contents) if runs_here else _apart(path))]
+        return [Check("files", str(problem))]
+    if not any(check.is_problem for check in checks):
+        which = f"The other {len(contents) - len(checks)}" if checks else f"{len(contents)}"
+        checks.append(Check("files", f"{which} files are unchanged since the build.", is_problem=False))
+    runs_here = len(checks) == 1 and _has_sources(contents)
+    checks += [*_against_rules(path, contents), *_against_certificate(contents)]
+    if any(check.is_problem for check in checks):
+        return [*checks, Check("run", "It was not run.", is_problem=False)]
+    return [*checks, *(_against_reference(path, contents) if runs_here else _apart(path))]
 
 
-def _apart(path: Path) -> list[Finding]:
+def _apart(path: Path) -> list[Check]:
     """Run it in a process of its own, which a damaged binary may end, and whose temporary files are removed then."""
     process = get_context("spawn")
     with (
@@ -88,7 +89,7 @@ def _apart(path: Path) -> list[Finding]:
             return pool.submit(_alone, path).result()
         except BrokenProcessPool:
             return [
-                Finding("run", "Its binary for this computer ends the process that runs it; build or compile it again.")
+                Check("run", "Its binary for this computer ends the process that runs it; build or compile it again.")
             ]
 
 
@@ -96,7 +97,7 @@ def _work_in(folder: Path) -> None:
     tempfile.tempdir = str(folder)
 
 
-def _alone(path: Path) -> list[Finding]:
+def _alone(path: Path) -> list[Check]:
     return _against_reference(path, _contents(path))
 
 
@@ -115,7 +116,7 @@ def _contents(path: Path) -> dict[str, bytes]:
         raise _DamagedError(f"It cannot be unpacked: {problem}; copy it again, or build it again.") from None
 
 
-def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
+def _changed(contents: dict[str, bytes]) -> Iterator[Check]:
     """Files that are not as the list of hashes says; binaries that sources may have given are no problem."""
     if HASHES not in contents:
         raise _DamagedError(f"It has no list of hashes ({HASHES}): strandspring did not build it, or not this version.")
@@ -130,7 +131,7 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
     folder = host_folder(3 if b'fmiVersion="3' in contents.get(_DESCRIPTION, b"") else 2)
     for name in sorted({*hashes, *contents} - {HASHES}):
         if name not in contents:
-            yield Finding("files", f"{name!a} is missing.")
+            yield Check("files", f"{name!a} is missing.")
         elif hashlib.sha256(contents[name]).hexdigest() != hashes.get(name):
             binary = _BINARY.fullmatch(name)
             if has_sources and binary and binary["library"] in libraries:
@@ -139,11 +140,11 @@ def _changed(contents: dict[str, bytes]) -> Iterator[Finding]:
                 judged = (
                     "the run below decides" if is_run else "it is not run on this computer, so verify it on its own"
                 )
-                yield Finding("files", f"{text}; {judged}.", is_problem=False)
+                yield Check("files", f"{text}; {judged}.", is_problem=False)
             elif name not in hashes:
-                yield Finding("files", f"{name!a} has been added: it is not in {HASHES}.")
+                yield Check("files", f"{name!a} has been added: it is not in {HASHES}.")
             else:
-                yield Finding("files", f"{name!a} has been changed, or its hash in {HASHES}.")
+                yield Check("files", f"{name!a} has been changed, or its hash in {HASHES}.")
 
 
 def _has_sources(names: Iterable[str]) -> bool:
@@ -151,27 +152,27 @@ def _has_sources(names: Iterable[str]) -> bool:
     return any(name.startswith("sources/") for name in names)
 
 
-def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Finding]:
+def _against_rules(path: Path, contents: dict[str, bytes]) -> list[Check]:
     if not _is_plain(contents.get(_DESCRIPTION, b"")):
         # Entities may name files of this computer, and grow without bound.
-        return [Finding("rules", f"{_DESCRIPTION} must be UTF-8 text without a document type; build the FMU again.")]
+        return [Check("rules", f"{_DESCRIPTION} must be UTF-8 text without a document type; build the FMU again.")]
     try:
         problems = validate_fmu(str(path))
     except Exception as problem:  # FMPy raises plain exceptions
         problems = [str(problem)]
     if problems:
-        return [Finding("rules", " ".join(str(problem).split())) for problem in problems]
-    return [Finding("rules", "The model description follows FMI's rules.", is_problem=False)]
+        return [Check("rules", " ".join(str(problem).split())) for problem in problems]
+    return [Check("rules", "The model description follows FMI's rules.", is_problem=False)]
 
 
-def _against_certificate(contents: dict[str, bytes]) -> list[Finding]:
+def _against_certificate(contents: dict[str, bytes]) -> list[Check]:
     if MODEL_IN_FMU not in contents:
         return []
     try:
         text = certified(model_of_text(contents[MODEL_IN_FMU].decode("utf-8", "replace"), MODEL_IN_FMU))
     except ModelError as problem:
-        return [Finding("spring", str(problem))]
-    return [Finding("spring", f"{text[0].upper()}{text[1:]}.", is_problem=False)]
+        return [Check("spring", str(problem))]
+    return [Check("spring", f"{text[0].upper()}{text[1:]}.", is_problem=False)]
 
 
 def _is_plain(content: bytes) -> bool:
@@ -184,46 +185,31 @@ def _is_plain(content: bytes) -> bool:
     return "\0" not in text and "<!DOCTYPE" not in text and (declared is None or declared[1].lower() == "utf-8")
 
 
-def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Finding]:
-    if MODEL_IN_FMU not in contents:
-        return _against_table(path, contents)
-    try:
-        displacement, reference = _whole(contents[STIMULI])["displacement"], _whole(contents[REFERENCE])
-        columns = [reference["force"], *(reference[name] for name in OUTPUTS[1:] if name in reference)]
-        expected = np.transpose(columns)
-    except (KeyError, TypeError, ValueError, csv.Error):
-        displacement, expected = np.empty(0), np.empty((0, 1))
-    if not (1 < displacement.size == len(expected) and np.isfinite(displacement).all() and np.isfinite(expected).all()):
-        return [Finding("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
-    return _findings(compare_run(path, displacement, expected))
-
-
-def _against_table(path: Path, contents: dict[str, bytes]) -> list[Finding]:
-    """The same for the FMU of a system."""
+def _against_reference(path: Path, contents: dict[str, bytes]) -> list[Check]:
+    no_table = [Check("run", f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again.")]
     try:
         inputs, outputs = (_whole(contents[name]) for name in (STIMULI, REFERENCE))
-        time = outputs.pop("time")
-        steps = np.diff(inputs.pop("time"))
-    except (KeyError, TypeError, ValueError, csv.Error):
-        inputs, outputs, time, steps = {}, {}, np.empty(0), np.empty(0)
-    columns = [*inputs.values(), *outputs.values(), time]
-    is_table = bool(outputs) and len({column.size for column in columns}) == 1
-    if not (is_table and np.isfinite(columns).all() and steps.size and steps[0] > 0.0):
-        text = f"{REFERENCE} or {STIMULI} is not a table of finite numbers; build the FMU again."
-        return [Finding("run", text)]
-    return _findings(compare_table(path, float(steps[0]), inputs, outputs))
+        is_table = np.isfinite([*inputs.values(), *outputs.values()]).all()
+        step = float(np.diff(inputs.pop("time"))[0])
+        del outputs["time"]
+        if MODEL_IN_FMU in contents:
+            columns = [outputs["force"], *(outputs[name] for name in OUTPUTS[1:] if name in outputs)]
+            run = partial(compare_run, path, inputs["displacement"], np.transpose(columns))
+        else:
+            run = partial(compare_table, path, step, inputs, outputs)
+    except (LookupError, TypeError, ValueError, csv.Error):
+        return no_table
+    return _of_run(run()) if is_table and step > 0.0 else no_table
 
 
-def _findings(report: CheckReport) -> list[Finding]:
+def _of_run(report: CheckReport) -> list[Check]:
     if report.problems:
-        return [Finding("run", text) for text in report.problems]
+        return [Check("run", text) for text in report.problems]
     if report.not_run:
-        return [Finding("run", report.not_run, is_problem=False)]
-    text = (
-        f"The reference comes out of {' and '.join(report.interfaces)} in {report.steps} steps, the force within "
-        f"{report.force_difference:.1e} N."
-    )
-    return [Finding("run", text, is_problem=False)]
+        return [Check("run", report.not_run, is_problem=False)]
+    within = f"within {report.force_difference:.1e} N" if report.force_difference else "exactly"
+    text = f"The reference run is reproduced {within} ({report.steps} steps, {' and '.join(report.interfaces)})."
+    return [Check("run", text, is_problem=False)]
 
 
 def _whole(table: bytes) -> dict[str, FloatArray]:

@@ -97,7 +97,7 @@ def tables_of(content: FileContent, skip_bad_lines: bool | None = None) -> FileT
     if kind is None:
         source = text_source(content)
         return FileTables(
-            where, [TextTable(source, skip_bad_lines=skip_bad_lines)], None, content.sha256, content.notes
+            where, [TextTable(source, skip_bad_lines=skip_bad_lines)], None, content.sha256, content.findings
         )
     if not kind.module:
         raise RecordError(f"{where}: is {kind.name}; {kind.advice}.")
@@ -105,7 +105,7 @@ def tables_of(content: FileContent, skip_bad_lines: bool | None = None) -> FileT
     if not sheets and not channels:
         raise RecordError(f"{where}: is {kind.name} without columns of numbers; give one with displacement and force.")
     tables = _sheet_tables(sheets, where, skip_bad_lines) if sheets else channel_tables(channels, where)
-    return replace(tables, sha256=content.sha256, notes=content.notes)
+    return replace(tables, sha256=content.sha256, findings=content.findings)
 
 
 def _sheet_tables(sheets: Mapping[str, bytes], where: str, skip_bad_lines: bool | None) -> FileTables:

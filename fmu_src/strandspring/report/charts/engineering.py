@@ -10,13 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from ...errors import ModelError
+from ...findings import Outcome
 from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.cycles import Cycle, FigureSpread, spread_of
 from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop
 from ...model.joint import NORMAL_95, JointCovariance
-from ...model.outcomes import Outcome
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly
 from ..content.quantities import NUMBER, number, percent, unit_of
 from .evaluation import Evaluation, RecordView

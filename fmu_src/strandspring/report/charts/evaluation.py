@@ -10,7 +10,7 @@ from pathlib import PurePath
 import numpy as np
 from numpy.typing import NDArray
 
-from ...identification.figures import RecordFit, chosen_samples
+from ...identification.figures import WITH_RIG, RecordFit, chosen_samples
 from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray, IndexArray
 from ...kernel.path import PathSolver
@@ -185,8 +185,7 @@ class Evaluation:
     @cached_property
     def beside(self) -> str:
         """What the fits have that the spring alone has not, in words."""
-        phrases = [view.fit.beside(view.fitted) for view in self.views]
-        return " or ".join(dict.fromkeys(filter(None, phrases)))
+        return WITH_RIG if self.identification.effects else ""
 
     @cached_property
     def shown(self) -> tuple[RecordView, ...]:

@@ -16,6 +16,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from ...errors import MountedSystemError
+from ...findings import Finding, Outcome
 from ...ground.result_columns import ResultColumn
 from ...kernel.arrays import BoolArray, FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
@@ -159,38 +160,24 @@ class SystemResponse:
         return tuple(peaks)
 
     @property
-    def cautions(self) -> list[str]:
-        """What limits the worth of these motions, one sentence each."""
-        sentences = []
-        unstable = int(np.sum(~self.stable))
-        if unstable:
-            sentences.append(
-                f"The curve folds: {unstable} motions between folds are unstable, and the motion jumps there."
-            )
+    def findings(self) -> tuple[Finding, ...]:
+        """What limits the worth of these motions."""
+        found = []
+        if unstable := int(np.sum(~self.stable)):
+            found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}))
         worst = max(self.errors, key=lambda error: error.largest, default=None)
         if worst is not None and worst.largest > _LARGE_ERROR:
-            tilt = f"Bodies turn by up to {math.degrees(float(self.tilt.max())):.3g} degrees"
-            found = (
-                f"acceleration differs by {100.0 * worst.acceleration:.2g} %, sway by {100.0 * worst.sway:.2g} %"
-                if math.isfinite(worst.largest)
-                else "no such periodic motion was found"
-            )
-            sentences.append(
-                f"{tilt}, of which only the second order is kept here: against time integration of the exact equations "
-                f"at {worst.frequency:.4g} Hz {found}; simulate this level in time."
-            )
+            numbers = {"frequency": worst.frequency, "acceleration": worst.acceleration, "sway": worst.sway}
+            kind = Outcome.SECOND_ORDER if math.isfinite(worst.largest) else Outcome.NO_EXACT_MOTION
+            found.append(Finding(kind, {"tilt": float(self.tilt.max()), **numbers}))
         if self.sliding:
-            sentences.append(
-                f"Several axes of {self.sliding} slide at once; whether their friction acts together no record tells, "
-                "and here it does not: simulate a sine of this level, whose ranges hold both."
-            )
+            found.append(Finding(Outcome.SLIDING_ALONE, {"mount": self.sliding}))
         if self.extrapolating.any():
             outside = self.frequency[self.extrapolating]
-            sentences.append(
-                f"At {outside.size} of {self.frequency.size} frequencies, from {outside.min():.4g} to "
-                f"{outside.max():.4g} Hz, springs move outside their identified range; the model is extrapolated there."
-            )
-        return sentences
+            ends = (float(outside.min()), float(outside.max()))
+            counts = {"count": outside.size, "points": self.frequency.size}
+            found.append(Finding(Outcome.OUTSIDE_RANGE, {**counts, "frequencies": (ends,)}))
+        return tuple(found)
 
 
 def all_points(system: MountedSystem) -> tuple[Point, ...]:

@@ -91,7 +91,7 @@ def spring_from_catalogue(values: CatalogueValues) -> SpringParameters:
     except MountedSystemError:  # a ValueError, too
         raise
     except ValueError as problem:
-        raise MountedSystemError(f"these values make no spring ({str(problem).rstrip('.')}); correct them.") from None
+        raise MountedSystemError(f"these values make no spring, correct them: {problem}") from None
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...errors import MountedSystemError
+from ...findings import Finding
 from ...kernel.arrays import FloatArray
 from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, simulate_case
-from .case_cautions import Caution, CautionKind, case_cautions
+from .cautions import case_cautions, overloads, system_cautions
 from .courses import Courses, courses
 from .draws import DrawnRun, Unknowns, drawn_case, ranges
 from .figures import CaseFigures, RangeUse
 from .static_answer import StaticAnswer, static_answer
-from .system_cautions import overloads, system_cautions
 from .verdicts import CaseVerdict, Figure, FigureKind, Limits, judged, of_all_cases
 
 _MOST_OUTSIDE = 0.5  # share of the draws that leave identified ranges, from which nothing else is judged
@@ -45,7 +45,7 @@ class CaseAnswer:
     runs : tuple of CaseRun         The nominal one, and those of the draws; empty if it was refused.
     uses : tuple of RangeUse        Of each run.
     courses : Courses or None       None unless they were asked for.
-    cautions : tuple of Caution
+    findings : tuple of Finding
     draws : int                     How many were asked for.
     refused : int                   Of them, those that could not be simulated.
     beyond : float                  Share of the draws beyond some limit or identified range, refused ones included.
@@ -61,7 +61,7 @@ class CaseAnswer:
     runs: tuple[CaseRun, ...] = ()
     uses: tuple[RangeUse, ...] = ()
     courses: Courses | None = None
-    cautions: tuple[Caution, ...] = ()
+    findings: tuple[Finding, ...] = ()
     draws: int = 0
     refused: int = 0
     beyond: float = 0.0
@@ -119,14 +119,14 @@ class CandidateAnswer:
     name : str
     system : MountedSystem
     static : StaticAnswer or None   None if it cannot rest.
-    cautions : tuple of str         About its description.
+    findings : tuple of Finding     About its description.
     refusal : str                   Why it cannot rest; empty if it does.
     """
 
     name: str
     system: MountedSystem
     static: StaticAnswer | None
-    cautions: tuple[str, ...]
+    findings: tuple[Finding, ...]
     refusal: str = ""
 
 
@@ -134,12 +134,12 @@ def answer_candidate(
     name: str, system: MountedSystem, models: Mapping[str, ModelFile], unknowns: Unknowns
 ) -> CandidateAnswer:
     """Static pose and modes of a candidate."""
-    cautions = (*system_cautions(system, models), *unknowns.springs.missing)
+    findings = (*system_cautions(system, models), *unknowns.springs.missing)
     try:
         static = static_answer(system, unknowns)
     except MountedSystemError as problem:
-        return CandidateAnswer(name, system, None, cautions, str(problem))
-    return CandidateAnswer(name, system, static, (*cautions, *overloads(system, static), *static.refusals))
+        return CandidateAnswer(name, system, None, findings, str(problem))
+    return CandidateAnswer(name, system, static, (*findings, *overloads(system, static), *static.findings))
 
 
 def answer_case(
@@ -186,7 +186,7 @@ def answer_case(
         return CaseAnswer(name, system, case, CaseVerdict.REFUSED, limits, refusal=str(problem))
     runs = (nominal, *(draw.run for draw in draws.runs))
     uses = tuple(RangeUse.from_run(system.laws, run) for run in runs)
-    cautions = case_cautions(system, case, nominal, draws.runs, uses, limits.of_all.get(FigureKind.TILT))
+    findings = case_cautions(system, case, nominal, draws.runs, uses, limits.of_all.get(FigureKind.TILT))
     low, high, middle = value, value, value
     if draws.runs:
         coupled = [draw.system.coupled for draw in draws.runs]
@@ -211,7 +211,7 @@ def answer_case(
         runs=runs,
         uses=uses,
         courses=drawn,
-        cautions=(*cautions, *(drawn.cautions if drawn else ())),
+        findings=(*findings, *(drawn.findings if drawn else ())),
         draws=draws.count,
         refused=draws.refused,
         beyond=beyond / draws.count if draws.count else 0.0,
@@ -233,16 +233,18 @@ def overall_verdicts(answers: Sequence[CaseAnswer]) -> dict[str, CaseVerdict]:
     }
 
 
-def gathered_cautions(answers: Sequence[CaseAnswer]) -> Iterator[tuple[str, Caution, list[str]]]:
-    """The largest caution of each kind, and each without a measure, with where it is and where others like it are."""
-    alike: dict[tuple[int, str], list[tuple[str, Caution]]] = {}
-    for answer in answers:
-        for caution in answer.cautions:
-            key = list(CautionKind).index(caution.kind), "" if caution.measure else caution.text
-            alike.setdefault(key, []).append((answer.where, caution))
-    for _, pairs in sorted(alike.items(), key=lambda entry: entry[0][0]):
-        worst, caution = max(pairs, key=lambda pair: pair[1].measure)
-        yield worst, caution, [where for where in dict(pairs) if where != worst]
+def shared(of_candidates: Mapping[str, Sequence[Finding]]) -> Iterator[Finding]:
+    """What is to be known of candidates, each once; without a place where it is of all of them."""
+    found = [finding for findings in of_candidates.values() for finding in findings]
+    for finding in (finding for k, finding in enumerate(found) if finding not in found[:k]):
+        names = [name for name, findings in of_candidates.items() if finding in findings]
+        yield finding if len(names) == len(of_candidates) else replace(finding, where=", ".join(names))
+
+
+def findings_of(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> list[Finding]:
+    """What is to be known of candidates, and of each in each case."""
+    of_cases = (replace(finding, where=answer.where) for answer in answers for finding in answer.findings)
+    return [*shared({candidate.name: candidate.findings for candidate in candidates}), *of_cases]
 
 
 def _nearest_limit(figures: Sequence[Figure]) -> Figure | None:

@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from ...errors import MountedSystemError
+from ...findings import Finding, Outcome
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories
 from ..bodies.loads import ChannelKind, LoadCase
@@ -21,7 +22,6 @@ from ..bodies.mounted import MountedSystem
 from ..bodies.simulation import CaseRun, run_with_histories
 from ..signals.shock_spectra import RequiredSpectrum, ShockSpectrum, octave_frequencies, shock_spectrum
 from ..signals.spectra import PowerSpectrum, power_spectrum
-from .case_cautions import Caution, CautionKind
 
 _DAMPING = 0.05  # of critical
 SRS_PER_OCTAVE, SRS_LOWEST, SRS_HIGHEST = 12, 1.0, 2000.0
@@ -48,7 +48,7 @@ class Courses:
     base_shock : tuple of ShockSpectrum           Of the base along x, y and z; empty where it is not accelerated.
     power : tuple of tuple of PowerSpectrum       Of each point; empty unless the case is random.
     base_power : tuple of PowerSpectrum
-    cautions : tuple of Caution
+    findings : tuple of Finding              About its spectra.
     allowed : mapping                       Allowed shock response spectra by the name of the point.
     """
 
@@ -61,7 +61,7 @@ class Courses:
     base_shock: tuple[ShockSpectrum, ...] = ()
     power: tuple[tuple[PowerSpectrum, ...], ...] = ()
     base_power: tuple[PowerSpectrum, ...] = ()
-    cautions: tuple[Caution, ...] = ()
+    findings: tuple[Finding, ...] = ()
     allowed: Mapping[str, RequiredSpectrum] = field(default_factory=dict)
 
     @property
@@ -69,9 +69,10 @@ class Courses:
         """Of the oscillators of shock response spectra, as a share of critical: of allowed spectra, else of Q = 10."""
         return next((required.damping for required in self.allowed.values()), _DAMPING)
 
-    def with_caution(self, text: str) -> Courses:
-        """The same with one more caution about its spectra."""
-        return replace(self, cautions=(*self.cautions, Caution(CautionKind.SPECTRUM, self.interval, text)))
+    def with_finding(self, kind: Outcome, **numbers: object) -> Courses:
+        """The same with one more finding about its spectra."""
+        found = Finding(kind, {"interval": self.interval, **numbers})
+        return replace(self, findings=(*self.findings, found))
 
     def spectra(self, spectrum: Callable[[FloatArray], S]) -> tuple[tuple[tuple[S, ...], ...], tuple[S, ...]]:
         """Spectra of the accelerations along x, y and z: of each point, and of the base unless it stands still."""
@@ -110,10 +111,7 @@ def courses(
     base = _base_acceleration(case, interval, histories.time.size)
     made = Courses(run, step, interval, histories, base, allowed=allowed or {})
     if interval > step * (1.0 + _ROUNDING):
-        made = made.with_caution(
-            f"Histories keep every {round(interval / step)}th step only, {interval:.3g} s apart: what is faster than "
-            f"{0.5 / interval:.4g} Hz is folded in power spectra; shorten the case to keep more."
-        )
+        made = made.with_finding(Outcome.HISTORIES_THINNED, every=round(interval / step), frequency=0.5 / interval)
     if case.is_shock:
         return _with_shock_spectra(made)
     return _with_power_spectra(made, case) if case.is_random else made
@@ -131,17 +129,14 @@ def _base_acceleration(case: LoadCase, interval: float, rows: int) -> FloatArray
 
 def _with_shock_spectra(motion: Courses) -> Courses:
     highest = min(SRS_HIGHEST, 1.0 / (_SAMPLES_PER_PERIOD * motion.interval))
-    apart = f"the rows of the histories are {motion.interval:.3g} s apart"
     if highest <= SRS_LOWEST:
-        return motion.with_caution(f"No shock response spectra: {apart}.")
+        return motion.with_finding(Outcome.NO_SHOCK_SPECTRA)
     frequency = octave_frequencies(SRS_LOWEST, highest, SRS_PER_OCTAVE)
     shock, base_shock = motion.spectra(
         lambda history: shock_spectrum(history, motion.interval, frequency, motion.damping)
     )
     if highest < SRS_HIGHEST * (1.0 - _ROUNDING):
-        motion = motion.with_caution(
-            f"The shock response spectra end at {highest:.4g} Hz, as {apart}; shorten the simulated time to see more."
-        )
+        motion = motion.with_finding(Outcome.SHOCK_SPECTRA_END, frequency=highest)
     return replace(motion, shock=shock, base_shock=base_shock)
 
 
@@ -154,5 +149,5 @@ def _with_power_spectra(motion: Courses, case: LoadCase) -> Courses:
             lambda history: power_spectrum(history[first:last], motion.interval, resolution)
         )
     except MountedSystemError as problem:
-        return motion.with_caution(f"No power spectra: {problem}")
+        return motion.with_finding(Outcome.NO_POWER_SPECTRA, reason=str(problem))
     return replace(motion, power=power, base_power=base_power)

@@ -18,6 +18,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
+from ...findings import Finding, Outcome
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ..bodies.mounted import MountedSystem
@@ -34,11 +35,11 @@ class Drawn:
     Attributes
     ----------
     spreads : mapping        Of each spring with an uncertainty; the second is the number of its own draws.
-    missing : tuple of str   A sentence for each model file without one.
+    missing : tuple of Finding   Of each model file without one.
     """
 
     spreads: Mapping[SpringParameters, tuple[JointCovariance, int]]
-    missing: tuple[str, ...]
+    missing: tuple[Finding, ...]
 
     @classmethod
     def from_models(cls, system: MountedSystem, models: Mapping[str, ModelFile]) -> Drawn:
@@ -56,7 +57,8 @@ class Drawn:
                     _stream(spring),
                 )
             except ModelError as problem:
-                missing.append(f"{name or 'A spring'} is taken as known in all draws: {problem}")
+                numbers = {"model": name or "A spring", "reason": str(problem)}
+                missing.append(Finding(Outcome.TAKEN_AS_KNOWN, numbers))
         return cls(spreads, tuple(missing))
 
     def has_any(self, system: MountedSystem) -> bool:

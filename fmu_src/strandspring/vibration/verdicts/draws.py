@@ -182,8 +182,9 @@ def drawn_case(system: MountedSystem, case: LoadCase, nominal: CheckedRun, unkno
         try:
             runs.append(unknowns.run(system, case, coarse.step, number, ends_at_turns))
         except (ModelError, MountedSystemError) as problem:
-            refusals.append(str(problem))
-    reason = Counter(refusals).most_common(1)[0][0] if refusals else ""
+            refusals.append(problem)
+    counts = Counter(problem.template for problem in refusals)
+    reason = str(max(refusals, key=lambda problem: counts[problem.template], default=""))
     return Draws(tuple(runs), coarse, len(refusals), reason)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import MountedSystemError
+from ...findings import Finding, Outcome
 from ...kernel.arrays import FloatArray
 from ..bodies.modes import Mode, modes
 from ..bodies.mounted import MountedSystem
@@ -33,7 +34,7 @@ class StaticAnswer:
     tangent : tuple of Mode                   For vanishing motion about the first pose.
     secant : tuple of Mode                    For motion of each spring by half of its way to the nearer end of its
                                               identified range.
-    refusals : tuple of str                   Why modes could not be had.
+    findings : tuple of Finding               Why modes could not be had.
     """
 
     poses: tuple[RestPose, ...]
@@ -42,7 +43,7 @@ class StaticAnswer:
     places: FloatArray
     tangent: tuple[Mode, ...]
     secant: tuple[Mode, ...]
-    refusals: tuple[str, ...]
+    findings: tuple[Finding, ...]
 
 
 def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
@@ -56,7 +57,7 @@ def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
     laws = system.laws
     gravity = np.array(system.gravity)
     down = gravity / (math.hypot(*system.gravity) or 1.0)
-    refusals, mode_sets = [], []
+    findings, mode_sets = [], []
     motion = SmallMotion(system, poses[0].pose)
     for share in (None, SECANT_SHARE):
         try:
@@ -64,7 +65,8 @@ def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
             stiffness = None if share is None else laws.secants(springs, share * laws.free_travel(springs))
             mode_sets.append(modes(motion, stiffness, poses[0].omega))
         except MountedSystemError as problem:
-            refusals.append(f"No {'tangent' if share is None else 'secant'} modes: {problem}")
+            numbers = {"kind": "tangent" if share is None else "secant", "reason": str(problem)}
+            findings.append(Finding(Outcome.NO_MODES, numbers))
             mode_sets.append(())
     turns = np.array([rest_pose.coordinates[:, 3:] for rest_pose in poses])
     return StaticAnswer(
@@ -74,5 +76,5 @@ def static_answer(system: MountedSystem, unknowns: Unknowns) -> StaticAnswer:
         places=np.array([(rest_pose.displacement - laws.low) / (laws.high - laws.low) for rest_pose in poses]),
         tangent=mode_sets[0],
         secant=mode_sets[1],
-        refusals=tuple(refusals),
+        findings=tuple(findings),
     )

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
+from ...findings import Finding, Outcome
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.result_columns import ResultColumn
 from ..bodies.loads import LoadCase
@@ -56,10 +57,10 @@ class FigureKind(Enum):
         return case.is_shock if self is FigureKind.SRS else self not in _SETTLED or case.settling > 0.0
 
     @property
-    def untested(self) -> str:
-        """That a limit of it is not tested, in words."""
+    def untested(self) -> Finding:
+        """That a limit of it is not tested."""
         needed = "pulse, drop, srs, record or force" if self is FigureKind.SRS else "random, sine or settling record"
-        return f"The limit of {self.value} is not tested: no load case is a {needed}; simulate one, or leave it out."
+        return Finding(Outcome.LIMIT_NOT_TESTED, {"limit": self.value, "needed": needed})
 
     @property
     def column(self) -> ResultColumn:

@@ -1,4 +1,4 @@
-"""Sizes of a system that are possible but hardly meant: of places, masses and moments of inertia in another unit."""
+"""Values of a description that are possible but hardly meant: sizes in another unit, or unlikely together."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from ...findings import Finding, Outcome
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.arrays import FloatArray
 from ..bodies.mounted import MountedSystem
@@ -18,16 +19,20 @@ _NEAR, _FAR = 1.0 / 450.0, 20.0  # times the reach of the mounts, outside which 
 _REACH = (2e-3, 20.0)  # [m] of the mounts from the centre of gravity
 _GYRATION = (1.0 / 15.0, 3.0)  # radius of gyration, as a share of the reach
 _LOAD = (0.005, 1.0)  # static load, as a share of the force that the mounts can hold
+_ALONG = 0.5  # cosine between an axis and gravity from which it carries weight
+_DECIMALS, _DIGITS = 6, 3  # of places [m] and directions that are the same
 
 
-def implausible_sizes(system: MountedSystem) -> Iterator[str]:
-    """A sentence for each size that is hardly meant, with what was read and what it may have been."""
+def implausible_values(system: MountedSystem) -> Iterator[Finding]:
+    """Values that are hardly meant, with what was read."""
     places = [[*_places(system, number)] for number in range(len(system.bodies))]
     for number, of_body in enumerate(places):
         yield from of_body or _gyration(system, number)  # which wrong places change
         yield from _load(system, number)
     if not any(places):
         yield from _frequencies(system)
+    for check in (_pulled, _coincident, _overdamped):
+        yield from check(system)
 
 
 def natural_modes(motion: SmallMotion) -> list[tuple[float, FloatArray]]:
@@ -55,13 +60,10 @@ def _reach(system: MountedSystem, number: int) -> float:
     return float(np.median([*_arms(system, number).values()] or [0.0]))
 
 
-def _places(system: MountedSystem, number: int) -> Iterator[str]:
+def _places(system: MountedSystem, number: int) -> Iterator[Finding]:
     body, reach = system.bodies[number], _reach(system, number)
     if reach > _REACH[1] or 0.0 < reach < _REACH[0]:
-        yield (
-            f"The mounts of {body.name} are {_length(reach)} from its centre of gravity; check the unit of `place` and "
-            "`center`, in which mm and m may have been exchanged."
-        )
+        yield Finding(Outcome.MOUNTS_FAR, {"body": body.name, "reach": reach})
         return
     distances = {f"Mount {name}": arm for name, arm in _arms(system, number).items()}
     for point in system.points:
@@ -69,26 +71,19 @@ def _places(system: MountedSystem, number: int) -> Iterator[str]:
             distances[f"Point {point.name}"] = math.dist(point.place, body.center)
     for name, distance in distances.items():
         if reach > 0.0 and (distance > _FAR * reach or 0.0 < distance < _NEAR * reach):
-            yield (
-                f"{name} is {_length(distance)} from the centre of gravity of {body.name}, and the mounts are "
-                f"{_length(reach)} from it; check the unit of its `place`, in which mm and m may have been exchanged."
-            )
+            numbers = {"distance": distance, "reach": reach}
+            yield Finding(Outcome.PLACE_FAR, {"place": name, "body": body.name, **numbers})
 
 
-def _gyration(system: MountedSystem, number: int) -> Iterator[str]:
+def _gyration(system: MountedSystem, number: int) -> Iterator[Finding]:
     body, reach = system.bodies[number], _reach(system, number)
     if body.motion is MotionKind.AXIS or reach == 0.0:
         return
     moment = _largest_moment(body)
     radius = math.sqrt(moment / body.mass)
     if not _GYRATION[0] * reach <= radius <= _GYRATION[1] * reach:
-        likely = 0.4 * body.mass * reach**2
-        yield (
-            f"With a moment of inertia of {moment:.4g} kg m^2 and {body.mass:.4g} kg {body.name} has a radius of "
-            f"gyration of {_length(radius)}, while its mounts are {_length(reach)} from its centre of gravity, where "
-            f"some {likely:.2g} kg m^2 are usual; check the unit of `inertia`, which may be kg mm^2, kg cm^2 or lb "
-            "in^2, and of `mass`."
-        )
+        numbers = {"radius": radius, "reach": reach, "inertia": moment, "mass": body.mass}
+        yield Finding(Outcome.GYRATION, {"body": body.name, **numbers, "usual": 0.4 * body.mass * reach**2})
 
 
 def _largest_moment(body: RigidBody) -> float:
@@ -99,7 +94,7 @@ def _largest_moment(body: RigidBody) -> float:
     return float(np.linalg.eigvalsh(inertia)[-1])
 
 
-def _load(system: MountedSystem, number: int) -> Iterator[str]:
+def _load(system: MountedSystem, number: int) -> Iterator[Finding]:
     """The weight on the mounts below a body, compared with the force they can hold."""
     gravity = np.array(system.gravity)
     strength = float(np.linalg.norm(gravity))
@@ -110,13 +105,8 @@ def _load(system: MountedSystem, number: int) -> Iterator[str]:
     share = mass * strength / held if held > 0.0 else math.nan
     if math.isnan(share) or _LOAD[0] <= share <= _LOAD[1]:
         return
-    name = system.bodies[number].name
-    other = "g instead of kg" if share < _LOAD[0] else "kg instead of g, or t instead of kg"
-    yield (
-        f"{mass:.4g} kg with {name} weigh {mass * strength:.3g} N, and the mounts below can hold {held:.3g} N along "
-        f"gravity within the identified range: {100.0 * share:.2g} % of it; check the unit of `mass`, which may have "
-        f"been given in {other}."
-    )
+    numbers = {"mass": mass, "weight": mass * strength, "held": held, "share": share}
+    yield Finding(Outcome.STATIC_LOAD, {"body": system.bodies[number].name, **numbers})
 
 
 def _held(system: MountedSystem, number: int, down: FloatArray) -> float:
@@ -140,16 +130,44 @@ def _carried(system: MountedSystem, number: int, seen: set[int]) -> float:
     return mass
 
 
-def _frequencies(system: MountedSystem) -> Iterator[str]:
+def _frequencies(system: MountedSystem) -> Iterator[Finding]:
     frequencies, (low, high) = natural_frequencies(system), FREQUENCIES
     for frequency, size in ((min(frequencies, default=low), "large"), (max(frequencies, default=high), "small")):
         if not low <= frequency <= high and (frequency < low) == (size == "large"):
-            yield (
-                f"A natural frequency of {frequency:.3g} Hz is outside {low:g} to {high:g} Hz, within which bodies "
-                f"vibrate on mounts: masses or moments of inertia are far too {size} for these springs; check their "
-                "units (kg or g, kg m^2 or kg mm^2) and those of the model files."
-            )
+            numbers = {"frequency": frequency, "usual": (FREQUENCIES,), "size": size}
+            yield Finding(Outcome.NATURAL_FREQUENCY, numbers)
 
 
-def _length(metres: float) -> str:
-    return f"{1e3 * metres:.4g} mm" if metres < 1.0 else f"{metres:.4g} m"
+def _pulled(system: MountedSystem) -> Iterator[Finding]:
+    """The weight of a body against the direction of compression of all mounts below it."""
+    down = np.array(system.gravity) / (np.linalg.norm(system.gravity) or 1.0)
+    named = [
+        (mount.body, name, way)
+        for axis, mount, name in zip(system.axes, system.axis_mounts, system.axis_names, strict=True)
+        if "compress" in f"{axis.name} {axis.model}".lower() and abs(way := np.dot(axis.direction, down)) > _ALONG
+    ]
+    for number, body in enumerate(system.bodies):
+        ways = {name: way for of, name, way in named if of == number}
+        if max(ways.values(), default=0.0) < 0.0:
+            yield Finding(Outcome.PULLED, {"body": body.name, "axis": next(iter(ways))})
+
+
+def _coincident(system: MountedSystem) -> Iterator[Finding]:
+    """Two mounts at one place with an axis along the same direction."""
+    names: dict[tuple[object, ...], str] = {}
+    for axis, mount in zip(system.axes, system.axis_mounts, strict=True):
+        place, direction = np.round(mount.place, _DECIMALS), np.round(np.abs(axis.direction), _DIGITS)
+        other = names.setdefault((mount.body, mount.support, *place.tolist(), *direction.tolist()), mount.name)
+        if other != mount.name:
+            yield Finding(Outcome.COINCIDENT, {"first": other, "second": mount.name})
+            return
+
+
+def _overdamped(system: MountedSystem) -> Iterator[Finding]:
+    """Dampers against mass and stiffness."""
+    motion = SmallMotion.about_nominal(system)
+    modes = natural_modes(motion)
+    ratios = [(0.5 * float(q @ motion.damping @ q) / (motion.mass * rate), rate) for rate, q in modes]
+    ratio, rate = max(ratios, default=(0.0, 0.0))
+    if ratio > 1.0:
+        yield Finding(Outcome.OVERDAMPED, {"frequency": rate / (2.0 * np.pi), "ratio": ratio})
