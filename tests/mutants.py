@@ -1,13 +1,14 @@
 """Mutation check: small changes of the package, drawn by a seed, of which the default tier of tests must notice most.
 
-usage: python tests/mutants.py [--seed TEXT] [--python 70] [--c 30] [--whole] [--of FOLDERS [--by TESTS]]
+usage: python tests/mutants.py [--seed TEXT] [--python 70] [--c 30] [--whole] [--only NUMBERS]
+                               [--of FOLDERS [--by TESTS]]
 
 Each mutant is one change of one line in a copy of the checkout: another comparison, sign, product, number, Boolean or
 condition. The tests that executed the line come first, for C the tests that speak to it, and then, with --whole, all of
-the default tier; the first that fails kills the mutant. A mutant that hangs, or with which pytest can collect nothing,
-counts as killed. Two run at a time, each in its own copy. Which test executes which line is measured once for each
-state of the sources, and kept in the folder for temporary files. While tests of one subject are written, `--of` draws
-from its folders or files of the package, and `--by` names the only tests that run.
+the default tier; the first that fails, and passes without it, kills the mutant. A mutant that hangs, or with which
+pytest can collect nothing, counts as killed. Two run at a time, each in its own copy. Which test executes which line is
+measured once for each state of the sources, and kept in the folder for temporary files. While tests of one subject are
+written, `--of` draws from its folders or files of the package, and `--by` names the only tests that run.
 Exit status 1 if less than 85 of 100 are killed.
 """
 
@@ -216,7 +217,9 @@ def killer(copy: Path, mutant: Mutant, selected: list[str], whole: bool) -> str:
         finally:
             path.write_text(source)
         if done.returncode in (1, 2):
-            said = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.M)
+            said = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", done.stdout, re.M)
+            if said and _tested(copy, [said[1]]).returncode:
+                sys.exit(f"{said[1]} fails without a mutant, too.")
             return said[1] if said else done.stdout.strip().splitlines()[-1]
         if done.returncode not in (0, 5):
             if _tested(copy, ["--collect-only", *run]).returncode:
@@ -253,6 +256,7 @@ def main() -> int:
     parser.add_argument("--python", type=int, default=70)
     parser.add_argument("--c", type=int, default=30)
     parser.add_argument("--whole", action="store_true", help="all of the default tier for those that survive")
+    parser.add_argument("--only", nargs="+", type=int, help="these of those that are drawn, by their numbers")
     parser.add_argument("--of", nargs="+", default=["."], help="folders or files of the package")
     parser.add_argument("--by", nargs="+", default=[], help="the tests that run, instead of what is measured")
     options = parser.parse_args()
@@ -263,7 +267,7 @@ def main() -> int:
         copies = Queue[Path]()
         for name in ("one", "two"):
             copies.put(Path(folder, name, "strandspring"))
-            ignored = shutil.ignore_patterns(".git", ".venv", "__pycache__", "coverage")
+            ignored = shutil.ignore_patterns(".git", ".venv", "__pycache__", "coverage", "*.egg-info")
             shutil.copytree(ROOT, Path(folder, name, "strandspring"), ignore=ignored)
 
         def tried(number: int, mutant: Mutant) -> bool:
@@ -273,9 +277,10 @@ def main() -> int:
             print(f"{number:3} {'killed by ' + by if by else 'SURVIVES'}\n    {mutant}", flush=True)
             return bool(by)
 
-        killed = sum(pool.map(tried, range(1, len(mutants) + 1), mutants))
-    print(f"{killed} of {len(mutants)} are killed")
-    return int(killed < ASKED * len(mutants))
+        chosen = options.only or range(1, len(mutants) + 1)
+        killed = sum(pool.map(tried, chosen, [mutants[k - 1] for k in chosen]))
+    print(f"{killed} of {len(chosen)} are killed")
+    return int(killed < ASKED * len(chosen))
 
 
 if __name__ == "__main__":
