@@ -18,6 +18,7 @@ from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import fmpy
 import pytest
@@ -94,6 +95,17 @@ def test_texts_are_those_that_were_read(name: str) -> None:
         assert NUMBER.sub("#", text) == NUMBER.sub("#", kept[path]), path
         numbers = [[float(number) for number in NUMBER.findall(one)] for one in (text, kept[path])]
         assert numbers[0] == pytest.approx(numbers[1], rel=1e-6, abs=1e-9), path  # of computed figures
+
+
+def test_few_round_numbers_stand_beside_the_lines_of_the_drawn_loops() -> None:
+    page = fmu_contents(DOCUMENTED, zero=0.0)["documentation/index.html"].decode()
+    svg = ElementTree.fromstring(re.findall(r"<svg.*?</svg>", page, re.S)[0])
+    texts, heights = svg.findall("text"), [float(line.get("y1", 0.0)) for line in svg.findall("line")]
+    # The range is 49 mm.
+    assert [text.text for text in texts if text.get("y") == "384.00"] == ["0", "10", "20", "30", "40", "50"]
+    for text in (one for one in texts if one.get("text-anchor") == "end"):
+        # The baseline is below the line by half of a letter.
+        assert [height for height in heights if 0.0 < float(text.get("y", 0.0)) - height < 6.0]
 
 
 @pytest.mark.parametrize("name", rows())
