@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ..report.details import ReportDetails
+    from ..report import ReportDetails
 
 
 class Identification(IdentifiedModel, PlottedResult):
@@ -157,7 +157,7 @@ class Identification(IdentifiedModel, PlottedResult):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ..report.report_content import write_report
+        from ..report.identification_page import write_report
 
         write_report(path, self, self.model_file(name), details)
 

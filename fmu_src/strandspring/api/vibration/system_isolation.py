@@ -206,7 +206,7 @@ class SystemIsolation(AnyIsolation):
         ------
         StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
         """
-        from ...report.system_isolation_page import write_system_isolation
+        from ...report.system_pages import write_system_isolation
 
         modes = {candidate.label: candidate.modes for candidate in self.candidates}
         curves = [(candidate.label, response) for candidate, response in self.every]
