@@ -7,7 +7,6 @@ people tell them apart (Okabe and Ito).
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,6 @@ from .quantities import DisplayUnit, number
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-    from matplotlib.figure import Figure
 
 LIGHT = {
     "measured": "#3b424c",
@@ -143,23 +141,19 @@ def band(axes: Axes, x: Any, low: Any, high: Any, name: str, colour: str) -> Non
 
 
 def bars(
-    axes: Axes, x: Any, low: Any, high: Any, name: str, colour: str, width: float, *, record: int | None = None
-) -> None:
-    """Bars about x from their lower to their upper ends."""
-    drawn = axes.bar(x, np.subtract(high, low), bottom=low, width=width, alpha=0.55, lw=0.0, color=LIGHT[colour], label=name)
-    for bar in drawn:
-        bar.set_gid(_identifier(record))
-
-
-def squares(axes: Axes, places: FloatArray, name: str, colour: str, opacity: float) -> None:
-    """Squares about places, shape (K, 2), nearly as large as the unit, as one outline."""
+    axes: Axes, x: FloatArray, low: Any, high: Any, name: str, colour: str, width: float, *, opacity: float = 0.55,
+    record: int | None = None,
+) -> None:  # fmt: skip
+    """Bars of a width about x, from their lower to their upper ends, as one outline."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
-    corners = places[:, None] + 0.47 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)])
-    codes = [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY] * len(places)
-    outline = Path(corners.reshape(-1, 2), codes)
-    axes.add_patch(PathPatch(outline, lw=0.0, color=LIGHT[colour], alpha=opacity, label=name))
+    left, right = x - 0.5 * width, x + 0.5 * width
+    low, high = np.broadcast_to(low, x.shape), np.broadcast_to(high, x.shape)
+    corners = np.stack([left, low, left, high, right, high, right, low, left, low], axis=1).reshape(-1, 2)
+    outline = Path(corners, [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY] * x.size)
+    axes.add_patch(PathPatch(outline, lw=0.0, color=LIGHT[colour], alpha=opacity, label=name, gid=_identifier(record)))
+    axes.autoscale_view()
 
 
 def _identifier(record: int | None) -> str | None:
@@ -171,12 +165,12 @@ def name_axes(axes: Axes, x: tuple[str, DisplayUnit], y: tuple[str, DisplayUnit]
 
     `log` has the letters of logarithmic axes.
     """
-    for axis, (text, unit) in ((axes.xaxis, x), (axes.yaxis, y)):
+    for letter, axis, (text, unit) in (("x", axes.xaxis, x), ("y", axes.yaxis, y)):
         axis.set_label_text(f"{text} [{unit.name}]" if unit.name else text, parse_math=False)
-        if text and axis.axis_name in log:
-            _logarithmic(axes, axis)
+        if letter in log:
+            _logarithmic(axes, axis, letter)
         elif text:
-            axis.get_major_locator().set_params(nbins=6)
+            axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
     axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -219,11 +213,11 @@ def count_along(axes: Axes) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def _logarithmic(axes: Axes, axis: Axis) -> None:
+def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:
     """Ticks at 1, 2 and 5 where there is room, in plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    axes.set(**{f"{axis.axis_name}scale": "log"})
+    axes.set(**{f"{letter}scale": "log"})
     low, high = axis.get_view_interval()
     fine = high < _MOST_DIVIDED * low
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fine else (1.0,), numticks=15 if fine else 8))
@@ -312,7 +306,8 @@ class Paper:
         axes.set_position((left / width, below / height, 1.0 - (left + right) / width, 1.0 - (below + above) / height))
         for way, marked in zip((0, 1), ticks, strict=True):
             self._rule(way, *marked)
-        half, size = (left / width + 1.0 - right / width) / 2.0, {"fontsize": 7.0, "parse_math": False}
+        size: dict[str, Any] = {"fontsize": 7.0, "parse_math": False}
+        half = (left / width + 1.0 - right / width) / 2.0
         axes.text(half, 2.0 / height, axes.get_xlabel(), transform=self.figure.transFigure, ha="center", **size)
         half = (below / height + 1.0 - above / height) / 2.0
         axes.text(8.0 / width, half, axes.get_ylabel(), transform=self.figure.transFigure, rotation=90.0, va="center",

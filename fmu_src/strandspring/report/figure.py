@@ -45,7 +45,7 @@ from ..vibration.one_mass.system import (
     static_equilibrium,
 )
 from . import drawing
-from .drawing import LIGHT, STYLE, Chart, band, bars, count_along, dots, evenly, line, marks, name_axes, visible
+from .drawing import STYLE, Chart, band, bars, count_along, dots, evenly, line, marks, name_axes, visible
 from .evaluation import SHOWN_RECORDS, Evaluation, RecordView
 from .quantities import HZ, NUMBER, DisplayUnit, S, number, percent, span, unit_of
 
@@ -158,7 +158,7 @@ def residuals_over_displacement(evaluation: Evaluation) -> Chart:
 
     def draw(axes: Axes, record: int | None) -> None:
         for view in evaluation.of(record):
-            is_loading = view.of_compared(view.strokes.direction[view.strokes.of_sample]) > 0
+            is_loading = view.of_compared(view.strokes.direction[view.strokes.of_sample].astype(float)) > 0.0
             x, residual = length.factor * view.of_compared(view.record.displacement), unit.factor * view.compared
             for name, colour, own in (("loading", "blue", is_loading), ("unloading", "green", ~is_loading)):
                 at = np.flatnonzero(own)
@@ -166,13 +166,15 @@ def residuals_over_displacement(evaluation: Evaluation) -> Chart:
                 dots(axes, x[at], residual[at], name, colour, record=view.place)
         name_axes(axes, ("displacement", length), ("measured − model", unit))
 
-    return Chart("residuals-displacement", "Residuals over displacement",
-                 f"Residual force over displacement. {_misfit(evaluation)}", draw, records=evaluation.places)  # fmt: skip
+    sentence = f"Residual force over displacement. {_misfit(evaluation)}"
+    return Chart("residuals-displacement", "Residuals over displacement", sentence, draw, records=evaluation.places)
 
 
 def _misfit(evaluation: Evaluation) -> str:
     rms, largest = evaluation.identification.rmse, evaluation.largest_residual
-    return f"The rms residual is {evaluation.residual.text(rms, 3)}, the largest {evaluation.residual.text(largest, 3)}."
+    return (
+        f"The rms residual is {evaluation.residual.text(rms, 3)}, the largest {evaluation.residual.text(largest, 3)}."
+    )
 
 
 def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
@@ -199,7 +201,8 @@ def residuals_over_velocity(evaluation: Evaluation) -> Chart | None:
 
     sentence = (
         f"Residual force over velocity, up to {unit.text(fastest, 3)}; their correlation is "
-        f"{number(max(slopes, key=abs), 2)}{' at most' if len(slopes) > 1 else ''} (0 if no viscous force was left out)."
+        f"{number(max(slopes, key=abs), 2)}{' at most' if len(slopes) > 1 else ''} (0 if no viscous force was left "
+        "out)."
     )
     return Chart("residuals-velocity", "Residuals over velocity", sentence, draw, records=[*views])
 
@@ -232,7 +235,7 @@ def histogram(evaluation: Evaluation) -> Chart:
             width = float(edges[1] - edges[0])
             heights = np.histogram(np.clip(values, edges[0], edges[-1]), edges)[0] / (values.size * width)
             middles = 0.5 * (edges[1:] + edges[:-1])
-            bars(axes, middles, np.zeros(count), heights, "residuals", "blue", width, record=view.place)
+            bars(axes, middles, 0.0, heights, "residuals", "blue", width, record=view.place)
             grid = np.linspace(edges[0], edges[-1], 121)
             normal = np.exp(-0.5 * ((grid - mean) / deviation) ** 2) / (deviation * math.sqrt(2.0 * math.pi))
             line(axes, grid, normal, "normal distribution", "measured", record=view.place)
@@ -359,8 +362,8 @@ def correlations(evaluation: Evaluation) -> Chart | None:
     def draw(axes: Axes, _record: int | None) -> None:
         for name, colour, side in (("positive", "model", 1.0), ("negative", "blue", -1.0)):
             for grade in range(1, _GRADES + 1):
-                cells = np.argwhere(np.round(_GRADES * side * values) == grade)[:, ::-1] + 1.0
-                drawing.squares(axes, cells, name, colour, grade / _GRADES)
+                y, x = np.argwhere(np.round(_GRADES * side * values) == grade).T + 1.0
+                bars(axes, x, y - 0.47, y + 0.47, name, colour, 0.94, opacity=grade / _GRADES)
         ends, size = (0.5, len(labels) + 0.5), 6.5 if len(labels) <= 12 else 4.5
         name_axes(axes, ("", NUMBER), ("", NUMBER))
         for way in "xy":
@@ -442,7 +445,9 @@ def over_amplitude(evaluation: Evaluation, place: int) -> Chart | None:
         axes.set_xlim(left=0.0)
         name_axes(axes, ("amplitude", length), (column.words, unit))
 
-    ends = " to ".join(f"{number(float(y[k]), 3)} {unit.name} at {number(float(x[k]), 3)} {length.name}" for k in (0, -1))
+    ends = " to ".join(
+        f"{number(float(y[k]), 3)} {unit.name} at {number(float(x[k]), 3)} {length.name}" for k in (0, -1)
+    )
     count = {0: "no full cycle was measured", 1: "measured at one amplitude"}
     where = count.get(len(measured), f"measured at {len(measured)} amplitudes")
     sentence = f"Model's {column.words} from {ends}; {where}.".replace("  ", " ")

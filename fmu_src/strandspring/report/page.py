@@ -214,11 +214,11 @@ def _drawings(chart: Chart, papers: dict[str, Paper]) -> Iterator[Drawing]:
     from matplotlib import rc_context
 
     size = "square" if chart.is_square else "wide" if chart.wide else "half"
-    with rc_context({**STYLE, "svg.fonttype": "none", "svg.hashsalt": chart.key, "path.simplify_threshold": 0.2}):
+    with rc_context({**STYLE, "svg.fonttype": "none", "svg.hashsalt": chart.key, "path.simplify_threshold": 0.3}):
         if size not in papers:
             papers[size] = Paper(_SIZES[size])
         figure, axes = papers[size].figure, papers[size].axes
-        width, height = figure.bbox.size.tolist()
+        width, height = figure.bbox.size
         for record in chart.records or (None,):
             papers[size].draw(chart, record)
             file = io.StringIO()
@@ -245,7 +245,7 @@ def _swatch(handle: Any) -> str:
         colour, style = to_hex(first.get_color()), first.get_linestyle() if first.get_marker() in _LINES else "marks"
         kind = {"--": "2px dashed", ":": "2px dotted", "marks": "6px dotted"}.get(style, "2px solid")
     else:
-        colour, kind = to_hex(np.ravel(first.get_facecolor())[:3]), "8px solid"
+        colour, kind = to_hex(tuple(np.ravel(first.get_facecolor())[:3])), "8px solid"
     return f"border-top: {kind} var(--{_NAMES[colour]})"
 
 

@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -164,52 +164,40 @@ def _draw_strokes(axes: Axes, record: int, answers: Answers, places: Mapping[str
     name_axes(axes, ("", NUMBER), ("displacement", MM))
 
 
-def histories(answers: Answers) -> tuple[list[Chart], list[Chart]]:
-    """Magnitude of acceleration and sway of the points over time with their limits, and their components."""
+def histories(answers: Answers) -> Iterator[Chart]:
+    """Magnitude of acceleration and sway of the points over time with their limits."""
     most = _points_of_line(answers)
-    magnitudes, components = [], []
+
+    def draw(axes: Axes, record: int, quantity: FigureKind, unit: DisplayUnit) -> None:
+        time, answer = _courses(answers[record]).histories.time, answers[record]
+        for name, vectors, *style in _vectors(answer, quantity):
+            length = unit.factor * np.linalg.norm(vectors, axis=1)
+            at = visible(length, most)
+            line(axes, time[at], length[at], name, *style)
+            figure = next((figure for figure in answer.figures_of(quantity) if figure.subject == name), None)
+            if figure is None:
+                continue
+            low, high = (unit.factor * end for end in (figure.low, figure.high))
+            peak, half = time[int(np.argmax(length))], 0.5 * (high - low)
+            marks(axes, [peak], [low + half], "range of the peak", style[0], "", error=[half])
+            if figure.limit is not None:
+                limit = unit.factor * figure.limit
+                line(axes, time[[0, -1]], [limit, limit], f"limit {number(limit)} {unit.name}", "poor", "--")
+        axes.set_ylim(bottom=0.0)
+        name_axes(axes, ("time", S), (quantity.value, unit))
+
+    sentence = (
+        "Magnitude of the vector, of which the verdict is. The lines are of one run; the bar at each peak is the range "
+        "that the verdict takes from all runs."
+    )
     for quantity, unit in ((FigureKind.ACCELERATION, G), (FigureKind.SWAY, MM)):
-
-        def judged(axes: Axes, record: int, quantity: FigureKind = quantity, unit: DisplayUnit = unit) -> None:
-            time = _courses(answers[record]).histories.time
-            for name, vectors, *style in _vectors(answers[record], quantity):
-                length = unit.factor * np.linalg.norm(vectors, axis=1)
-                at = visible(length, most)
-                line(axes, time[at], length[at], name, *style)
-                figures = answers[record].figures_of(quantity)
-                if (figure := next((figure for figure in figures if figure.subject == name), None)) is None:
-                    continue
-                low, high = (unit.factor * end for end in (figure.low, figure.high))
-                peak, half = time[int(np.argmax(length))], 0.5 * (high - low)
-                marks(axes, [peak], [low + half], "range of the peak", style[0], "", error=[half])
-                if figure.limit is not None:
-                    limit = unit.factor * figure.limit
-                    line(axes, time[[0, -1]], [limit, limit], f"limit {number(limit)} {unit.name}", "poor", "--")
-            axes.set_ylim(bottom=0.0)
-            name_axes(axes, ("time", S), (quantity.value, unit))
-
-        def signed(axes: Axes, record: int, quantity: FigureKind = quantity, unit: DisplayUnit = unit) -> None:
-            time = _courses(answers[record]).histories.time
-            for name, vectors, *style in _vectors(answers[record], quantity):
-                axis = int(np.argmax(np.abs(vectors).max(axis=0)))
-                at = visible(vectors[:, axis], most)
-                line(axes, time[at], unit.factor * vectors[at, axis], f"{name} {'xyz'[axis]}", *style)
-            name_axes(axes, ("time", S), (quantity.value, unit))
-
-        word = quantity.value
-        sentence = (
-            "Magnitude of the vector, of which the verdict is. The lines are of one run; the bar at each peak is the "
-            "range that the verdict takes from all runs."
-        )
-        magnitudes.append(_of_each(answers, f"history-{word}", f"{word.capitalize()} beside its limit", sentence, judged))
-        sentence = "Of each point the component along x, y or z that moves most, in the same run."
-        components.append(_of_each(answers, f"components-{word}", f"Components of {word}", sentence, signed))
-    return magnitudes, components
+        word, own = quantity.value, partial(draw, quantity=quantity, unit=unit)
+        yield _of_each(answers, f"history-{word}", f"{word.capitalize()} beside its limit", sentence, own)
 
 
-def _of_each(answers: Answers, key: str, title: str, sentence: str, draw: Callable[..., None], wide: bool = True) -> Chart:
+def _of_each(answers: Answers, key: str, title: str, sentence: str, draw: Callable[..., None]) -> Chart:
     """A chart of one answer at a time."""
-    return Chart(key, title, sentence, draw, wide=wide, records=[*answers])
+    return Chart(key, title, sentence, draw, wide=not key.startswith("sway-"), records=[*answers])
 
 
 def _vectors(answer: CaseAnswer, quantity: FigureKind) -> Iterator[Line]:
@@ -319,7 +307,7 @@ def sway_paths(answers: Answers) -> Iterator[Chart]:
         moving = {k: answers[k] for k, of in moved.items() if any(along[across] and along[up] for _, along, *_ in of)}
         if moving:
             sentence = f"Paths of the points relative to the base, from rest, in {a} and {b}."
-            yield _of_each(moving, f"sway-{a}{b}", f"Sway in {a} and {b}", sentence, draw, wide=False)
+            yield _of_each(moving, f"sway-{a}{b}", f"Sway in {a} and {b}", sentence, draw)
 
 
 def _courses(answer: CaseAnswer) -> Courses:
@@ -362,11 +350,11 @@ def gains(curves: Sequence[SystemResponse]) -> tuple[Chart, Chart]:
         y, log = (("sway", MM), "x") if of_sway else (("gain", unit), "xy")
         name_axes(axes, ("frequency", HZ), y, log=log)
 
-    places = range(len(curves))
+    gain = "Of each point the direction in which it moves most."
     sway = "Largest distance of a point from its place at rest, relative to the base."
     return (
-        Chart("gain", "Motion over excitation", "Of each point the direction in which it moves most.", draw, True, places),
-        Chart("sway", "Sway", sway, partial(draw, of_sway=True), True, places),
+        Chart("gain", "Motion over excitation", gain, draw, wide=True),
+        Chart("sway", "Sway", sway, partial(draw, of_sway=True), wide=True),
     )
 
 
@@ -415,15 +403,17 @@ def _draw_view(
     cases: Sequence[LoadCase], plane: tuple[int, int], corners: FloatArray,
 ) -> None:  # fmt: skip
     """One side of a system: `plane` are its two coordinates, `corners` two corners of what is in it [mm]."""
-    size, texts = 0.5 * float(np.ptp(corners, axis=0).max()), {}
+    size = 0.5 * float(np.ptp(corners, axis=0).max())
+    texts: dict[tuple[float, float], tuple[str, str]] = {}
 
-    def seen(places: Sequence[Sequence[float]] | FloatArray) -> FloatArray:
-        return MM.factor * np.array(places, dtype=float)[:, plane].T
+    def seen(places: Any) -> tuple[FloatArray, FloatArray]:
+        x, y = MM.factor * np.array(places, dtype=float)[:, plane].T
+        return x, y
 
     for box in boxes.values():
         # Corners that differ in one sign are joined by an edge.
-        for a, b in itertools.combinations(range(8), 2) if box is not None else ():
-            if (a ^ b).bit_count() == 1:
+        for a, b in itertools.combinations(range(8), 2):
+            if box is not None and (a ^ b).bit_count() == 1:
                 line(axes, *seen(box[[a, b]]), "body", "muted")
     labels = list(dict.fromkeys(label if axis.name else "" for mount in system.mounts
                                 for axis, label in zip(mount.axes, mount.axis_labels, strict=True)))  # fmt: skip
@@ -443,8 +433,8 @@ def _draw_view(
     ):  # fmt: skip
         if places:
             marks(axes, *seen(list(places.values())), name, colour)
-            for text, (x, y) in zip(places, seen(list(places.values())).T.tolist(), strict=True):
-                texts.setdefault((x, y), (text, colour))
+            for text, x, y in zip(places, *seen(list(places.values())), strict=True):
+                texts.setdefault((float(x), float(y)), (text, colour))
     middle, half = corners.mean(axis=0), 0.5 * np.ptp(corners, axis=0)
     for direction, names in _load_directions(cases).items():
         along = np.array(direction)[[*plane]]
@@ -452,7 +442,7 @@ def _draw_view(
             reach = float(np.min(half / np.maximum(np.abs(along), 1e-12))) + 0.12 * size / length
             tail = middle - (reach + _ARROW * size) * along
             _arrow(axes, tail, middle - reach * along, "direction of a load", "care")
-            texts[tuple(tail.tolist())] = (", ".join(names), "care")
+            texts[float(tail[0]), float(tail[1])] = (", ".join(names), "care")
     along = np.array(system.gravity)[[*plane]] / (math.hypot(*system.gravity) or 1.0)
     if math.hypot(*along.tolist()) >= _IN_PLANE:
         name = f"gravity, {number(math.hypot(*system.gravity) / STANDARD_GRAVITY, 3)} g"
@@ -480,4 +470,5 @@ def _load_directions(cases: Sequence[LoadCase]) -> dict[tuple[float, ...], list[
 def _arrow(axes: Axes, tail: FloatArray, tip: FloatArray, name: str, colour: str) -> None:
     back = 0.3 * (tail - tip)
     side = 0.4 * np.array([-back[1], back[0]])
-    line(axes, *np.array([tail, tip, tip + back + side, tip, tip + back - side]).T, name, colour)
+    x, y = np.array([tail, tip, tip + back + side, tip, tip + back - side]).T
+    line(axes, x, y, name, colour)

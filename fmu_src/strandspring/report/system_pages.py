@@ -332,9 +332,8 @@ def _histories(
     if left:
         yield Notice(Level.INFORMATION, f"Histories are left out of {left} of {len(answers)} answers.",
                      "Simulate fewer cases or candidates to see them.")  # fmt: skip
-    judged, components = system_charts.histories(drawn)
-    paths = system_charts.sway_paths(drawn)
-    yield Gallery([*judged, system_charts.strokes(drawn), *components, system_charts.loops(drawn), *paths])
+    judged, paths = system_charts.histories(drawn), system_charts.sway_paths(drawn)
+    yield Gallery([*judged, system_charts.strokes(drawn), system_charts.loops(drawn), *paths])
     rows = []
     for candidate in candidates:
         answered = [answer for answer in answers if answer.candidate == candidate.name and answer.runs]
@@ -429,7 +428,7 @@ def write_system_isolation(
         Section("system", "System", [Gallery(drawings), text]),
         Section("modes", "Natural modes", [*_viscous_modes(modes)]),
     )
-    write_page(path, Page(f"Steady vibration: {name}", "", sections, dict(enumerate(names)), noun="Curve"))
+    write_page(path, Page(f"Steady vibration: {name}", "", sections, dict(enumerate(names)), noun="Curve", first=0))
 
 
 def _resonances(names: Sequence[str], curves: Sequence[Curve]) -> Iterator[Block]:
