@@ -224,9 +224,9 @@ def _drawings(chart: Chart, papers: dict[str, Paper]) -> Iterator[Drawing]:
             file = io.StringIO()
             figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
             (left, bottom), (right, top) = axes.bbox.get_points().tolist()
-            box = [round(end, 1) for end in (left, right, height - bottom, height - top)]
+            box = [round(end, 1) for end in (left, right, height - top, height - bottom)]
             log = [axes.get_xscale() == "log", axes.get_yscale() == "log"]
-            units = [f"[{name}".rsplit("[", 1)[1].rstrip("]") for name in (axes.get_xlabel(), axes.get_ylabel())]
+            units = [(re.findall(r"\[(.*)\]$", name) or [""])[0] for name in (axes.get_xlabel(), axes.get_ylabel())]
             ends = [float(f"{end:.7g}") for end in (*axes.get_xlim(), *axes.get_ylim())]
             scales = str(escape(json.dumps([box, ends, log, units]))) if axes.get_xlabel() else ""
             head = f'<svg class="plot" role="img" aria-labelledby="title-{chart.key}" '
