@@ -137,7 +137,7 @@ class Identification(IdentifiedModel, PlottedResult):
         return plot_chart(self, ax=self._axes(ax)[0])
 
     def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
-        """Write a report: a page that opens offline (.html), or a document (.pdf).
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Parameters
         ----------
@@ -147,7 +147,7 @@ class Identification(IdentifiedModel, PlottedResult):
 
         Raises
         ------
-        StrandspringError        If the ending is another, a package for PDF is missing, or the file cannot be written.
+        StrandspringError        If the ending is another, or the file cannot be written.
 
         Examples
         --------

@@ -99,11 +99,11 @@ class Simulation(PlottedResult):
         write_csv(Path(path), _COLUMNS, (row.values() for row in self._rows()))
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a report: a page that opens offline (.html), or a document (.pdf).
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Raises
         ------
-        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        StrandspringError   If the ending is another, or the file cannot be written.
         """
         from ...report.system_pages import write_simulation
 
