@@ -246,7 +246,7 @@ def _swatch(handle: Any) -> str:
         kind = {"--": "2px dashed", ":": "2px dotted", "marks": "6px dotted"}.get(style, "2px solid")
     else:
         colour, kind = to_hex(tuple(np.ravel(first.get_facecolor())[:3])), "8px solid"
-    return f"border-top: {kind} var(--{_NAMES[colour]})"
+    return f"border-top: {kind} var(--{_NAMES[colour]}){'; opacity: 0.4' if kind[0] == '8' else ''}"
 
 
 def inline(svg: str, key: str) -> str:
