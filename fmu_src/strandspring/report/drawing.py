@@ -163,14 +163,14 @@ def _identifier(record: int | None) -> str | None:
 def name_axes(axes: Axes, x: tuple[str, DisplayUnit], y: tuple[str, DisplayUnit], log: str = "") -> None:
     """What the axes show with their units, and a grid; after all has been drawn.
 
-    `log` has the letters of logarithmic axes.
+    `log` has the letters of logarithmic axes. Numbers of cycles are whole.
     """
     for letter, axis, (text, unit) in (("x", axes.xaxis, x), ("y", axes.yaxis, y)):
         axis.set_label_text(f"{text} [{unit.name}]" if unit.name else text, parse_math=False)
         if letter in log:
             _logarithmic(axes, axis, letter)
         elif text:
-            axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
+            axes.locator_params(axis=letter, nbins=6, integer=text == "cycle")  # type: ignore[arg-type]
     axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -204,13 +204,6 @@ def name_places(axes: Axes, way: str, names: Sequence[str], size: float = 6.5) -
     axis = axes.xaxis if way == "x" else axes.yaxis
     axis.set_tick_params(labelrotation=90.0 if way == "x" else 0.0, labelsize=size)
     axis.set_ticks(range(1, len(names) + 1), [shortened(name, 30) for name in names], parse_math=False)
-
-
-def count_along(axes: Axes) -> None:
-    """Whole numbers at the ticks of x."""
-    from matplotlib.ticker import MaxNLocator
-
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:

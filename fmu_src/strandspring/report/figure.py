@@ -45,7 +45,7 @@ from ..vibration.one_mass.system import (
     static_equilibrium,
 )
 from . import drawing
-from .drawing import STYLE, Chart, band, bars, count_along, dots, evenly, line, marks, name_axes, visible
+from .drawing import STYLE, Chart, band, bars, dots, evenly, line, marks, name_axes, visible
 from .evaluation import SHOWN_RECORDS, Evaluation, RecordView
 from .quantities import HZ, NUMBER, DisplayUnit, S, number, percent, span, unit_of
 
@@ -486,7 +486,6 @@ def _trend(evaluation: Evaluation, views: Sequence[RecordView], key: str, kind: 
         middle, least = 0.5 * (low + high), 0.5 * _TREND_RANGE * abs(low + high)
         if high - low < least:  # what hardly changes is not drawn at full height
             axes.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
-        count_along(axes)
         name_axes(axes, ("cycle", NUMBER), (text, unit))
 
     sentence = f"{text.capitalize()} of each cycle, measured and predicted"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -34,15 +34,9 @@ _TEXT = (
     "energy = secant stiffness · amplitude² / 2. The model's loop is the steady one between the same turning points."
 )
 
-Progress = Callable[[str], None]
-
 
 def write_report(
-    path: str | Path,
-    identification: IdentifiedModel,
-    model: ModelFile,
-    details: ReportDetails | None = None,
-    progress: Progress | None = None,
+    path: str | Path, identification: IdentifiedModel, model: ModelFile, details: ReportDetails | None = None
 ) -> None:
     """Write the report of an identification.
 
@@ -52,36 +46,24 @@ def write_report(
     identification : IdentifiedModel
     model : ModelFile       The identified spring with its name.
     details : ReportDetails or None
-    progress : callable     Called with the name of each part before the work on it begins.
 
     Raises
     ------
     StrandspringError       If the ending does not suit, or the file cannot be written.
     """
     check_report_path(path)
-    page = report_page(identification, model, details or ReportDetails(), progress)
-    if progress is not None:
-        progress("pages")
-    write_page(path, page)
+    write_page(path, report_page(identification, model, details or ReportDetails()))
 
 
-def report_page(
-    identification: IdentifiedModel, model: ModelFile, details: ReportDetails, progress: Progress | None = None
-) -> Page:
+def report_page(identification: IdentifiedModel, model: ModelFile, details: ReportDetails) -> Page:
     """Everything a report says; parameters as of `write_report`."""
-    say = progress or (lambda _: None)
     evaluation = Evaluation(identification)
-    say("engineering figures")
+    chart = transmissibility(evaluation, details.mass)
+    residuals = ("residuals-time", "residuals-displacement", "residuals-velocity", "histogram", "autocorrelation")
     sections = [
         Section("verdict", "Verdict", [*_verdict(evaluation)]),
         Section("figures", "Engineering figures", [*_engineering(evaluation)]),
-    ]
-    say("fit and residuals")
-    sections.append(Section("fit", "Fit", [_gallery(evaluation, "force"), _records(evaluation)]))
-    say("transmissibility")
-    chart = transmissibility(evaluation, details.mass)
-    residuals = ("residuals-time", "residuals-displacement", "residuals-velocity", "histogram", "autocorrelation")
-    sections += [
+        Section("fit", "Fit", [_gallery(evaluation, "force"), _records(evaluation)]),
         Section("isolation", "Vibration isolation", [prose(chart) if isinstance(chart, str) else Gallery([chart])]),
         Section("residuals", "Residuals", [_gallery(evaluation, *residuals)], is_folded=True),
         Section("model", "Model", [*_model(evaluation)], is_folded=True),
