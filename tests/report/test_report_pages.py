@@ -22,7 +22,7 @@ from tools import slow_but
 pytestmark = pytest.mark.long
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Locator, Page
 
 HOSTILE = ReportDetails(
     date=reports.HOSTILE, specimen="s" * 400, fields=((reports.HOSTILE, reports.HOSTILE),), mass=3.0
@@ -105,18 +105,21 @@ def dragged(page: Page, figure: str) -> None:
     page.mouse.up()
 
 
+def middle(text: Locator) -> tuple[float, float]:
+    """Of a text [pixels]."""
+    box = text.bounding_box() or {}
+    return box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
+
+
 def test_a_figure_is_read_and_zoomed(browser: Browser, pages: Callable[[str], Path]) -> None:
     with opened(browser, pages("hinge"), 1300, "light") as sight:
         page, plot = sight.page, sight.page.locator("#figure-loops .plot")
         plot.scroll_into_view_if_needed()
         whole = plot.get_attribute("viewBox")
-        found = [(text, text.bounding_box(), text.get_attribute("style")) for text in plot.locator("text").all()]
-        middles = {
-            (text.text_content() or "", str(style)): (box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-            for text, box, style in found if box is not None
-        }  # fmt: skip
-        across = {text: x for (text, style), (x, _) in middles.items() if "middle" in style and "[" not in text}
-        up = {text: y for (text, style), (_, y) in middles.items() if "end" in style}
+        across, up = (
+            {text.text_content() or "": middle(text)[way] for text in plot.locator(f"text[style='{at}']").all()}
+            for way, at in enumerate(("text-anchor: middle", "text-anchor: end"))
+        )  # fmt: skip
         for (text, x), (other, y) in product(across.items(), up.items()):
             page.mouse.move(x, y)
             words = (page.locator("#figure-loops .readout").text_content() or "").replace("−", "-").split()

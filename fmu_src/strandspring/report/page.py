@@ -42,7 +42,7 @@ _CLEANED = tuple(
     for pattern, text in (
         (r' id="record-(\d+)"', r' data-record="\1"'),
         (r' id="[a-z\d.]+_\d+"| font-family: [^;"]*;| transform="rotate\(-0 [^"]*"', ""),
-        (r"font-size: 6.5px; |fill: none; |; fill: var\(--text\)|; stroke-linecap: square", ""),
+        (r"font-size: 6.5px; |fill: none; |; fill: var\(-{2}text\)|; stroke-linecap: square", ""),
         (r"(\.\d\d)\d+", r"\1"),
     )
 )

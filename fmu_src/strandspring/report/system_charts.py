@@ -18,7 +18,7 @@ from ..kernel.arrays import FloatArray, IndexArray
 from ..vibration.bodies.loads import ChannelKind, LoadCase
 from ..vibration.bodies.mounted import MountedSystem
 from ..vibration.bodies.parts import BASE, MotionKind, RigidBody
-from ..vibration.bodies.six_response import DIRECTIONS, SystemResponse
+from ..vibration.bodies.six_response import SystemResponse
 from ..vibration.signals.spectra import PowerSpectrum
 from ..vibration.verdicts.answers import CaseAnswer, overall_verdicts
 from ..vibration.verdicts.courses import Courses
@@ -343,10 +343,9 @@ def gains(curves: Sequence[SystemResponse]) -> tuple[Chart, Chart]:
         for place, response in enumerate(curves):
             motion = np.abs(response.gain)
             for p, point in enumerate(response.points[: len(STYLES)] if record in (None, place) else ()):
-                way = int(np.argmax(motion[:, p].max(axis=0)))
-                name = point.name if of_sway else f"{point.name} {DIRECTIONS[way]}"
-                values = 1e3 * response.sway[:, p] if of_sway else unit.factor * motion[:, p, way]
-                line(axes, response.frequency, values, name, *STYLES[p], record=place)
+                gain = motion[:, p, int(np.argmax(motion[:, p].max(axis=0)))]
+                values = 1e3 * response.sway[:, p] if of_sway else unit.factor * gain
+                line(axes, response.frequency, values, point.name, *STYLES[p], record=place)
         y, log = (("sway", MM), "x") if of_sway else (("gain", unit), "xy")
         name_axes(axes, ("frequency", HZ), y, log=log)
 
