@@ -22,7 +22,7 @@ import tomllib
 ROOT = Path(__file__).resolve().parents[1]
 BUDGET = ROOT / ".ci" / "budget"
 PLACES = {"package": "fmu_src/strandspring/", "tests": "tests/"}
-TEXT = frozenset({".py", ".c", ".h", ".inc", ".m", ".mo", ".html", ".css", ".js", ".j2", ".typ"})
+TEXT = frozenset({".py", ".c", ".h", ".inc", ".m", ".mo", ".html", ".css", ".js", ".j2"})
 TEXT |= {".md", ".toml", ".txt"}
 RECORDED = ("tests/data/", "tests/fuzz/corpus/", "fmu_src/strandspring/examples/systems/")
 LONGEST_FILE, LONGEST_FUNCTION = 900, 80

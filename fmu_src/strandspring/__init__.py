@@ -83,7 +83,7 @@ if TYPE_CHECKING:
     from .records.given import bundled_record as bundled_record
     from .records.reading import read_record as read_record
     from .records.record import Record as Record
-    from .report.details import ReportDetails as ReportDetails
+    from .report import ReportDetails as ReportDetails
 
 # The names that each module defines.
 _NAMES = {
@@ -122,7 +122,7 @@ _NAMES = {
     "records.given": ("bundled_record",),
     "records.reading": ("read_record",),
     "records.record": ("Record",),
-    "report.details": ("ReportDetails",),
+    "report": ("ReportDetails",),
 }
 
 load_lazily(globals(), _NAMES)

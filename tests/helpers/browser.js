@@ -2,7 +2,7 @@
 [
   // Texts of one figure that lie over each other.
   () => [...document.querySelectorAll("figure")].flatMap((figure) => {
-    const texts = [...figure.querySelectorAll("svg text, .legend button, h3, select, figcaption")]
+    const texts = [...figure.querySelectorAll("svg text, .legend span, h3, select, figcaption")]
       .filter((text) => text.textContent.trim() && text.checkVisibility({ opacityProperty: true }))
       .map((text) => [text.textContent.trim().slice(0, 40), text.getBoundingClientRect()])
       .filter(([, box]) => box.width > 0 && box.height > 0);
@@ -13,11 +13,11 @@
   }),
   // Figures without a single drawn line, dot, bar or area.
   () => [...document.querySelectorAll("figure")].filter((figure) =>
-    ![...figure.querySelectorAll(".data g path")].some((shape) => {
+    ![...figure.querySelectorAll(".plot path[clip-path], .plot [clip-path] > *")].some((shape) => {
       const box = shape.getBoundingClientRect();
       return box.width + box.height > 2;
     })).map((figure) => figure.id),
   // Figures and texts that reach beyond the page.
-  () => [...document.querySelectorAll("main *")].filter((element) =>
+  () => [...document.querySelectorAll("main *:not(.panel *)")].filter((element) =>
     element.getBoundingClientRect().right > innerWidth + 0.5).map((element) => element.outerHTML.slice(0, 120)),
 ].flatMap((find) => find())

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,80 +14,87 @@ import pytest
 from numpy.typing import NDArray
 
 import reports
-from strandspring import Finding, Identification, Outcome, StrandspringError
+from strandspring import Finding, Identification, Outcome, ReportDetails, StrandspringError
 from strandspring.errors import Reader
 from strandspring.findings import advised
-from strandspring.report import figure
-from strandspring.report.content.blocks import Level, Notice, PageContent
-from strandspring.report.content.chart import Axis, Chart, ChartForm, Role, Trace, visible
-from strandspring.report.content.quantities import MM, NUMBER
-from strandspring.report.details import ReportDetails
-from strandspring.report.rendering.palette import DARK, LIGHT
-from strandspring.report.rendering.panels import Panel, panels_of
-from strandspring.report.rendering.report_path import check_report_path
-from strandspring.report.report_content import report_content
+from strandspring.report import check_report_path, drawing, figure
+from strandspring.report.drawing import DARK, LIGHT, Chart, visible
+from strandspring.report.identification_page import report_page
+from strandspring.report.page import Gallery, Level, Notice, Page, Section, write_page
+from strandspring.report.quantities import MM, NUMBER
 
 X = np.linspace(-3.0, 5.0, 60)
 pytestmark = pytest.mark.long  # some seconds of identification and drawing
 
-LINE = Trace("measured", X, np.sin(X), Role.MEASURED)
+
+def content_of(identification: Identification) -> Page:
+    return report_page(identification, identification.spring("a").model, ReportDetails())
 
 
-def content_of(identification: Identification) -> PageContent:
-    return report_content(identification, identification.spring("a").model, ReportDetails())
+def blocks_of(page: Page, kind: type[Any]) -> list[Any]:
+    return [block for section in page.sections for block in section.blocks if isinstance(block, kind)]
 
 
-def blocks_of(content: PageContent, kind: type[Any]) -> list[Any]:
-    return [block for section in content.sections for block in section.blocks if isinstance(block, kind)]
+def drawn(folder: Path, draw: Callable[[Any], None], log: str = "", **options: Any) -> tuple[str, Any]:
+    """The SVG of a chart on a page, and its scales: box, ends, whether they are logarithmic, units."""
+
+    def whole(axes: Any, _record: int | None) -> None:
+        draw(axes)
+        drawing.name_axes(axes, ("x", MM), ("y", NUMBER), log)
+
+    chart = Chart("key", "Title", "Words.", whole, **options)
+    write_page(folder / "page.html", Page("T", "", [Section("s", "S", [Gallery([chart])])], {}))
+    svg = re.search(r"<svg.*?</svg>", (folder / "page.html").read_text(encoding="utf-8"), re.DOTALL)
+    assert svg is not None
+    scales = re.search("data-scales='(.*?)'", svg[0])
+    assert scales is not None
+    return svg[0], json.loads(scales[1])
 
 
-def chart(*traces: Trace, **options: Any) -> Chart:
-    """A chart with linear axes unless others are given."""
-    chosen = {"x": Axis("x", MM), "y": Axis("y", NUMBER), **options}
-    return Chart("key", "Title", traces=traces, sentence="Words.", **chosen)
-
-
-def polylines(panel: Panel, path: str) -> list[NDArray[np.float64]]:
-    """The points of a path in the units of the axes; each of the lines has shape (K, 2)."""
+def polylines(svg: str, colour: str, scales: Any) -> list[NDArray[np.float64]]:
+    """The points of the paths of a colour in the units of the axes; each of the lines has shape (K, 2)."""
+    box, ends, log, _ = scales
     lines = []
-    for move in re.split("^m|M", path.replace("h0", ""))[1:]:
-        numbers = np.array(re.findall(r"-?\d+", move), dtype=float).reshape(-1, 2)
-        share = np.cumsum(numbers, axis=0) / panel.size * (1.0, -1.0) + (0.0, 1.0)
-        for axis, part in zip((panel.x, panel.y), share.T, strict=True):
-            low, high = axis.ends
-            part[:] = low * (high / low) ** part if axis.axis.log else low + (high - low) * part
-        lines.append(share)
+    for path in re.findall(rf'<path d="([^"]*)"[^>]*var\(--{colour}\)', svg):
+        numbers = np.array(re.findall(r"-?\d*\.?\d+", path.replace("h0", "")), dtype=float).reshape(-1, 2)
+        share = (np.cumsum(numbers, axis=0) - (box[0], box[3])) / (box[1] - box[0], box[2] - box[3])
+        for k, part in enumerate(share.T):
+            low, high = ends[2 * k : 2 * k + 2]
+            part[:] = low * (high / low) ** part if log[k] else low + (high - low) * part
+        begins = np.cumsum([move.count("l") + 1 for move in path.split("m")[1:]])[:-1]
+        lines += np.split(share, begins)
     return lines
 
 
-def unit(panel: Panel) -> NDArray[np.float64]:
-    """One unit of the paths, in those of linear axes."""
-    return np.array([np.ptp(axis.ends) / size for axis, size in zip((panel.x, panel.y), panel.size, strict=True)])
-
-
-@pytest.mark.parametrize("form", [ChartForm.LINE, ChartForm.DOTS])
-def test_lines_and_dots_are_where_their_points_are(form: ChartForm) -> None:
-    y = LINE.y.copy()
+@pytest.mark.parametrize("draw", [drawing.line, drawing.dots])
+def test_lines_and_dots_are_where_their_points_are(draw: Callable[..., None], tmp_path: Path) -> None:
+    y = np.sin(X)
     y[20] = np.nan
-    (panel,) = panels_of(chart(replace(LINE, y=y, form=form)))
-    (shape,) = panel.pieces[0].shapes
-    drawn, given = np.concatenate(polylines(panel, shape.path)), np.column_stack([X, y])[np.isfinite(y)]
-    assert np.abs((drawn - given) / unit(panel)).max() <= 0.5 + 1e-9  # rounded to whole units
+    svg, scales = drawn(tmp_path, lambda axes: draw(axes, X, y, "a", "model"))
+    points, given = np.concatenate(polylines(svg, "model", scales)), np.column_stack([X, y])[np.isfinite(y)]
+    (left, right, top, bottom), ends, *_ = scales
+    tenth = 0.1 * np.array([(ends[1] - ends[0]) / (right - left), (ends[3] - ends[2]) / (bottom - top)])
+    for place in given if draw is drawing.dots else points:  # lines leave out points that are not seen
+        others = points if draw is drawing.dots else given
+        assert (np.abs(others - place) / tenth).max(axis=1).min() <= 1.1  # box and moves are rounded to tenths
+    assert scales[3] == ["mm", ""]
 
 
-def test_logarithmic_axes_have_ticks_where_they_belong() -> None:
+def test_logarithmic_axes_have_ticks_where_they_belong(tmp_path: Path) -> None:
     x, y = np.geomspace(0.3, 80.0, 50), np.geomspace(1e-7, 1e3, 50)
-    axes = {"x": Axis("f", NUMBER, log=True), "y": Axis("g", NUMBER, log=True)}
-    (panel,) = panels_of(chart(Trace("a", x, y, Role.FIRST), **axes))
-    (line,) = polylines(panel, panel.pieces[0].shapes[0].path)
-    np.testing.assert_allclose(line, np.column_stack([x, y]), rtol=0.01)  # half of a unit of ten decades by 2500
-    low, high = panel.x.ends
-    assert [text for _, text in panel.x.ticks] == ["0.5", "1", "2", "5", "10", "20", "50", "100"]
-    for place, text in panel.x.ticks:
-        assert place == pytest.approx(100.0 * np.log(float(text) / low) / np.log(high / low), abs=0.01)
+    svg, scales = drawn(tmp_path, lambda axes: drawing.line(axes, x, y, "a", "blue"), "xy")
+    (left, right, *_), (low, high, *_), log, _ = scales
+    (line,) = polylines(svg, "blue", scales)
+    assert log == [True, True]
+    np.testing.assert_allclose(line[[0, -1]], [[0.3, 1e-7], [80.0, 1e3]], rtol=0.02)  # a tenth of 140 for ten decades
+    ticks = re.findall(r'middle" x="([\d.]+)"[^>]*>([\d.]+)</text>', svg)
+    assert [text for _, text in ticks] == ["0.5", "1", "2", "5", "10", "20", "50", "100"]
+    for place, text in ticks:
+        share = np.log(float(text) / low) / np.log(high / low)
+        assert float(place) == pytest.approx(left + share * (right - left), abs=0.1)
 
 
-def test_many_samples_are_thinned_to_what_is_seen() -> None:
+def test_many_samples_are_thinned_to_what_is_seen(tmp_path: Path) -> None:
     values = np.random.default_rng(1).standard_normal(200_000)
     kept = visible(values, 6000)
     assert kept.size <= 6002
@@ -93,45 +102,38 @@ def test_many_samples_are_thinned_to_what_is_seen() -> None:
     assert (kept[0], kept[-1], (np.diff(kept) > 0).all()) == (0, values.size - 1, True)
     x = np.linspace(0.0, 1.0, values.size)
     y = np.sin(30.0 * x) + 0.2 * values
-    (panel,) = panels_of(chart(Trace("noisy", x, y, Role.MODEL)))
-    (shape,) = panel.pieces[0].shapes
-    assert len(shape.path) < 60_000  # some three points in each of 3000 columns
-    (line,) = polylines(panel, shape.path)
-    across, up = unit(panel)
-    for left in panel.x.ends[0] + across * np.arange(0, 3000, 7):
-        # Whatever lies in a column is drawn in it or in its neighbours, up to the threshold and rounding.
-        inside = y[(x >= left) & (x < left + across)]
-        near = line[(line[:, 0] >= left - 2.0 * across) & (line[:, 0] <= left + 3.0 * across), 1]
-        assert not inside.size or near.min() - 2.0 * up <= inside.min() <= inside.max() <= near.max() + 2.0 * up
+    svg, scales = drawn(tmp_path, lambda axes: drawing.line(axes, x, y, "noisy", "model"), wide=True)
+    (line,) = polylines(svg, "model", scales)
+    assert len(svg) < 60_000
+    low, high = scales[1][:2]
+    across = (high - low) / 600.0  # about a point
+    for left in np.arange(0.0, 1.0, 7.0 * across):
+        # Whatever lies in a point of the width is drawn in it or beside it, up to a third of a point.
+        inside, beside = (x >= left) & (x < left + across), abs(line[:, 0] - left - 0.5 * across) < 2.5 * across
+        near = line[beside, 1]
+        assert near.min() - 0.01 <= y[inside].min() <= y[inside].max() <= near.max() + 0.01
 
 
-def test_pieces_records_bars_and_cells() -> None:
-    cycles = (("cycle 1", 20, 40), ("cycle 2", 40, 60))
-    (whole,), (parts,) = (panels_of(chart(replace(LINE, cycles=cycles, **first))) for first in ({"whole": 20}, {}))
-    details = [("cycle 1", True), ("cycle 2", True)]
-    assert [(piece.cycle, piece.is_detail) for piece in whole.pieces] == [("", False), *details]
-    assert [(piece.cycle, piece.is_detail) for piece in parts.pieces] == [(name, False) for name, _ in details]
-    (line,) = polylines(parts, parts.pieces[1].shapes[0].path)
-    assert line[[0, -1], 0] == pytest.approx(X[[40, -1]], abs=unit(parts)[0])
-    x, y, low = np.array([1.0, 2.0]), np.array([4.0, 5.0]), np.array([1.0, 3.0])
-    for form, drawn in ((ChartForm.BARS, "fill"), (ChartForm.BAND, "fill"), (ChartForm.RANGES, "line")):
-        (panel,) = panels_of(chart(Trace("t", x, y, Role.SECOND, form, low=low)))
-        shapes = panel.pieces[0].shapes
-        assert {shape.form for shape in shapes} == {drawn}
-        heights = np.concatenate([part for shape in shapes for part in polylines(panel, shape.path)])[:, 1]
-        assert (heights.min(), heights.max()) == pytest.approx((1.0, 5.0), abs=unit(panel)[1]), form
-    cells = Trace("c", x, y - 3.0, Role.FIRST, ChartForm.CELLS, low=np.array([1.0, 0.25]), texts=("a, b", "b, a"))
-    axis = Axis("", NUMBER, limits=(0.5, 2.5), names=("a", "b"))
-    (panel,) = panels_of(chart(cells, x=axis, y=axis, is_drawing=True))
-    assert [(shape.text, shape.opacity) for shape in panel.pieces[0].shapes] == [("a, b", 1.0), ("b, a", 0.25)]
-    assert panel.x.ticks == ((25.0, "a"), (75.0, "b"))
+def test_names_are_text_and_never_markup_or_colours(tmp_path: Path) -> None:
+    name = f"{LIGHT['model']} 1.23456 <b>$x$</b>"
 
+    def draw(axes: Any) -> None:
+        drawing.line(axes, X, X, name, "model", record=3)
+        drawing.line(axes, X, -X, "other", "blue")
+        drawing.annotate(axes, {(0.0, 0.0): ("#d55e00 1.23456 <i>", "text")})
 
-def test_colours_of_one_value_are_one_in_the_dark_too() -> None:
+    svg, _ = drawn(tmp_path, draw)
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "#d55e00 1.23456 &lt;i&gt;" in svg
+    assert "#d55e00 1.23456 &lt;b&gt;$x$&lt;/b&gt;" in page
+    assert '<g data-record="3">' in svg
+    used = re.findall(r'(?:url\(|href=")#([^)"]+)', svg)
+    assert used
+    assert all(svg.count(f'id="{one}"') == 1 for one in used)
+    assert not re.search("(?:fill|stroke): #", svg)
+    assert drawn(tmp_path, draw)[0] == svg
     # A colour is found by its value on a bright page.
-    assert LIGHT.keys() == DARK.keys()
-    for name, colour in LIGHT.items():
-        assert {DARK[other] for other, same in LIGHT.items() if same == colour} == {DARK[name]}
+    assert (LIGHT.keys(), len(set(LIGHT.values()))) == (DARK.keys(), len(LIGHT))
 
 
 def test_the_report_begins_with_the_verdict_and_keeps_the_words_of_every_caution() -> None:
@@ -152,7 +154,7 @@ def test_the_report_begins_with_the_verdict_and_keeps_the_words_of_every_caution
     assert [finding.name for finding in findings if words(advised(finding, Reader.FILE)) not in said] == []
 
 
-def test_figures_for_papers_and_notebooks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_for_papers_and_notebooks(tmp_path: Path) -> None:
     from matplotlib.figure import Figure
 
     for suffix in ("svg", "png", "pdf"):
@@ -162,9 +164,8 @@ def test_figures_for_papers_and_notebooks(tmp_path: Path, monkeypatch: pytest.Mo
     for key in figure.CHARTS:
         axes = Figure().subplots()
         assert figure.plot_chart(reports.campaign(), key, axes, record=1) is axes
-        assert axes.lines or axes.collections or axes.images, key
+        assert axes.lines or axes.collections or axes.patches, key
     with pytest.raises(StrandspringError, match="has no chart 'band'"):
         figure.plot_chart(reports.plain(), "band", Figure().subplots())
-    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
-    with pytest.raises(StrandspringError, match=r'pip install "strandspring\[pdf\]"'):
+    with pytest.raises(StrandspringError, match=r"let the report end in \.html, open it in a browser and print it"):
         check_report_path("r.pdf")

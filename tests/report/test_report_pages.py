@@ -1,4 +1,4 @@
-"""Pages of reports, records and simulations: looked at and used in a browser, and as documents."""
+"""Pages of reports, records and simulations: looked at and used in a browser, and printed."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ import pytest
 
 import reports
 from browser import chromium, opened
-from strandspring import Record, bundled_record, show, simulate
+from strandspring import Record, ReportDetails, bundled_record, show, simulate
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.loops.selection import Wanted
-from strandspring.report.details import ReportDetails
-from strandspring.report.report_content import write_report
+from strandspring.report.identification_page import write_report
 from tools import slow_but
 
 pytestmark = pytest.mark.long
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Locator, Page
 
 HOSTILE = ReportDetails(
     date=reports.HOSTILE, specimen="s" * 400, fields=((reports.HOSTILE, reports.HOSTILE),), mass=3.0
@@ -85,7 +84,7 @@ def test_a_page_stands_whole_and_asks_for_nothing(browser: Browser, pages: Calla
     assert reports.FOLDER not in pages(name).read_text(encoding="utf-8")
     with opened(browser, pages(name), int(width), scheme) as seen:
         assert seen.faults() == []
-        count = seen.page.locator("figure:has(.plot[aria-describedby])").count()
+        count = seen.page.locator("figure:has(.plot[aria-labelledby])").count()
         assert count == FIGURES.get(name, seen.page.locator("figure").count()) >= 3
         assert "alert" not in seen.page.evaluate("() => [...document.scripts].map((s) => s.id).join()")
         if sight == SIGHTS[0]:
@@ -106,34 +105,50 @@ def dragged(page: Page, figure: str) -> None:
     page.mouse.up()
 
 
-def ticks(page: Page, way: str) -> dict[str, tuple[float, float]]:
-    """Middles of the ticks of the loops [pixels]."""
-    found = {}
-    for text in page.locator(f"#figure-loops g.{way} text").all():
-        box = text.bounding_box() or {}
-        found[text.text_content() or ""] = (box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-    return found
+def middle(text: Locator) -> tuple[float, float]:
+    """Of a text [pixels]."""
+    box = text.bounding_box() or {}
+    return box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
 
 
 def test_a_figure_is_read_and_zoomed(browser: Browser, pages: Callable[[str], Path]) -> None:
     with opened(browser, pages("hinge"), 1300, "light") as sight:
+        page, plot = sight.page, sight.page.locator("#figure-loops .plot")
+        plot.scroll_into_view_if_needed()
+        whole = plot.get_attribute("viewBox")
+        across, up = (
+            {text.text_content() or "": middle(text)[way] for text in plot.locator(f"text[style='{at}']").all()}
+            for way, at in enumerate(("text-anchor: middle", "text-anchor: end"))
+        )  # fmt: skip
+        for (text, x), (other, y) in product(across.items(), up.items()):
+            page.mouse.move(x, y)
+            words = (page.locator("#figure-loops .readout").text_content() or "").replace("−", "-").split()
+            assert words[1::2] == ["mm,", "N"]
+            # A pixel is a thousandth of the width, two hundredths of the height.
+            expected = [float(word.replace("−", "-")) for word in (text, other)]
+            assert abs(float(words[0]) - expected[0]) < 0.05
+            assert abs(float(words[2]) - expected[1]) < 0.01
+        dragged(page, "loops")
+        assert plot.get_attribute("viewBox") != whole
+        plot.dblclick(position={"x": 50.0, "y": 50.0})
+        assert plot.get_attribute("viewBox") == whole
+
+
+def test_a_record_is_chosen(browser: Browser, pages: Callable[[str], Path]) -> None:
+    with opened(browser, pages("campaign"), 1300, "light") as sight:
         page = sight.page
-        page.locator("#figure-loops").scroll_into_view_if_needed()
-        start = ticks(page, "x")
-        for _ in range(2):
-            across, up = ticks(page, "x"), ticks(page, "y")
-            for (text, (x, _)), (other, (_, y)) in product(across.items(), up.items()):
-                page.mouse.move(x, y)
-                words = (page.locator("#figure-loops .readout").text_content() or "").replace("−", "-").split()
-                assert words[1::2] == ["mm,", "N"]
-                # A pixel is a thousandth of the width, two thousandths of the height.
-                expected = [float(word.replace("−", "-")) for word in (text, other)]
-                tolerance = 0.03 if across == start else 0.01
-                assert [float(word) for word in words[::2]] == pytest.approx(expected, abs=tolerance)
-            dragged(page, "loops")
-            assert ticks(page, "x").keys() != across.keys()
-        page.locator("#figure-loops .plot").dblclick(position={"x": 50.0, "y": 50.0})
-        assert ticks(page, "x") == start
+
+        def seen(figure: str) -> list[str | None]:
+            parts = page.locator(f"#figure-{figure} [data-record]").all()
+            return sorted({part.get_attribute("data-record") for part in parts if part.is_visible()}, key=str)
+
+        assert (seen("loops"), seen("force")) == (["0", "1"], ["0"])
+        page.select_option("#figure-loops select", "1")
+        assert (seen("loops"), seen("force")) == (["1"], ["1"])
+    page = browser.new_context(java_script_enabled=False).new_page()
+    page.goto(pages("campaign").as_uri())
+    assert page.locator("#figure-force .plot:visible").count() == 2
+    assert page.locator("#figure-force .record:visible").count() == 2
 
 
 def test_what_is_chosen_of_a_record_is_printed_as_options(browser: Browser, pages: Callable[[str], Path]) -> None:
@@ -153,16 +168,17 @@ def test_what_is_chosen_of_a_record_is_printed_as_options(browser: Browser, page
     assert low <= chosen.min() <= chosen.max() <= high
 
 
-@pytest.mark.slow
-def test_documents_have_the_text_and_records_without_a_spring_their_reason(tmp_path: Path) -> None:
+def test_documents_have_the_text_and_records_without_a_spring_their_reason(
+    browser: Browser, pages: Callable[[str], Path], tmp_path: Path
+) -> None:
     from pypdf import PdfReader
 
-    details = ReportDetails(date="2 March", specimen=reports.HOSTILE, fields=(("Lot", "</x> #panic() $1$"),))
-    write(tmp_path / "a.pdf", reports.hostile, details)
-    found = PdfReader(tmp_path / "a.pdf").pages
-    text = "\n".join(page.extract_text() for page in found).replace("\N{ZERO WIDTH SPACE}", "")
-    assert 6 <= len(found) <= 12
-    assert {"2", "March", "#panic()", "$1$", "x$_$y.csv", "kappa_omega"} <= set(text.split())
+    with opened(browser, pages("hostile"), 1300, "dark") as sight:
+        sight.page.emulate_media(media="print")
+        assert not sight.page.locator("select:visible, nav:visible").count()
+        found = PdfReader(io.BytesIO(sight.page.pdf(prefer_css_page_size=True))).pages
+    text = "\n".join(page.extract_text() for page in found)
+    assert {"x$_$y.csv", "kappa_omega", "Approved:"} <= set(text.split())
     path = np.sin(np.linspace(0.0, 20.0, 2000))
     page = show(Record(1e-3 * path, -1e3 * path, path="backwards.csv"), tmp_path / "page.html")
     assert "No spring would be identified: backwards.csv" in page.read_text(encoding="utf-8")

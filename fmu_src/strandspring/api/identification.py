@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from ..report.details import ReportDetails
+    from ..report import ReportDetails
 
 
 class Identification(IdentifiedModel, ResultWithFindings):
@@ -147,7 +147,7 @@ class Identification(IdentifiedModel, ResultWithFindings):
         return plot_chart(self, ax=self._axes(ax)[0])
 
     def report(self, path: str | Path, name: str = "spring", details: ReportDetails | None = None) -> None:
-        """Write a report: a page that opens offline (.html), or a document (.pdf).
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class Identification(IdentifiedModel, ResultWithFindings):
 
         Raises
         ------
-        StrandspringError        If the ending is another, a package for PDF is missing, or the file cannot be written.
+        StrandspringError        If the ending is another, or the file cannot be written.
 
         Examples
         --------
@@ -167,7 +167,7 @@ class Identification(IdentifiedModel, ResultWithFindings):
         >>> with TemporaryDirectory() as folder:
         ...     identify(bundled_record(), reverse="displacement").report(Path(folder) / "hinge.html")
         """
-        from ..report.report_content import write_report
+        from ..report.identification_page import write_report
 
         write_report(path, self, self.model_file(name), details)
 

@@ -28,8 +28,7 @@ from strandspring.ground.one_thread import one_thread
 from strandspring.ground.plotfile import save_figure
 from strandspring.kernel.arrays import FloatArray
 from strandspring.peers.ni import PAPER_NI, NiParameters, ni_method
-from strandspring.report.rendering.drawing import STYLE
-from strandspring.report.rendering.palette import LIGHT
+from strandspring.report.drawing import LIGHT, STYLE
 
 SYNTHETIC = "synthetic: what the paper leaves out is ours"
 # Displacement is the compression of a spring of 176 mm: one core wire, layers of 3 and 6 wires of 1.5 mm.

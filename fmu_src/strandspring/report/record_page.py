@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._version import __version__
 from ..errors import Reader
 from ..findings import IdentificationError, gathered
 from ..identification.refusals import Strokes, cut_all, impossible
@@ -18,18 +18,20 @@ from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .content.blocks import Block, Gallery, Level, Notice, PageContent, Section, Text, first_rows
-from .content.chart import Axis, Chart, ChartForm, Role, Trace, visible
-from .content.quantities import MM, NUMBER, N, S, number, span
-from .rendering.page import write_page
+from .drawing import Chart, dots, line, marks, name_axes, visible
+from .page import Block, Gallery, Level, Notice, Page, Section, Table, write_page
+from .quantities import MM, NUMBER, DisplayUnit, N, S, number, span
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 _POINTS = 6000  # of a line
 _MARKS = 400  # of a kind
 _REASONS = {
-    "spikes": ("outliers: correct or delete them", Role.FIRST),
-    "clipped": ("clipped forces, left out", Role.SECOND),
-    "dwells": ("dwells, left out", Role.THIRD),
-    "not selected": ("outside the range that was chosen, left out", Role.LEFT_OUT),
+    "spikes": ("outliers: correct or delete them", "blue"),
+    "clipped": ("clipped forces, left out", "green"),
+    "dwells": ("dwells, left out", "purple"),
+    "not selected": ("outside the range that was chosen, left out", "faint"),
 }
 
 
@@ -92,19 +94,22 @@ class _Shown:
         """File name without folders."""
         return PurePath(self.record.path).name
 
-    def traces(self, x: FloatArray, y: FloatArray) -> Iterator[Trace]:
-        """What is drawn: before the first reversal, from there on, and what is left out."""
+    def draw(self, axes: Axes, x: FloatArray, y: FloatArray) -> None:
+        """Before the first reversal, from there on, and what is left out."""
         at = np.union1d(visible(self.record.displacement, _POINTS // 2), visible(self.record.force, _POINTS // 2))
         if self.first:
             before = at[at <= self.first]
-            name = "before the first reversal, sets the memory only"
-            yield Trace(name, x[before], y[before], Role.LEFT_OUT, record=self.place)
+            line(axes, x[before], y[before], "lead-in (not fitted)", "faint", record=self.place)
         after = at[at >= self.first]
-        yield Trace("measured", x[after], y[after], Role.MEASURED, record=self.place)
+        line(axes, x[after], y[after], "measured", "measured", record=self.place)
         for reason, samples in self.seen.left_out.items():
-            words, role = _REASONS[reason]
             at = samples[:: max(1, samples.size // _MARKS)]
-            yield Trace(words, x[at], y[at], role, ChartForm.DOTS, record=self.place)
+            dots(axes, x[at], y[at], *_REASONS[reason], record=self.place)
+
+    @property
+    def without_cycles(self) -> str:
+        """That it has no whole cycle, if so."""
+        return f"{self.name} holds no whole cycle; {self.seen.strokes} strokes were found." * (not self.seen.cycles)
 
 
 def record_warnings(record: Record) -> Iterator[str]:
@@ -112,8 +117,8 @@ def record_warnings(record: Record) -> Iterator[str]:
     shown = _Shown.from_record(0, record)
     if shown.refusal:
         yield shown.refusal
-    if not shown.seen.cycles:
-        yield f"{shown.name} holds no whole cycle; {shown.seen.strokes} strokes were found."
+    if shown.without_cycles:
+        yield shown.without_cycles
     for reason, samples in shown.seen.left_out.items():
         yield f"{shown.name}: {samples.size} samples: {_REASONS[reason][0]}."
 
@@ -141,45 +146,48 @@ def write_record_page(path: Path, records: Sequence[Record]) -> None:
         Section("detected", "What was detected", tuple(_detected(shown))),
     )
     title = shown[0].name if len(shown) == 1 else f"{shown[0].name} and {len(shown) - 1} more"
-    content = PageContent(
-        f"Record: {title}", f"{sum(map(len, records))} samples, {sum(counts)} whole cycles", sections,
-        {one.place: one.name for one in shown}, f"strandspring {__version__}",
-    )  # fmt: skip
     # Cycles of a part are not counted as --cycles counts those of the whole record.
     choosable = 0 if any(record.is_cut for record in records) else max(counts)
-    choice = {"cycles": choosable, "timed": timed}
-    write_page(path, content, "record_page.html.j2", "record_page.js", choice)
+    page = Page(
+        f"Record: {title}", f"{sum(map(len, records))} samples, {sum(counts)} whole cycles", sections,
+        {one.place: one.name for one in shown}, choice={"cycles": choosable, "timed": timed},
+    )  # fmt: skip
+    write_page(path, page)
 
 
 def _loops(shown: Sequence[_Shown]) -> Chart:
-    traces = [trace for one in shown for trace in one.traces(MM.factor * one.record.displacement, one.record.force)]
+    def draw(axes: Axes, record: int | None) -> None:
+        for one in shown if record is None else (shown[record],):
+            one.draw(axes, MM.factor * one.record.displacement, one.record.force)
+        name_axes(axes, ("displacement", MM), ("force", N))
+
     low = min(float(one.record.displacement.min()) for one in shown)
     high = max(float(one.record.displacement.max()) for one in shown)
     sentence = (
         f"Force over displacement, {span(low, high, MM)}. Zoom along the displacement to choose a range of it: the "
         "path of the model keeps running through what is left out."
     )
-    return Chart("loops", "Force over displacement", Axis("displacement", MM), Axis("force", N), tuple(traces),
-                 sentence, wide=True)  # fmt: skip
+    return Chart("loops", "Force over displacement", sentence, draw, wide=True)
 
 
 def _along(shown: Sequence[_Shown], timed: bool) -> Iterator[Chart]:
-    axis = Axis("time", S) if timed else Axis("sample number", NUMBER)
+    axis = ("time", S) if timed else ("sample number", NUMBER)
     advice = " Zoom along the time to choose a window." if timed else " Without rising times no window can be chosen."
     for key, unit in (("displacement", MM), ("force", N)):
-        traces: list[Trace] = []
-        for one in shown:
-            along = one.record.rising_time if timed else None
-            t = np.arange(1.0, len(one.record) + 1.0) if along is None else along
-            values = unit.factor * getattr(one.record, key)
-            traces += one.traces(t, values)
-            if key == "displacement":
-                begins = np.array([cycle.first_sample for cycle in one.seen.cycles][:_MARKS], dtype=np.intp)
-                traces.append(Trace("a cycle begins", t[begins], values[begins], Role.MODEL, ChartForm.MARKS,
-                                    record=one.place))  # fmt: skip
-        title = key.capitalize()
-        yield Chart(key, f"{title} over {axis.text}", axis, Axis(key, unit), tuple(traces),
-                    f"{title} in the order of measurement.{advice}", wide=True, single=True)  # fmt: skip
+
+        def draw(axes: Axes, record: int | None, key: str = key, unit: DisplayUnit = unit) -> None:
+            for one in shown if record is None else (shown[record],):
+                along = one.record.rising_time if timed else None
+                t = np.arange(1.0, len(one.record) + 1.0) if along is None else along
+                values = unit.factor * getattr(one.record, key)
+                one.draw(axes, t, values)
+                if key == "displacement":
+                    begins = np.array([cycle.first_sample for cycle in one.seen.cycles][:_MARKS], dtype=np.intp)
+                    marks(axes, t[begins], values[begins], "a cycle begins", "model", record=one.place)
+            name_axes(axes, axis, (key, unit))
+
+        sentence = f"{key.capitalize()} in the order of measurement.{advice}"
+        yield Chart(key, f"{key.capitalize()} over {axis[0]}", sentence, draw, wide=True, records=range(len(shown)))
 
 
 def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
@@ -191,8 +199,9 @@ def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
         )
     for one in shown:
         record, cycles = one.record, one.seen.cycles
-        if not cycles:
-            yield Notice(Level.CARE, f"{one.name} holds no whole cycle; {one.seen.strokes} strokes were found.")
+        if one.without_cycles:
+            yield Notice(Level.CARE, one.without_cycles)
+            continue
         rows = []
         for count, cycle in enumerate(cycles, 1):
             first, last = cycle.first_sample, cycle.last_sample
@@ -208,11 +217,11 @@ def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
                 )
             )
         header = ("cycle", "samples", "time", "amplitude [mm]", "displacement", "frequency [Hz]")
-        yield from first_rows(f"Cycles of {one.name}", header, rows)
+        yield Table(f"Cycles of {one.name}", header, rows)
 
 
 def _detected(shown: Sequence[_Shown]) -> Iterator[Block]:
     for one in shown:
-        yield Text(f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}")
+        yield f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}"
         for reason, samples in one.seen.left_out.items():
             yield Notice(Level.CARE, f"{samples.size} samples: {_REASONS[reason][0]}.")

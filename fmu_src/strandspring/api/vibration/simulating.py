@@ -100,13 +100,13 @@ class Simulation(ResultWithFindings):
         write_csv(Path(path), _COLUMNS, (row.values() for row in self._rows()))
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a report: a page that opens offline (.html), or a document (.pdf).
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Raises
         ------
-        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        StrandspringError   If the ending is another, or the file cannot be written.
         """
-        from ...report.simulation_page import write_simulation
+        from ...report.system_pages import write_simulation
 
         file = self.file
         source = PurePath(file.path).name
@@ -140,11 +140,11 @@ class Simulation(ResultWithFindings):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw acceleration against stroke of all answers, with verdicts, into axes of matplotlib, new ones if None."""
-        from ...report.charts.verdict_charts import acceleration_against_stroke
-        from ...report.rendering.drawing import draw
+        from ...report.drawing import draw
+        from ...report.system_charts import acceleration_against_stroke
 
         (axis,) = self._axes(ax)
-        return draw(acceleration_against_stroke(self.answers), axis, scale=1.4)
+        return draw(acceleration_against_stroke(self.answers), axis)
 
     def as_json(self) -> dict[str, Any]:
         """Everything as an object for JSON, in SI units."""

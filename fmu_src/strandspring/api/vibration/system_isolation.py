@@ -203,13 +203,13 @@ class SystemIsolation(AnyIsolation):
         }
 
     def report(self, path: str | os.PathLike[str]) -> None:
-        """Write a report: a page that opens offline (.html), or a document (.pdf).
+        """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
         Raises
         ------
-        StrandspringError   If the ending is another, a package for PDF is missing, or the file cannot be written.
+        StrandspringError   If the ending is another, or the file cannot be written.
         """
-        from ...report.system_isolation_page import write_system_isolation
+        from ...report.system_pages import write_system_isolation
 
         modes = {candidate.label: candidate.modes for candidate in self.candidates}
         curves = [(candidate.label, response) for candidate, response in self.every]

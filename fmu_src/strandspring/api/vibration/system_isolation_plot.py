@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ...kernel.arrays import FloatArray
-from ...report.rendering.drawing import legend_columns, shortened
+from ...report.drawing import legend_columns, shortened
 from ...vibration.bodies.six_response import SystemResponse
 from ...vibration.one_mass.curves_plot import COLORS, HANDLE_LENGTH, LEGEND_COLUMNS, STYLES, UNSTABLE, decimal_ticks
 

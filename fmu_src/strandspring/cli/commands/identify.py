@@ -14,11 +14,9 @@ from ...api.identification import identify as identify_records
 from ...identification.method import Method, heard_by
 from ...loops.campaign import campaign_verdicts
 from ...model.modelfile import ModelFile, save_model
-from ...report.details import ReportDetails
+from ...report import ReportDetails
 from ...report.figure import write_figure
-from ...report.rendering.report_path import SUFFIXES as REPORT_SUFFIXES
-from ...report.rendering.report_path import check_report_path
-from ...report.report_content import write_report
+from ...report.identification_page import write_report
 from ..shared.cautions import note_cautions, note_records, noted
 from ..shared.option_types import name_option, output_options, positive, together
 from ..shared.options import (
@@ -30,7 +28,7 @@ from ..shared.options import (
     record_options,
 )
 from ..shared.output import folded, present, result, width_of, working
-from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
+from ..shared.paths import PLOT_FILE, REPORT_FILE, FileNamed, refuse_overwriting
 
 _FINDINGS = 3  # that are printed, the most harmful ones
 
@@ -44,8 +42,8 @@ def _fields(_context: click.Context, _option: click.Parameter, texts: tuple[str,
 
 
 report_options = together(
-    click.option("--report", type=FileOfFormat(*REPORT_SUFFIXES), metavar="FILE.html|pdf",
-                 help="Also write a report: a page with all figures to zoom into, or a document."),
+    click.option("--report", type=REPORT_FILE, metavar="FILE.html",
+                 help="Also write a report: a page with all figures to zoom into."),
     click.option("--date", default="", metavar="TEXT", help="Date in the report.  [default: a line to fill in]"),
     click.option("--operator", default="", metavar="TEXT", help="Who ran the test, likewise."),
     click.option("--specimen", default="", metavar="TEXT", help="Which spring was tested, likewise."),
@@ -64,7 +62,6 @@ class Reporting:
     Raises
     ------
     click.UsageError      If details are given without --report.
-    StrandspringError     If a PDF cannot be made here.
     """
 
     def __init__(self, options: dict[str, Any]) -> None:
@@ -74,8 +71,6 @@ class Reporting:
         if self.report is None and any(given.values()):
             raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
         self.details = ReportDetails(**given)
-        if self.report is not None:
-            check_report_path(self.report)
 
     @property
     def outputs(self) -> dict[str, str | None]:

@@ -9,12 +9,11 @@ import click
 
 from ...api.vibration.isolation import CheckedMotion, verification_lines
 from ...api.vibration.isolation import isolate as isolated
-from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ..shared.descriptions import is_system, refuse_mixed
 from ..shared.mount import EXCITATIONS, chosen_levels, curve_options, level_options, mount_options, positive
 from ..shared.option_types import output_options, together
 from ..shared.output import present, reporting, save
-from ..shared.paths import PLOT_FILE, FileNamed, FileOfFormat, refuse_overwriting
+from ..shared.paths import PLOT_FILE, REPORT_FILE, FileNamed, refuse_overwriting
 from ..shared.zero import zero_option
 
 # What the description says, or what is about one spring.
@@ -52,8 +51,8 @@ _system_options = together(
                  help="Of a SYSTEM.toml: the point or body on which --force acts.  [default: the first body]"),
     click.option("--candidate", "candidates", multiple=True, metavar="NAME",
                  help="Of a SYSTEM.toml: compute only this candidate; repeat for more."),
-    click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html",
-                 help="Of a SYSTEM.toml: write a report (.html or .pdf)."),
+    click.option("--report", type=REPORT_FILE, metavar="FILE.html",
+                 help="Of a SYSTEM.toml: write a report."),
 )  # fmt: skip
 
 
@@ -121,8 +120,6 @@ def isolate(
     refuse_mixed(context, models[0], _OF_MODELS, _OF_SYSTEMS, ("mass", None))
     report = options.pop("report")
     refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report}, ".csv")
-    if report is not None:
-        check_report_path(report)
     levels = chosen_levels({kind: options.pop(kind) for kind in ("base_rotation", *EXCITATIONS)})
     of_system: dict[str, Any] = {name: options.pop(name) or None for name in ("directions", "at", "candidates")}
     files = {"output": ("Curves", output), "plot": ("Plot", plot)}

@@ -9,14 +9,13 @@ import click
 
 from ...api.vibration.simulating import simulate as simulated
 from ...ground.files import refuse_unwritable
-from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ...vibration.description.system_file import load_system_file
 from ...vibration.description.system_tables import MOST_DRAWS
 from ...vibration.verdicts.draws import LEAST_DRAWS
 from ..shared.mount import system_options
 from ..shared.option_types import output_options
 from ..shared.output import present, reporting, result, save
-from ..shared.paths import FileNamed, FileOfFormat, refuse_overwriting
+from ..shared.paths import REPORT_FILE, FileNamed, refuse_overwriting
 
 
 @click.command()
@@ -31,7 +30,7 @@ from ..shared.paths import FileNamed, FileOfFormat, refuse_overwriting
 )
 @click.option("--seed", type=click.IntRange(min=0), help="Seed of the draws.  [default: the file's, or 0]")
 @click.option("--workers", type=click.IntRange(1, 1024), metavar="N", help="Number of threads.  [default: all cores]")
-@click.option("--report", type=FileOfFormat(*SUFFIXES), metavar="FILE.html", help="Write a report (.html or .pdf).")
+@click.option("--report", type=REPORT_FILE, metavar="FILE.html", help="Write a report.")
 @click.option(
     "--histories",
     metavar="FOLDER",
@@ -76,8 +75,6 @@ def simulate(
     """
     file = load_system_file(system)
     refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot}, ".csv")
-    if report is not None:
-        check_report_path(report)
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
     with_courses = as_json or report is not None or histories is not None

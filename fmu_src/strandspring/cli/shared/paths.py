@@ -9,8 +9,10 @@ from typing import Any
 
 import click
 
+from ...errors import StrandspringError
 from ...ground.files import refuse_unwritable
 from ...ground.plotfile import SUFFIXES
+from ...report import check_report_path
 
 # Endings that promise a format.
 _PROMISES = frozenset(
@@ -41,6 +43,17 @@ class FileOfFormat(click.types.StringParamType):
         return str(value)
 
 
+class ReportFile(click.types.StringParamType):
+    """A report to write."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        try:
+            check_report_path(value)
+        except StrandspringError as refusal:
+            self.fail(str(refusal), param, ctx)
+        return str(value)
+
+
 class FileNamed(click.types.StringParamType):
     """A file to write, whose name gets an ending where it has none and is not that of a file that is there.
 
@@ -59,6 +72,7 @@ class FileNamed(click.types.StringParamType):
 
 
 PLOT_FILE = FileOfFormat(*SUFFIXES)
+REPORT_FILE = ReportFile()
 
 
 def refuse_overwriting(

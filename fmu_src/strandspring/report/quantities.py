@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from ...ground.gravity import STANDARD_GRAVITY
+from ..ground.gravity import STANDARD_GRAVITY
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")

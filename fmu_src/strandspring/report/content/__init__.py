@@ -1,1 +1,0 @@
-"""What pages and documents consist of, apart from their form: text, tables, charts as data, numbers in words."""

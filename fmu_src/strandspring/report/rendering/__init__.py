@@ -1,1 +1,0 @@
-"""How content becomes a page that opens offline, a document for print, or axes of matplotlib."""
