@@ -43,7 +43,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase
 from strandspring.vibration.bodies.parts import BASE, MotionKind
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
+from strandspring.vibration.one_mass.options import Excitation
+from strandspring.vibration.one_mass.system import IsolatedMass, static_equilibrium
 
 if TYPE_CHECKING:
     from strandspring import SpringParameters

@@ -18,8 +18,9 @@ from strandspring import ModelError, RefinedOptions, Spring, SpringParameters, S
 from strandspring.core.branches import MaxwellBranch
 from strandspring.kernel.branches import maxwell_columns
 from strandspring.model.modelfile import model_of_text
+from strandspring.vibration.one_mass.options import Excitation, Mount
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
+from strandspring.vibration.one_mass.system import IsolatedMass
 
 pytestmark = pytest.mark.long
 
@@ -95,7 +96,7 @@ LEVEL, MASS, SHAKEN = 5e-4, 2.0, Excitation.BASE_DISPLACEMENT
 def test_branches_alone_follow_the_transfer_function() -> None:
     """A spring whose friction is lost beside its branches is linear."""
     p = SpringParameters((0.0, 9000.0), (1.0,), 1e-9, 100.0, 1.0, 1.0, 0.0, -0.05, 0.05, branches=BENDING)
-    response = frequency_response(IsolatedMass(p, MASS, load=0.0), SHAKEN, LEVEL, np.geomspace(2.0, 60.0, 30))
+    response = frequency_response(IsolatedMass(p, MASS, Mount(0.0)), SHAKEN, LEVEL, np.geomspace(2.0, 60.0, 30))
     omega = 2.0 * np.pi * response.columns["frequency"]
     turns = [(b.stiffness, 1j * omega * b.time_constant) for b in BENDING]
     dynamic = 9000.0 + sum(stiffness * turn / (1.0 + turn) for stiffness, turn in turns)

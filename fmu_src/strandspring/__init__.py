@@ -27,14 +27,15 @@ from ._lazy import load_lazily
 
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
+    from .api.common.given import bundled_record as bundled_record
     from .api.comparing.comparison import Comparison as Comparison
     from .api.comparing.comparison import compare as compare
-    from .api.fmus.building import build_fmu as build_fmu
-    from .api.fmus.exporting import export as export
+    from .api.fmus.build import build_fmu as build_fmu
+    from .api.fmus.export import export as export
+    from .api.fmus.options import BuildOptions as BuildOptions
     from .api.fmus.system_information import SystemInformation as SystemInformation
-    from .api.fmus.system_information import info_system as info_system
-    from .api.fmus.verifying import Verification as Verification
-    from .api.fmus.verifying import verify as verify
+    from .api.fmus.verification import Verification as Verification
+    from .api.fmus.verification import verify as verify
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
     from .api.identifying.information import Information as Information
@@ -44,85 +45,98 @@ if TYPE_CHECKING:
     from .api.identifying.prediction import Prediction as Prediction
     from .api.identifying.prediction import predict as predict
     from .api.identifying.synthesis import synthesize as synthesize
-    from .api.identifying.synthesis import synthesize_ni as synthesize_ni
+    from .api.options import Comparing as Comparing
+    from .api.options import Fitting as Fitting
+    from .api.options import Sampling as Sampling
+    from .api.overview import show as show
     from .api.planning import TestPlan as TestPlan
     from .api.planning import plan as plan
+    from .api.responses import Computing as Computing
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
-    from .api.showing import show as show
     from .api.spring import Spring as Spring
-    from .api.studies.studying import StudyResult as StudyResult
-    from .api.studies.studying import study as study
-    from .api.studies.system_studying import SystemStudyResult as SystemStudyResult
-    from .api.studies.system_studying import study_system as study_system
+    from .api.studies.model_study import StudyResult as StudyResult
+    from .api.studies.model_study import study as study
+    from .api.studies.system_study import SystemStudyResult as SystemStudyResult
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
-    from .api.vibration.simulating import Simulation as Simulation
-    from .api.vibration.simulating import simulate as simulate
+    from .api.vibration.simulation import Simulation as Simulation
+    from .api.vibration.simulation import simulate as simulate
     from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
-    from .api.vibration.system_isolation import isolate_system as isolate_system
-    from .campaigns.jobs.cluster import Cluster as Cluster
+    from .campaigns.jobs.options import Cluster as Cluster
+    from .campaigns.jobs.options import Workers as Workers
+    from .campaigns.planning.limits import Limits as Limits
     from .core.parameters import SpringParameters as SpringParameters
     from .cosimulation.prescribed import simulate_fmu as simulate_fmu
     from .errors import BuildError as BuildError
     from .errors import ModelError as ModelError
+    from .errors import OptionError as OptionError
     from .errors import RecordError as RecordError
     from .errors import StrandspringError as StrandspringError
     from .findings import Finding as Finding
     from .findings import IdentificationError as IdentificationError
     from .findings import Outcome as Outcome
-    from .identification.refined import RefinedOptions as RefinedOptions
-    from .loops.selection import read_campaign as read_campaign
+    from .identification.options import RefinedOptions as RefinedOptions
+    from .loops.reading import Reading as Reading
+    from .loops.reading import read_campaign as read_campaign
+    from .loops.reading import read_record as read_record
     from .loops.selection import select as select
     from .model.conversions import ClassicBoucWen as ClassicBoucWen
     from .model.conversions import NormalizedBoucWen as NormalizedBoucWen
     from .model.modelfile import model_schema as model_schema
-    from .peers.ni import NiOptions as NiOptions
-    from .peers.paper import PaperOptions as PaperOptions
-    from .peers.two_stage import TwoStageOptions as TwoStageOptions
-    from .records.given import bundled_record as bundled_record
-    from .records.reading import read_record as read_record
+    from .peers.options import NiOptions as NiOptions
+    from .peers.options import PaperOptions as PaperOptions
+    from .peers.options import TwoStageOptions as TwoStageOptions
     from .records.record import Record as Record
     from .report import ReportDetails as ReportDetails
+    from .vibration.one_mass.options import Curve as Curve
+    from .vibration.one_mass.options import Levels as Levels
+    from .vibration.one_mass.options import Mount as Mount
+    from .vibration.options import Part as Part
+    from .vibration.options import Run as Run
+    from .vibration.options import StudyRun as StudyRun
 
 # The names that each module defines.
 _NAMES = {
     "_version": ("__version__",),
+    "api.common.given": ("bundled_record",),
     "api.comparing.comparison": ("Comparison", "compare"),
-    "api.fmus.building": ("build_fmu",),
-    "api.fmus.exporting": ("export",),
-    "api.fmus.system_information": ("SystemInformation", "info_system"),
-    "api.fmus.verifying": ("Verification", "verify"),
+    "api.fmus.build": ("build_fmu",),
+    "api.fmus.export": ("export",),
+    "api.fmus.system_information": ("SystemInformation",),
+    "api.fmus.verification": ("Verification", "verify"),
     "api.identification": ("Identification", "identify"),
     "api.identifying.information": ("Information", "info"),
     "api.identifying.many": ("ManyResult", "identify_many"),
     "api.identifying.prediction": ("Prediction", "predict"),
-    "api.identifying.synthesis": ("synthesize", "synthesize_ni"),
+    "api.identifying.synthesis": ("synthesize",),
+    "api.fmus.options": ("BuildOptions",),
+    "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
-    "api.responses": ("Responses", "responses"),
-    "api.showing": ("show",),
+    "api.responses": ("Computing", "Responses", "responses"),
+    "api.overview": ("show",),
     "api.spring": ("Spring",),
-    "api.studies.studying": ("StudyResult", "study"),
-    "api.studies.system_studying": ("SystemStudyResult", "study_system"),
+    "api.studies.model_study": ("StudyResult", "study"),
+    "api.studies.system_study": ("SystemStudyResult",),
     "api.vibration.isolation": ("Isolation", "isolate"),
-    "api.vibration.simulating": ("Simulation", "simulate"),
-    "api.vibration.system_isolation": ("SystemIsolation", "isolate_system"),
-    "campaigns.jobs.cluster": ("Cluster",),
+    "api.vibration.simulation": ("Simulation", "simulate"),
+    "api.vibration.system_isolation": ("SystemIsolation",),
+    "campaigns.jobs.options": ("Cluster", "Workers"),
+    "campaigns.planning.limits": ("Limits",),
     "core.parameters": ("SpringParameters",),
     "cosimulation.prescribed": ("simulate_fmu",),
-    "errors": ("BuildError", "ModelError", "RecordError", "StrandspringError"),
+    "errors": ("BuildError", "ModelError", "OptionError", "RecordError", "StrandspringError"),
     "findings": ("Finding", "IdentificationError", "Outcome"),
-    "identification.refined": ("RefinedOptions",),
-    "loops.selection": ("read_campaign", "select"),
+    "identification.options": ("RefinedOptions",),
+    "loops.reading": ("Reading", "read_campaign", "read_record"),
+    "loops.selection": ("select",),
     "model.conversions": ("ClassicBoucWen", "NormalizedBoucWen"),
     "model.modelfile": ("model_schema",),
-    "peers.ni": ("NiOptions",),
-    "peers.paper": ("PaperOptions",),
-    "peers.two_stage": ("TwoStageOptions",),
-    "records.given": ("bundled_record",),
-    "records.reading": ("read_record",),
+    "peers.options": ("NiOptions", "PaperOptions", "TwoStageOptions"),
     "records.record": ("Record",),
     "report": ("ReportDetails",),
+    "vibration.options": ("Part", "Run", "StudyRun"),
+    "vibration.one_mass.options": ("Curve", "Levels", "Mount"),
 }
 
 load_lazily(globals(), _NAMES)

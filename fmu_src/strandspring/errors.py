@@ -16,7 +16,11 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _FACTORS = {
     "mm": 1e3, "ms": 1e3, "mm/s": 1e3, "%": 100.0, "N/mm": 1e-3, "degrees": 180.0 / math.pi, "g": 1.0 / 9.80665,
 }  # from SI  # fmt: skip
-_FLAGS = {"time_window": "time"}  # options of the command line that have another name
+# Options of the command line that have another name.
+_FLAGS = {
+    "amplitudes": "amplitude", "candidates": "candidate", "cases": "case", "directions": "direction", "fields": "field",
+    "platforms": "platform", "time_window": "time",
+}  # fmt: skip
 
 
 class Reader(Enum):
@@ -40,10 +44,15 @@ class _Options:
             return {Reader.COMMAND_LINE: f"`{command}`", Reader.PYTHON: f"`{name}`", Reader.FILE: command}[self.reader]
         given = value if value not in ("", "True") else ""
         if self.reader is Reader.COMMAND_LINE:
-            return f"--{_FLAGS.get(name, name).replace('_', '-')} {given}".rstrip()
+            return f"{flag_of(name)} {given}".rstrip()
         if self.reader is Reader.FILE:
             return f"the option {name} {given}".rstrip()
         return f'`{name}="{given}"`' if given and not given.isdigit() else f"`{name}={value or '...'}`"
+
+
+def flag_of(option: str) -> str:
+    """An option of the API on the command line."""
+    return f"--{_FLAGS.get(option, option).replace('_', '-')}"
 
 
 class _Words(Formatter):
@@ -117,6 +126,10 @@ class StrandspringError(ValueError):
         return worded(self.template, self.fields, reader) if self.fields else self.template
 
 
+class OptionError(StrandspringError):
+    """Options do not go together, or not with what they are given for."""
+
+
 class RecordError(StrandspringError):
     """A measured record cannot be used."""
 
@@ -127,6 +140,14 @@ class ModelError(StrandspringError):
 
 class BuildError(StrandspringError):
     """An FMU cannot be built, validated or run."""
+
+
+class IsolationError(StrandspringError):
+    """A mass cannot be isolated by its mount, or a study of it cannot be run."""
+
+
+class JobError(StrandspringError):
+    """Tasks cannot be executed, or what is finished cannot be kept."""
 
 
 class MountedSystemError(StrandspringError):

@@ -11,11 +11,12 @@ import pytest
 
 import strandspring
 from springs import MOUNT
-from strandspring import Record, Spring, identify, isolate, predict, simulate, synthesize, synthesize_ni
+from strandspring import Record, Spring, identify, isolate, predict, simulate, synthesize
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.description.system_file import load_system_file
+from strandspring.vibration.one_mass.options import Excitation
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
+from strandspring.vibration.one_mass.system import IsolatedMass
 from strandspring.vibration.verdicts.verdicts import CaseVerdict, FigureKind, Limits
 from synthetic import spring_of
 
@@ -23,7 +24,7 @@ pytestmark = pytest.mark.long
 
 SPRING = Spring(spring_of(1.0, 1.0), "mount", "a mount")
 CRADLE = SYSTEMS / "gun_cradle.toml"
-NI = synthesize_ni()
+NI = synthesize("ni")
 
 
 def test_arrays_tables_files_and_records_give_one_spring(tmp_path: Path) -> None:

@@ -20,7 +20,7 @@ from tables import IMPORT, ROOT, in_turns, processor_time, show
 
 from mounted_examples import COMPRESSION, GRAVITY, box, unit
 from springs import MOUNT
-from strandspring import Record, Spring, SpringParameters, examples, identify, isolate_system
+from strandspring import Record, Spring, SpringParameters, examples, identify, isolate
 from strandspring.compiled import zig
 from strandspring.compiled.images import FMU, image
 from strandspring.compiled.sources import FMI_HEADERS, fmi_header
@@ -30,8 +30,9 @@ from strandspring.model.modelfile import ModelFile
 from strandspring.vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel, Signal
 from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.simulation import run_case
+from strandspring.vibration.one_mass.options import Excitation, Mount
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass
+from strandspring.vibration.one_mass.system import IsolatedMass
 from strandspring.vibration.signals.level_table import LevelTable
 from strandspring.vibration.signals.pulses import HalfSine
 from strandspring.vibration.signals.random_signal import RandomVibration
@@ -113,7 +114,7 @@ def identify_time(largest: int = 1_000_000) -> None:
 def isolation() -> None:
     """Transmissibility at 200 frequencies by harmonic balance; tests/systems compare it with SciPy."""
     # Without some viscous damping small free vibrations take thousands of periods to die out.
-    system, band, rows = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0), np.geomspace(2.5, 40.0, 200), []
+    system, band, rows = IsolatedMass(MOUNT, 5.0, Mount(50.0, damping=15.0)), np.geomspace(2.5, 40.0, 200), []
     base = Excitation.BASE_DISPLACEMENT
     frequency_response(system, base, 2e-4, band[:2])  # imports and tables
     for level in (2e-4, 6e-4, 1.2e-3):
@@ -148,7 +149,7 @@ def bodies(draws: int = 100) -> None:
         "1 s shock": (10_000, lambda: run_case(system, shock, start, 1e-4)),
         "60 s random at 20 kHz": (1_200_000, lambda: run_case(system, shaking, start, 5e-5)),
         f"{draws} drawn shocks": (10_000 * draws, drawn),
-        "isolate, electronics box": (1, lambda: isolate_system(file)),
+        "isolate, electronics box": (1, lambda: isolate(file)),
     }
     times, one = in_turns({name: work for name, (_, work) in works.items()}, 2), sample(COMPRESSION)
     rows = [{"what": name, "s": taken, "us a step": 1e6 * taken / works[name][0],

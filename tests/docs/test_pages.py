@@ -14,9 +14,10 @@ import pytest
 import strandspring
 from pages import README, ROOT, TEXTS, blocks
 from strandspring import Spring, StrandspringError, read_record
-from strandspring.cli.commands.docs import reference
+from strandspring.cli.commands.documentation import reference
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
+from strandspring.cli.shared.options import SHOWS_ALL
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, Reference, write_site
@@ -110,7 +111,10 @@ def help_of(name: str) -> str:
     command = program.get_command(click.Context(program), name)
     assert command is not None
     below = command.commands.values() if isinstance(command, click.Group) else ()
-    return "".join(each.get_help(click.Context(each)) for each in (command, *below))
+    contexts = [(each, click.Context(each)) for each in (command, *below)]
+    for _, context in contexts:
+        context.meta[SHOWS_ALL] = True
+    return "".join(each.get_help(context) for each, context in contexts)
 
 
 def test_commands_options_functions_and_links_exist() -> None:

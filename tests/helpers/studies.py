@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from strandspring import SpringParameters
 from strandspring.campaigns.studies.definition import Study
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance, joint_names
-from strandspring.vibration.one_mass.system import Excitation
+from strandspring.vibration.one_mass.options import Curve, Excitation
 from synthetic import spring_of
 
 FloatArray = NDArray[np.float64]
@@ -50,8 +50,8 @@ UNCERTAINTY = uncertainty_of_hysteresis(ERRORS, CORRELATION)
 SPREAD = JointCovariance.to_draw_from(SPRING, UNCERTAINTY)
 # Runs of some 10 ms each below resonance; the last mass is more than the spring can carry.
 CHEAP = Study(
-    SPRING, Excitation.BASE_DISPLACEMENT, (4.0, 5.0, 400.0), (1e-4,), draws=20, seed=7, spread=SPREAD, band=(2.0, 2.5),
-    points=2,
+    SPRING, Excitation.BASE_DISPLACEMENT, (4.0, 5.0, 400.0), (1e-4,), draws=20, seed=7, spread=SPREAD,
+    curve=Curve((2.0, 2.5), 2),
 )  # fmt: skip
 
 

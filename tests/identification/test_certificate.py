@@ -26,7 +26,7 @@ from strandspring import (
     verify,
 )  # fmt: skip
 from strandspring.errors import ModelError
-from strandspring.identification.method import Method
+from strandspring.identification.options import Method
 from strandspring.model.certificate import Driven, ForceRange, shortcoming
 from strandspring.model.modelfile import load_model
 from synthetic import drawn_own_record

@@ -21,7 +21,7 @@ from strandspring import (
     TwoStageOptions,
     identify,
     read_record,
-    synthesize_ni,
+    synthesize,
 )  # fmt: skip
 
 pytestmark = pytest.mark.long
@@ -62,7 +62,7 @@ def records(name: str) -> tuple[Record, ...]:
         return (read_record(ROOT / case["file"], **case["options"]),)
     if "table1" in case:
         amplitude, n = case["table1"]
-        return (synthesize_ni(1e-3 * amplitude, n, seed=1),)
+        return (synthesize("ni", 1e-3 * amplitude, exponent=n, seed=1),)
     for seed, rate in enumerate(case.get("rates", (1.0,))):
         time, path = sines(case, rate)
         force = truth(name).force(path, 0.0, time)
@@ -90,7 +90,7 @@ def error(name: str, found: Identification, figure: str) -> float:
         return abs(loop.predicted / case.get("energy", loop.measured) - 1.0)
     if figure == "steady":
         amplitude, n = case["table1"]
-        clean = synthesize_ni(1e-3 * amplitude, n, noise=0.0)
+        clean = synthesize("ni", 1e-3 * amplitude, exponent=n, noise=0.0)
         return rms(spring.response(np.tile(clean.displacement, 5))[-len(clean) :] - clean.force)
     if figure == "loops":
         time, path = sines({"amplitudes": (0.9, 0.55, 0.3), "cycles": 3, "samples": 117}, case.get("rates", [1.0])[0])

@@ -9,8 +9,8 @@ import pytest
 import tomllib
 
 from strandspring import RecordError, read_campaign, read_record
-from strandspring.loops import selection
-from strandspring.loops.selection import Wanted, entries
+from strandspring.loops import reading
+from strandspring.loops.reading import Reading, entries
 
 CASES = tomllib.loads(Path(__file__).with_name("mistakes.toml").read_text("utf-8"))
 TIME = np.linspace(0.0, 5.0, 1001)
@@ -72,10 +72,10 @@ def test_what_a_description_says_is_done(folder: Path) -> None:
 def test_options_go_before_a_description(folder: Path) -> None:
     path = described(folder, 'force_unit = "kN"\ncycles = 2\n[[record]]\nfile = "other.csv"\ncycles = "1:2"\n')
     assert read_campaign(path)[0].notes[-1].startswith("Selected, as given: cycles 1 to 2 of")
-    (record,) = read_campaign(path, Wanted(cycles="3:", force_unit="N"))
+    (record,) = read_campaign(path, Reading(cycles="3:", force_unit="N"))
     assert record.notes[-1].startswith("Selected, as given: cycles 3 to ")
     assert any("The unit of the force is N, as given" in note for note in record.notes)
-    both = [wanted.read(path) for path, wanted in entries([folder / "lot A" / "a.csv", path], Wanted(reverse="force"))]
+    both = [wanted.read(path) for path, wanted in entries([folder / "lot A" / "a.csv", path], Reading(reverse="force"))]
     assert [Path(each.path).name for each in both] == ["a.csv", "other.csv"]
     assert all("The force is negated, as given." in each.notes for each in both)
     # Absolute paths and those out of the folder are read.
@@ -87,14 +87,14 @@ def test_options_go_before_a_description(folder: Path) -> None:
     path = described(folder, 'skip_bad_lines = true\n[[record]]\nfile = "other.csv"\n')
     assert len(read_campaign(path)[0]) == 1000
     with pytest.raises(RecordError, match="line 31"):
-        read_campaign(path, Wanted(skip_bad_lines=False))
+        read_campaign(path, Reading(skip_bad_lines=False))
 
 
 @pytest.mark.parametrize(("text", "expected"), CASES["mistakes"])
 def test_mistakes_are_named_by_file_and_field(
     folder: Path, text: str, expected: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(selection, "_MAX_FILES", 2)
+    monkeypatch.setattr(reading, "_MAX_FILES", 2)
     with pytest.raises(RecordError) as caught:
         read_campaign(described(folder, text.replace("MANY", "[" * 5000)))
     message = str(caught.value)

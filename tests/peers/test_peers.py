@@ -24,7 +24,7 @@ from strandspring import (
     Spring,
     TwoStageOptions,
     identify,
-    synthesize_ni,
+    synthesize,
 )  # fmt: skip
 from strandspring.examples.paper import campaign, random_start
 from strandspring.peers.ni import PAPER_NI, ni_method, sine_period, with_noise
@@ -82,7 +82,7 @@ def test_the_steady_force_is_what_equation_29_leads_to(n: float, theta: float, l
 @pytest.mark.parametrize(("amplitude", "n"), [(5.0, 0.222), (5.45, 1.0)])
 def test_the_experiment_has_the_rms_force_of_table_1(amplitude: float, n: float) -> None:
     p, period = replace(PAPER_NI, n=n), sine_period(amplitude, 1000)
-    record = synthesize_ni(1e-3 * amplitude, n, cycles=2, samples=1000, noise=0.03, seed=4)
+    record = synthesize("ni", 1e-3 * amplitude, exponent=n, cycles=2, samples=1000, noise=0.03, seed=4)
     np.testing.assert_allclose(record.displacement * 1e3, np.tile(period, 2), rtol=1e-14)  # mm and back
     np.testing.assert_array_equal(record.force, with_noise(np.tile(p.steady_force(period), 2), 0.03, 4))
     assert rms(p.steady_force(period)) == pytest.approx(248.2, abs=0.15)  # X and n are rounded to three digits

@@ -15,7 +15,7 @@ import reports
 from browser import chromium, opened
 from strandspring import Record, ReportDetails, bundled_record, show, simulate
 from strandspring.examples.system_models import SYSTEMS
-from strandspring.loops.selection import Wanted
+from strandspring.loops.reading import Reading
 from strandspring.report.identification_page import write_report
 from tools import slow_but
 
@@ -162,7 +162,7 @@ def test_what_is_chosen_of_a_record_is_printed_as_options(browser: Browser, page
         words = options.inner_text().split()
         assert words[:2] == ["--cycles", "2"]
     low, high = (float(end) for end in words[3].split(":"))
-    record = Wanted(reverse="displacement", displacement_range=words[3]).read(bundled_record())
+    record = Reading(reverse="displacement", displacement_range=words[3]).read(bundled_record())
     assert record.compared is not None
     chosen = 1e3 * record.displacement[record.compared]
     assert low <= chosen.min() <= chosen.max() <= high

@@ -20,7 +20,7 @@ import numpy as np
 import pytest
 
 from journal_content import execute, rows_in
-from strandspring.campaigns.jobs.cluster import Cluster
+from strandspring.campaigns.jobs.options import Cluster
 from strandspring.campaigns.jobs.runners import Local, Runner
 from strandspring.campaigns.studies.definition import Study
 from strandspring.campaigns.studies.execution import run_study
@@ -28,12 +28,15 @@ from strandspring.campaigns.studies.journal import journal_path
 from strandspring.campaigns.studies.runs import DONE
 from strandspring.campaigns.studies.system_planning import planned_study
 from strandspring.campaigns.studies.system_study import SystemStudy
+from strandspring.errors import IsolationError
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.model.joint import HYSTERETIC_UNITS, JointCovariance
 from strandspring.vibration.description.named_files import FilesOfFolder
 from strandspring.vibration.description.system_file import read_description
+from strandspring.vibration.one_mass.options import Curve, Excitation, Mount
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from strandspring.vibration.one_mass.system import IsolatedMass, static_equilibrium
+from strandspring.vibration.options import Part, Run
 from studies import CHEAP, CORRELATION, ERRORS, SPREAD, SPRING, Counter, correlations, uncertainty_of_hysteresis
 
 pytestmark = pytest.mark.long
@@ -48,7 +51,8 @@ MASSES = {"body.box.mass": "15 kg:25 kg:3"}
 
 def system_study(vary: dict[str, Any] = MASSES, **options: Any) -> SystemStudy:
     given = {"draws": 16, "seed": 0, "cases": "drop", "step": 5e-4, **options}
-    return planned_study(CONTENT, FilesOfFolder(SYSTEMS), vary, **given)
+    part = Part(given.pop("cases", None), given.pop("candidates", None))
+    return planned_study(CONTENT, FilesOfFolder(SYSTEMS), vary, part, Run(**given))
 
 
 # ---- what is drawn and varied ---------------------------------------------------------------------
@@ -89,14 +93,14 @@ def test_paths_lead_to_their_values(row: str) -> None:
 def test_a_run_tells_what_isolate_does() -> None:
     study = Study(
         SPRING, Excitation.BASE_ACCELERATION, (4.0, 5.0), (0.5,), (0.9, 1.2), draws=2, seed=1, spread=SPREAD,
-        load=30.0, parallel=2, series=3, damping=8.0, points=12,
+        mount=Mount(30.0, 2, 3, 8.0), curve=Curve(points=12),
     )  # fmt: skip
     (row,) = study.rows([7])
     drawn = SPREAD.draw(SPRING, 1, 1)
     assert (row.run, row.draw, row.mass, row.level, row.stiffness_factor) == (7, 1, 5.0, 0.5, 1.2)
     assert [getattr(row, name) for name in DRAWN] == [getattr(drawn, name) for name in DRAWN]
     stiff = replace(drawn, kE=tuple(1.2 * c for c in SPRING.kE), kappa_omega=1.2 * drawn.kappa_omega)
-    system = IsolatedMass(stiff, 5.0, 30.0, 2, 3, 8.0)
+    system = IsolatedMass(stiff, 5.0, Mount(30.0, 2, 3, 8.0))
     rest = static_equilibrium(system)
     band = np.geomspace(0.23 * rest.frequency, 5.0 * rest.frequency, 12)
     resonance = frequency_response(system, Excitation.BASE_ACCELERATION, 0.5, band).resonance
@@ -181,7 +185,10 @@ def test_a_worker_process_that_dies_costs_no_finished_run(expected: bytes, resul
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"draws": 19, "load": 20.0}, r"\(draws 20 instead of 19, load null instead of 20.0\); finish that one"),
+        (
+            {"draws": 19, "mount": Mount(20.0)},
+            r"\(draws 20 instead of 19, load null instead of 20.0\); finish",
+        ),
         ({"spring": replace(SPRING, rho=1.01 * SPRING.rho)}, r"\(another model\)"),
     ],
 )

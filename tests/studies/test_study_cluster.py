@@ -16,11 +16,11 @@ import pytest
 
 from strandspring.campaigns.jobs import cluster as cluster_module
 from strandspring.campaigns.jobs import runners
-from strandspring.campaigns.jobs.cluster import Cluster
-from strandspring.campaigns.jobs.runners import JobError, Local
+from strandspring.campaigns.jobs.options import Cluster
+from strandspring.campaigns.jobs.runners import Local
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
-from strandspring.vibration.one_mass.system import IsolationError
+from strandspring.errors import IsolationError, JobError
 from studies import CHEAP, Counter
 
 pytestmark = pytest.mark.long

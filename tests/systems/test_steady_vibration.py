@@ -22,8 +22,9 @@ from strandspring.vibration.bodies.rest import rest
 from strandspring.vibration.bodies.shaking import Shaking
 from strandspring.vibration.bodies.six_response import system_response
 from strandspring.vibration.bodies.small_motion import SmallMotion
+from strandspring.vibration.one_mass.options import Excitation, Mount
 from strandspring.vibration.one_mass.response import frequency_response
-from strandspring.vibration.one_mass.system import Excitation, IsolatedMass, static_equilibrium
+from strandspring.vibration.one_mass.system import IsolatedMass, static_equilibrium
 from tools import slow_but
 
 pytestmark = pytest.mark.long
@@ -36,7 +37,7 @@ BASE, ACCELERATION, FORCE = Excitation.BASE_DISPLACEMENT, Excitation.BASE_ACCELE
 @pytest.mark.parametrize(("excitation", "level"), [(BASE, 1e-3), (ACCELERATION, 2.0), (FORCE, 3.0)])
 def test_a_linear_spring_is_the_textbook(excitation: Excitation, level: float) -> None:
     spring = SpringParameters((0.0, 2000.0), (1.0,), 1e-9, 100.0, 1.0, 1.0, 0.0, -1.0, 1.0)
-    system, stiffness = IsolatedMass(spring, 2.0, load=0.0, parallel=3, series=2, damping=12.0), 3000.0
+    system, stiffness = IsolatedMass(spring, 2.0, Mount(0.0, 3, 2, 12.0)), 3000.0
     band = np.geomspace(0.5, 40.0, 40)
     found = frequency_response(system, excitation, level, band)
     assert found.column("frequency")[found.column("requested") > 0.0] == pytest.approx(band, rel=1e-12)
@@ -59,12 +60,17 @@ def test_a_linear_spring_is_the_textbook(excitation: Excitation, level: float) -
 STRAIGHT = SpringParameters((0.0, 9000.0), (1.0,), 20.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03)
 ADDED = replace(STRAIGHT, second=Mechanism((1.0, 5.0), 8.0, 1500.0, 0.9, 1.4),
                 branches=(MaxwellBranch(2e3, 0.01), MaxwellBranch(1e6, 2e-6)))  # fmt: skip
-ALONE = IsolatedMass(MOUNT, 5.0, 50.0, damping=15.0)
+ALONE = IsolatedMass(MOUNT, 5.0, Mount(50.0, damping=15.0))
 SHAKEN = {
     "base displacement": (ALONE, BASE, 1e-3, (4.0, 10.4)),
-    "base acceleration, 4 x 2 springs": (IsolatedMass(MOUNT, 30.0, None, 4, 2, 60.0), ACCELERATION, 1.0, (5.0, 6.0)),
+    "base acceleration, 4 x 2 springs": (
+        IsolatedMass(MOUNT, 30.0, Mount(None, 4, 2, 60.0)),
+        ACCELERATION,
+        1.0,
+        (5.0, 6.0),
+    ),
     "force": (ALONE, FORCE, 20.0, (11.0, 11.5)),
-    "second mechanism, branches": (IsolatedMass(ADDED, 2.5, 0.0), BASE, 5e-4, (9.0, 10.5)),
+    "second mechanism, branches": (IsolatedMass(ADDED, 2.5, Mount(0.0)), BASE, 5e-4, (9.0, 10.5)),
 }
 
 
@@ -87,7 +93,7 @@ def test_time_integration_gives_the_same_steady_motion(name: str) -> None:
 def test_the_curve_is_followed_through_folds() -> None:
     """A hardening mount shaken so hard that its resonance leans over: rising, back between the folds, rising again."""
     folded = frequency_response(
-        IsolatedMass(MOUNT, 5.1, damping=20.0), BASE, 2e-3, np.geomspace(5.0, 25.0, 100), extrapolate=True
+        IsolatedMass(MOUNT, 5.1, Mount(damping=20.0)), BASE, 2e-3, np.geomspace(5.0, 25.0, 100), extrapolate=True
     )
     frequency, unstable = folded.column("frequency"), folded.column("stable") == 0.0
     assert np.count_nonzero(np.diff(np.sign(np.diff(frequency)))) == 2
@@ -104,13 +110,16 @@ def test_curves_that_were_hard_to_follow() -> None:
     beside the followed one; and almost pure dry friction, where each crossing was a part of what remained.
     """
     for row in json.loads(Path(__file__).with_name("hard_curves.json").read_text(encoding="utf-8")):
-        system, band = IsolatedMass(SpringParameters(**row["spring"]), row["mass"], row["load"]), np.array(row["band"])
+        system, band = (
+            IsolatedMass(SpringParameters(**row["spring"]), row["mass"], Mount(row["load"])),
+            np.array(row["band"]),
+        )
         found = frequency_response(system, BASE, row["level"], band, True)
         assert found.column("frequency")[found.column("requested") > 0.0] == pytest.approx(band, rel=1e-12)
 
 
 def test_the_rest_carries_the_load() -> None:
-    rest_of_six = static_equilibrium(IsolatedMass(MOUNT, 6.0, parallel=2, series=3))
+    rest_of_six = static_equilibrium(IsolatedMass(MOUNT, 6.0, Mount(parallel=2, series=3)))
     each, x = 6.0 * 9.80665 / 2, rest_of_six.displacement - MOUNT.displacement_offset
     assert 50.0 + 20_000.0 * x + 1e5 * x**2 + 2e7 * x**3 == pytest.approx(each, abs=1e-3)  # between grid points
     # Loaded slowly up to the load and down to it from above, the spring stays within the band: omega starts at 0 and is
@@ -119,7 +128,7 @@ def test_the_rest_carries_the_load() -> None:
         assert Spring(MOUNT).response([begin, stop])[-1] == pytest.approx(each, abs=0.05)
     # A backbone that falls between its humps: from above the spring stays on the other side of them.
     humps = SpringParameters((0.0, -1500.0, 0.0, 1e7), (1.0,), 2.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-    both = static_equilibrium(IsolatedMass(humps, 1.0, load=0.0))
+    both = static_equilibrium(IsolatedMass(humps, 1.0, Mount(0.0)))
     for omega, stop in ((1.0, both.min), (-1.0, both.max)):
         force = Spring(humps).response(np.linspace(-omega * 0.02, stop, 2001), omega)
         assert (np.sign(force[:-1]) == -omega).all()

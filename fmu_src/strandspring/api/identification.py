@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Sequence
+from dataclasses import fields, replace
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
 from ..errors import Reader
 from ..findings import Finding, Outcome, detailed
-from ..ground.arguments import flag
+from ..ground.options import takes
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
-from ..identification.method import Method
+from ..identification.options import Method
+from ..loops.reading import Reading
 from ..model.joint import HYSTERETIC_UNITS
 from ..model.stated_figures import differ, effects_in_words, in_words
-from ..records.given import Source, given_records
-from .common.methods import MethodName, chosen_method
+from .common.given import Source, given_records
 from .common.result import ResultWithFindings
 from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
+from .options import Fitting
 from .spring import Spring
 
 if TYPE_CHECKING:
@@ -185,17 +186,15 @@ class Identification(IdentifiedModel, ResultWithFindings):
         )
 
 
+@takes(reading=Reading, fitting=Fitting)
 def identify(
     data: Source | Sequence[Source] | ArrayLike | None = None,
     force: ArrayLike | Method | str | int | None = None,
     time: ArrayLike | str | int | None = None,
     *,
     displacement: ArrayLike | str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
-    method: MethodName | None = None,
-    options: Method | None = None,
-    save_anyway: bool = False,
+    reading: Reading,
+    fitting: Fitting,
 ) -> Identification:
     """Identify one spring from one or more records.
 
@@ -209,17 +208,13 @@ def identify(
     force, time : array_like, shape (K,), or the column as a name or a number from 1
         Arrays with an array of displacement; columns with files and tables, which are found by name or unit if None.
     displacement : array_like or the column of displacement   Likewise.
-    units : mapping or None
-        Unit of "displacement", "force" and "time". Where none is given, the one in the name of a column or a Series,
-        such as "x [mm]". Else files are in mm, N and s, and arrays and DataFrames in m, N and s, with displacements
-        within +-0.5 m; `summary` says what was assumed.
-    reverse : "displacement", "force" or None    The one to negate.
-    method : "refined", "two-stage", "paper", "ni" or None
-        The method with its defaults; the refined method if None.
-    options : RefinedOptions, TwoStageOptions, PaperOptions, NiOptions or None
-        Instead of `method`, a method with its options.
-    save_anyway : bool
-        Whether a spring that follows the records worse than a straight line is returned with a caution, not refused.
+    reading : Reading
+        How the records are read and what of them is used; or its fields as keywords, such as `units` and `reverse`.
+        Where no unit is given, it is the one in the name of a column or a Series, such as "x [mm]"; else files are in
+        mm, N and s, and arrays and DataFrames in m, N and s, with displacements within +-0.5 m. `summary` says what
+        was assumed.
+    fitting : Fitting
+        Which method identifies the spring; or its fields as keywords: `method`, or `options` of one; and `save_anyway`.
 
     Returns
     -------
@@ -243,7 +238,6 @@ def identify(
     ['ONE_AMPLITUDE', 'FIRST_CYCLE_DIFFERS']
     """
     if isinstance(force, Method):
-        force, options = None, force
-    chosen, anyway = chosen_method(method, options), flag("save_anyway", save_anyway)
-    records = given_records(data, force, time, displacement, units, reverse)
-    return Identification.from_model(identify_records(records, chosen, anyway))
+        force, fitting = None, replace(fitting, options=force)
+    records = given_records(data, force, time, displacement, reading)
+    return Identification.from_model(identify_records(records, fitting.chosen, fitting.save_anyway))

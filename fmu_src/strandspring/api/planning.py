@@ -9,20 +9,23 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..campaigns.planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
-from ..campaigns.planning.limits import Limits, checked_stroke
+from ..campaigns.planning.limits import Limits
 from ..campaigns.planning.planned import Planned, PlannedBlock, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
+from ..errors import OptionError
 from ..findings import Finding, Outcome
 from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
+from ..ground.options import takes
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
 from ..loops.cycles import find_cycles
+from ..loops.reading import Reading
 from ..model.modelfile import ModelFile, is_model_path
-from ..records.given import Source, given_records
 from ..records.record import Record
+from .common.given import Source, given_records
 from .common.model_source import ModelSource, model_of
 from .common.result import ResultWithFindings
 from .common.text_table import table_lines
@@ -158,15 +161,13 @@ class TestPlan(ResultWithFindings):
         return axes
 
 
+@takes(limits=Limits, reading=Reading)
 def plan(
     source: ModelSource | IdentifiedModel | Source | Sequence[Source] | None = None,
     *,
     stiffness: float | None = None,
-    stroke: tuple[float, float] | None = None,
-    velocity: float | None = None,
-    force_limit: float | None = None,
-    duration: float = 300.0,
-    sample_rate: float = 200.0,
+    limits: Limits,
+    reading: Reading,
 ) -> TestPlan:
     """The displacement programme that decides most of what is open about a spring, within the limits of a rig.
 
@@ -181,11 +182,8 @@ def plan(
     source : Spring, ModelFile, path, Identification, Record, or a sequence of records
         A model with the uncertainty of its file, or records, which are identified first; None with a stiffness.
     stiffness : float or None           Instead of a source: the rough stiffness [N/m], with the stroke.
-    stroke : (float, float) or None     Least and greatest displacement of the rig [m]; those of the model if None.
-    velocity : float or None            Largest velocity of the rig [m/s]; that of the records if None.
-    force_limit : float or None         Largest force of either sign [N], kept to with the uncertainty of the model.
-    duration : float                    Longest programme [s].
-    sample_rate : float                 Of the rig [Hz].
+    limits : Limits                     What the rig can do, and how long it may take; or its fields as keywords.
+    reading : Reading                   How records are read, and what of them is used; or its fields as keywords.
 
     Returns
     -------
@@ -204,35 +202,35 @@ def plan(
     >>> bool(time[-1] <= 60.0 and displacement[0] == displacement[-1])
     True
     """
-    prior = _prior(source, stiffness, stroke)
+    prior = _prior(source, stiffness, limits, reading)
     assumed: tuple[Finding, ...] = ()
-    if velocity is None:
+    if limits.velocity is None:
         spring = prior.springs[0]
         width = spring.displacement_max - spring.displacement_min
         velocity = prior.velocity or 2.0 * width / _QUIET
         origin = "that of the records" if prior.velocity else f"a loop over the whole range in {_QUIET:g} s"
         assumed = (Finding(Outcome.VELOCITY_ASSUMED, {"velocity": velocity, "origin": origin}),)
-    limits = Limits(velocity, stroke, force_limit, duration, sample_rate)
+        limits = replace(limits, velocity=velocity)
     with one_thread():  # for matrices as small as these more threads only cost
         return TestPlan(planned(prior, limits), assumed)
 
 
-def _prior(source: Any, stiffness: float | None, stroke: tuple[float, float] | None) -> Prior:
+def _prior(source: Any, stiffness: float | None, limits: Limits, reading: Reading) -> Prior:
     """What is known before the test."""
     if (source is None) == (stiffness is None):
-        raise ValueError("`plan` takes either a model or records, or a `stiffness` with a `stroke`.")
+        raise OptionError("Give either a model or records, or {to[stiffness]} with {to[stroke]}.", stiffness=stiffness)
     if stiffness is not None:
         value = number("stiffness", stiffness, "N/m")
         if not 0.0 < value <= _LARGEST_STIFFNESS:
-            raise ValueError(f"`stiffness` must be > 0 and at most {_LARGEST_STIFFNESS:g} [N/m], got {value!r}.")
-        if stroke is None:
-            raise ValueError("A `stiffness` needs the `stroke` over which the spring is tested.")
-        return prior_of_stiffness(value, *checked_stroke(stroke))
+            raise OptionError(f"`stiffness` must be > 0 and at most {_LARGEST_STIFFNESS:g} [N/m], got {value!r}.")
+        if limits.stroke is None:
+            raise OptionError("{to[stiffness]} needs {to[stroke]}, over which the spring is tested.", stiffness=value)
+        return prior_of_stiffness(value, *limits.stroke)
     if isinstance(source, IdentifiedModel):
         return _of_identified(source)
     if isinstance(source, ModelFile) or hasattr(source, "model") or is_model_path(_path(source)):
         return prior_of_model(model_of(source))
-    return _of_identified(identify(given_records(source)))
+    return _of_identified(identify(given_records(source, reading=reading)))
 
 
 def _path(source: Any) -> str:

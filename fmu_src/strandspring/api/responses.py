@@ -15,6 +15,7 @@ from ..campaigns.jobs.threads import in_threads, usable_cores
 from ..core.parameters import ARRAYS, SCALARS, SpringParameters
 from ..errors import ModelError
 from ..ground.arguments import flag, workers_of
+from ..ground.options import takes
 from ..kernel.arrays import FloatArray
 from ..kernel.branches import require_plain
 from ..kernel.many_paths import QUANTITIES, along_paths, gradient_fields, spring_rows
@@ -65,17 +66,36 @@ class Responses:
         return self.values[name]
 
 
+@dataclass(frozen=True)
+class Computing:
+    """What `responses` computes, and how.
+
+    Parameters
+    ----------
+    quantities : sequence of str     "force", "stiffness" and "absorbed_energy": those to compute.
+    by : sequence of str, or "all"   Parameters, and "omega_start", by which gradients are wanted. They take as much
+                                     memory as all rows once for each coefficient and quantity.
+    impossible : "refuse" or "nan"   What is done with a set of parameters that is not a possible spring.
+    coarse : bool                    Omega to 1e-8 only, for many springs of different n or sigma: making the tables of
+                                     W, which takes most of the time on short paths, takes a quarter of it.
+    workers : int or None            Threads; as many as cores if None.
+    """
+
+    quantities: Sequence[Quantity] = ("force",)
+    by: Sequence[str] | Literal["all"] = ()
+    impossible: Literal["refuse", "nan"] = "refuse"
+    coarse: bool = False
+    workers: int | None = None
+
+
+@takes(computing=Computing)
 def responses(
     model: ModelSource,
     displacement: ArrayLike,
     parameters: Mapping[str, ArrayLike] | None = None,
     *,
     omega_start: ArrayLike = 0.0,
-    quantities: Sequence[Quantity] = ("force",),
-    by: Sequence[str] | Literal["all"] = (),
-    impossible: Literal["refuse", "nan"] = "refuse",
-    coarse: bool = False,
-    workers: int | None = None,
+    computing: Computing,
 ) -> Responses:
     """Force, stiffness and energy of many springs along a path, or of one along many, with exact gradients.
 
@@ -92,13 +112,7 @@ def responses(
         By names of `SpringParameters`: numbers or arrays of shape (S,), and for kE, kA, FE_knots and FE_forces arrays
         of shape (C,) or (S, C), with as many coefficients as the model has; in SI units.
     omega_start : float or array_like, shape (S,)     Normalized hysteretic variable at the start, within [-1, 1].
-    quantities : sequence of str        "force", "stiffness" and "absorbed_energy": those to compute.
-    by : sequence of str, or "all"      Parameters, and "omega_start", by which gradients are wanted. They take as much
-                                        memory as all rows once for each coefficient and quantity.
-    impossible : "refuse" or "nan"      What is done with a set of parameters that is not a possible spring.
-    coarse : bool                       Omega to 1e-8 only, for many springs of different n or sigma: making the tables
-                                        of W, which takes most of the time on short paths, takes a quarter of it.
-    workers : int or None               Threads; as many as cores if None.
+    computing : Computing               What is computed, and how; or its fields as keywords.
 
     Returns
     -------
@@ -127,20 +141,20 @@ def responses(
     """
     base = model_of(model).parameters
     require_plain(base, "`responses`")
-    coarse = flag("coarse", coarse)
-    wanted = _chosen("quantities", quantities, QUANTITIES)
+    coarse, by = flag("coarse", computing.coarse), computing.by
+    wanted = _chosen("quantities", computing.quantities, QUANTITIES)
     places = {name: gradient_fields(name, size) for name, size in _sizes(base).items()}
     names = list(places) if isinstance(by, str) and by == "all" else _chosen("by", by, places)
     paths = np.asarray(displacement, dtype=np.float64)
     if paths.ndim not in (1, 2) or not paths.size:
         raise ValueError(f"`displacement` must have shape (K,) or (S, K), got shape {paths.shape}.")
-    warn_outside(as_path(paths.ravel()), base.displacement_min, base.displacement_max, stacklevel=2)
+    warn_outside(as_path(paths.ravel()), base.displacement_min, base.displacement_max, stacklevel=3)
     columns = _columns(base, parameters or {}, omega_start)
     rows = _rows(columns, paths)
     starts = np.broadcast_to(columns.pop("omega_start"), rows)
     if not (np.abs(starts) <= 1.0).all():
         raise ValueError(f"`omega_start` must be within [-1, 1], got {starts[~(np.abs(starts) <= 1.0)][0]}.")
-    possible = np.resize(_possible(base, columns, impossible), rows)
+    possible = np.resize(_possible(base, columns, computing.impossible), rows)
     columns = {name: np.broadcast_to(column, (rows, *column.shape[1:])) for name, column in columns.items()}
     springs = spring_rows(base, rows, columns)
     springs[~possible] = spring_rows(base, 1, {})
@@ -154,7 +168,7 @@ def responses(
         parts = [{name: array[part] for name, array in arrays.items()} for arrays in (values, slopes)]
         along_paths(springs[part], own_path, starts[part], parts[0], fields, parts[1], coarse)
 
-    count = workers_of(workers) or usable_cores()
+    count = workers_of(computing.workers) or usable_cores()
     step = -(-rows // (_CHUNKS * count))
     for _ in in_threads((partial(fill, slice(k, k + step)) for k in range(0, rows, step)), count):
         pass

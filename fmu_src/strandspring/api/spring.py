@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .comparing.comparison import compare as _compare
-    from .fmus.building import build_fmu as _build_fmu
-    from .fmus.exporting import export as _export
+    from .fmus.build import build_fmu as _build_fmu
+    from .fmus.export import export as _export
     from .identifying.information import info as _info
     from .identifying.prediction import predict as _predict
     from .identifying.synthesis import synthesize as _synthesize
     from .responses import responses as _responses
-    from .studies.studying import study as _study
+    from .studies.model_study import study as _study
     from .vibration.isolation import isolate as _isolate
 
 
@@ -220,9 +220,9 @@ class Spring:
         synthesize = _Function("identifying.synthesis")
         compare = _Function("comparing.comparison")
         isolate = _Function("vibration.isolation")
-        study = _Function("studies.studying")
-        build_fmu = _Function("fmus.building")
-        export = _Function("fmus.exporting")
+        study = _Function("studies.model_study")
+        build_fmu = _Function("fmus.build")
+        export = _Function("fmus.export")
         responses = _Function("responses")
 
 

@@ -27,23 +27,23 @@ from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
 from .shared.output import drop_failing_output, refusal, result_json
 
-# Each command is defined in the module of its name, which is imported only to run it or to show its help.
+# Each command is defined in a module of its subject, which is imported only to run it or to show its help.
 COMMANDS = {
-    "show": "Show loops and cycles of records on a page.",
-    "identify": "Identify a spring from force-displacement records.",
-    "identify-many": "Identify many springs, each from a file of its own, into one table.",
-    "plan": "Plan the test that decides what is still open about a spring.",
-    "predict": "Predict the force of records with a model and report the errors.",
-    "info": "Show a model's parameters and loop figures, beside those of records.",
-    "compare": "Compare two springs, such as before and after fatigue, by the uncertainty of both.",
-    "synthesize": "Compute records: a spring's response, or the paper's experiment.",
-    "build": "Build, validate and run the FMU of a model file, of records, or of a system.",
-    "verify": "Verify that FMUs are as they were built and answer as they should.",
-    "export": "Export a model's parameters as SSP parameter values, or into a Modelica library.",
-    "isolate": "Compute transmissibility and resonance of a mass, or of bodies on mounts.",
-    "simulate": "Simulate bodies on mounts under shock and vibration.",
-    "study": "Run a parameter study of `isolate` or of `simulate`.",
-    "docs": "Open the documentation.",
+    "show": ("records", "Show loops and cycles of records on a page."),
+    "identify": ("records", "Identify a spring from force-displacement records."),
+    "identify-many": ("records", "Identify many springs, each from a file of its own, into one table."),
+    "plan": ("springs", "Plan the test that decides what is still open about a spring."),
+    "predict": ("springs", "Predict the force of records with a model and report the errors."),
+    "info": ("springs", "Show a model's parameters and loop figures, beside those of records."),
+    "compare": ("springs", "Compare two springs, such as before and after fatigue, by the uncertainty of both."),
+    "synthesize": ("springs", "Compute records: a spring's response, or the paper's experiment."),
+    "build": ("fmus", "Build, validate and run the FMU of a model file, of records, or of a system."),
+    "verify": ("fmus", "Verify that FMUs are as they were built and answer as they should."),
+    "export": ("fmus", "Export a model's parameters as SSP parameter values, or into a Modelica library."),
+    "isolate": ("systems", "Compute transmissibility and resonance of a mass, or of bodies on mounts."),
+    "simulate": ("systems", "Simulate bodies on mounts under shock and vibration."),
+    "study": ("systems", "Run a parameter study of `isolate` or of `simulate`."),
+    "docs": ("documentation", "Open the documentation."),
 }
 
 
@@ -56,8 +56,8 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
-        name = cmd_name.replace("-", "_")
-        command: click.Command = getattr(import_module(f".commands.{name}", __package__), name)
+        commands = import_module(f".commands.{COMMANDS[cmd_name][0]}", __package__)
+        command: click.Command = getattr(commands, cmd_name.replace("-", "_"))
         return command
 
     def resolve_command(
@@ -69,12 +69,12 @@ class LazyGroup(click.Group):
         return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
-        names = [CompletionItem(name, help=text) for name, text in COMMANDS.items() if name.startswith(incomplete)]
+        names = [CompletionItem(name, help=text) for name, (_, text) in COMMANDS.items() if name.startswith(incomplete)]
         return names + click.Command.shell_complete(self, ctx, incomplete)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from ..vibration.one_mass.curve_points import ResponsePoint
-from ..vibration.one_mass.system import Excitation, IsolatedMass
+from ..vibration.one_mass.options import Excitation
+from ..vibration.one_mass.system import IsolatedMass
 from .coupled_motion import simulate
 from .fmu_spring import FmuSpring
 from .plants import one_mass
@@ -73,9 +74,9 @@ def check_steady(
     plant = one_mass(
         system.mass,
         lambda t: system.static_load + load_amplitude * math.cos(angular_frequency * t),
-        damping=system.damping,
-        parallel=system.parallel,
-        series=system.series,
+        damping=system.mount.damping,
+        parallel=system.mount.parallel,
+        series=system.mount.series,
     )
     with FmuSpring(fmu, parameters={"omega_start": point.start_omega}) as spring:
         spring.warns = False  # where the motion leaves the identified range was found before

@@ -72,7 +72,7 @@ class Run(NamedTuple):
     @property
     def record(self) -> ss.Record:
         """One period of Ni's model."""
-        return ss.synthesize_ni(1e-3 * X, samples=self.samples, noise=self.noise, seed=self.seed)
+        return ss.synthesize("ni", 1e-3 * X, samples=self.samples, noise=self.noise, seed=self.seed)
 
     @property
     def true(self) -> FloatArray:
@@ -83,7 +83,7 @@ class Run(NamedTuple):
         """Steady force of what is identified [N]; raises an exception if the method finds nothing or stops."""
         record = self.record
         if self.start == "none":
-            spring = ss.identify(record, method=self.method).spring()  # type: ignore[arg-type]
+            spring = ss.identify(record, method=self.method).spring()
             return spring.response(np.tile(record.displacement, 5))[-self.samples :]
         start = PAPER_NI if self.start == "exact" else random_start(np.random.default_rng(self.seed), PAPER_NI)
         found = ni_method(1e3 * record.displacement, record.force, start)
@@ -160,7 +160,7 @@ def table_2(records: dict[str, ss.Record]) -> tuple[list[dict[str, Any]], ss.Spr
     largest = ss.select(records["slow"], cycles=(5, 6))  # of 46 mm
     table, springs = [], []
     for method, source, data in (("refined", "slow and fast", both), ("paper", "46 mm of slow", [largest])):
-        springs.append(ss.identify(data, method=method).spring())  # type: ignore[arg-type]
+        springs.append(ss.identify(data, method=method).spring())
         loops, held_out = ss.predict(springs[-1], both), ss.predict(springs[-1], records["held_out"])
         table.append({
             "method": method, "identified_from": source, "rmse_N": loops.rmse, "rnl": loops.rnl,

@@ -17,8 +17,8 @@ import numpy as np
 
 import strandspring as ss
 
-noisy = ss.synthesize_ni(seed=0)
-true = ss.synthesize_ni(noise=0.0)
+noisy = ss.synthesize("ni", seed=0)
+true = ss.synthesize("ni", noise=0.0)
 print(f"{len(noisy)} samples of one period, rms force {np.sqrt(np.mean(true.force**2)):.1f} N (paper: 248.2)")
 
 # %% [markdown]
@@ -48,10 +48,10 @@ print(refined.to_frame())
 # summary above warns of it: one amplitude alone says little about smaller ones.
 
 # %%
-smaller = ss.synthesize_ni(amplitude=2.5e-3, noise=0.0)
+smaller = ss.synthesize("ni", amplitudes=2.5e-3, noise=0.0)
 unseen = refined.spring().predict(smaller)
 print(f"half the amplitude, seen at the full one only: RNL {unseen.rnl:.3f}")
-both = ss.identify([noisy, ss.synthesize_ni(amplitude=2.5e-3, seed=1)])
+both = ss.identify([noisy, ss.synthesize("ni", amplitudes=2.5e-3, seed=1)])
 print(f"half the amplitude, when it was measured too:  RNL {both.spring().predict(smaller).rnl:.3f}")
 
 # %% [markdown]

@@ -18,14 +18,13 @@ from .archive import common_contents, content_guid, fmu_path, installed_version,
 from .description.content import Backend
 from .description.described_variables import start_omegas
 from .description.model_description import model_description
+from .native.platforms import PYTHON_PLATFORMS
 from .related_files import BuildSettings, related_files, sealed, version_of
 
 # The rest of pythonfmu, and with it half its import time, serves to build FMUs.
 _PYTHONFMU_SOURCES = (
     "_version.py", "default_experiment.py", "enums.py", "fmi2slave.py", "logmsg.py", "variables.py"
 )  # fmt: skip
-# By the folder below `binaries/`.
-PYTHON_PLATFORMS = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 
 _SLAVE_MODULE = '''\
 """The slave of the FMU {name}, written by strandspring."""

@@ -10,9 +10,8 @@ import math
 from collections.abc import Mapping, Set
 from typing import Any
 
-import numpy as np
-
-_NO_NUMBERS = (str, bytes, bytearray, bool, np.bool_, Mapping, Set)
+# NumPy, which takes long to import, is not needed to know its values: they have `ndim`, `dtype` and `item`.
+_NO_NUMBERS = (str, bytes, bytearray, bool, Mapping, Set)
 
 
 def number(name: str, value: Any, unit: str = "") -> float:
@@ -25,7 +24,7 @@ def number(name: str, value: Any, unit: str = "") -> float:
     TypeError: `mass` must be a number [kg], got [5.0].
     """
     try:
-        if isinstance(value, _NO_NUMBERS) or np.ndim(value) != 0:
+        if isinstance(value, _NO_NUMBERS) or _is_truth(value) or getattr(value, "ndim", 0) != 0:
             raise TypeError
         return float(value)
     except OverflowError:
@@ -53,7 +52,7 @@ def numbers(name: str, values: Any, unit: str = "") -> tuple[float, ...]:
     try:
         if isinstance(values, _NO_NUMBERS):
             raise TypeError
-        is_one = isinstance(values, np.ndarray) and values.ndim == 0
+        is_one = getattr(values, "ndim", None) == 0
         items = list(values) if hasattr(values, "__iter__") and not is_one else [values]
         return tuple(number(name, value, unit) for value in items)
     except (TypeError, ValueError):
@@ -78,15 +77,10 @@ def whole(name: str, value: Any) -> int:
     Traceback (most recent call last):
     TypeError: `draws` must be a whole number, got 2.5.
     """
-    number_given = value.item() if isinstance(value, np.ndarray | np.integer) and np.ndim(value) == 0 else value
+    number_given = value.item() if getattr(value, "ndim", None) == 0 else value
     if isinstance(number_given, bool) or not isinstance(number_given, int):
         raise TypeError(f"`{name}` must be a whole number, got {_shown(value)}.")
     return number_given
-
-
-def optional_whole(name: str, value: Any) -> int | None:
-    """A whole number or None, see `whole`."""
-    return None if value is None else whole(name, value)
 
 
 def flag(name: str, value: Any) -> bool:
@@ -98,25 +92,30 @@ def flag(name: str, value: Any) -> bool:
     Traceback (most recent call last):
     TypeError: `extrapolate` must be True or False, got 'no'.
     """
-    if not isinstance(value, bool | np.bool_):
+    if not (isinstance(value, bool) or _is_truth(value)):
         raise TypeError(f"`{name}` must be True or False, got {_shown(value)}.")
     return bool(value)
 
 
 def workers_of(value: Any) -> int | None:
     """The number of workers, None for one per core; raises TypeError unless it is whole, ValueError below 1."""
-    count = optional_whole("workers", value)
+    count = None if value is None else whole("workers", value)
     if count is not None and count < 1:
         raise ValueError(f"`workers` must be at least 1, got {value!r}.")
     return count
 
 
-def seed_of(value: Any) -> int:
-    """The seed of random numbers; raises TypeError unless it is whole, ValueError if it is negative."""
-    seed = whole("seed", value)
-    if seed < 0:
-        raise ValueError(f"`seed` must be >= 0, got {value!r}.")
-    return seed
+def is_finite_number(value: object) -> bool:
+    """Whether a value is a real number that a double can hold."""
+    try:
+        return math.isfinite(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+def _is_truth(value: Any) -> bool:
+    """Whether a value is a truth value of NumPy."""
+    return getattr(value, "ndim", None) == 0 and str(value.dtype) == "bool"
 
 
 def _in(unit: str) -> str:

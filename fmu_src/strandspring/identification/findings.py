@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +19,6 @@ from ..loops.loop import ALIKE
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .refusals import FULL, RESOLVED, SURE, Strokes, cut_all, differing_units, impossible
-
-State = Literal["first", "mean", "last"]
 
 _TURNS = 0.01  # of the force's deviation, that reversals between samples falsify
 _FLAT = 0.15  # slope in a gap, of the mean slope: no knee is as flat between steep parts
@@ -32,7 +30,7 @@ _LIKE_DELAYS = (Outcome.COLUMNS_SWAPPED, Outcome.BRANCHES_CROSS, Outcome.SNAP_TH
 
 
 def check(
-    records: Sequence[Record], state: State = "mean"
+    records: Sequence[Record], state: str = "mean"
 ) -> tuple[list[BoolArray], list[Finding], IdentificationError | None]:
     """Check records before a fit.
 
@@ -276,7 +274,7 @@ class Cycles:
         figures, errors = np.stack([height, stiffness]), np.stack([2.5 * noise, 4.0 * noise])
         return cls(record.astype(np.intp), stroke.astype(np.intp), amplitude, place, frequency, figures, errors)
 
-    def of_state(self, state: State, record: int, strokes: int) -> BoolArray:
+    def of_state(self, state: str, record: int, strokes: int) -> BoolArray:
         """Which of so many strokes of a record are of a state; those that are part of no cycle at its other end go."""
         kept = np.ones(strokes, bool)
         own = self.stroke[self.record == record]

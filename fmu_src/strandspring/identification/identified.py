@@ -20,7 +20,7 @@ from ..model.names import identifier
 from ..records.record import Record
 from .certainty import Certainty
 from .figures import Followed, LoopEnergy, RecordFit, began_at_rest, overall_figures
-from .refined import RefinedOptions
+from .options import RefinedOptions
 from .refusals import Strokes
 from .rig import unknown_effects
 from .verdict import Verdict

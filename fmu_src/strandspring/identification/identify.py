@@ -38,9 +38,9 @@ from .figures import (
 )
 from .findings import check
 from .identified import IdentifiedModel
-from .method import Fitted, Method, Stage, begin, checked_method
+from .method import Fitted, Stage, begin
+from .options import Method, RefinedOptions, checked_method
 from .predictions import has_one_amplitude
-from .refined import RefinedOptions
 from .rig import lagging
 from .samples import Samples
 

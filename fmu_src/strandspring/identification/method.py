@@ -1,21 +1,18 @@
-"""What the methods of identification have in common, and what they return."""
+"""What the methods of identification return, and the stages that they go through."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, ClassVar
+from typing import Any
 
-from ..core.parameters import MAXIMUM_AMPLIFIER_DEGREE, MAXIMUM_DEGREE, SpringParameters
+from ..core.parameters import SpringParameters
 from ..findings import Finding
 from ..kernel.arrays import FloatArray
-from ..records.record import Record
 from .certainty import Certainty
-from .samples import Samples
 from .verdict import Verdict
 
 
@@ -43,68 +40,6 @@ class Fitted:
     delay: float = 0.0
     certainty: Certainty | None = None
     verdict: Verdict | None = None
-
-
-@dataclass(frozen=True)
-class Method(ABC):
-    """A method of identification with its options, which check themselves.
-
-    `identify` calls `prepare` with each record, checks the results, and calls `candidates` with their samples. A method
-    keeps nothing between calls.
-
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen from the data if None.
-    """
-
-    name: ClassVar[str]
-
-    degrees: tuple[int, int] | None = None
-
-    def __post_init__(self) -> None:
-        if self.degrees is None:
-            return
-        try:
-            elastic, amplifier = self.degrees
-            is_possible = 1 <= elastic <= MAXIMUM_DEGREE and 0 <= amplifier <= MAXIMUM_AMPLIFIER_DEGREE
-        except (TypeError, ValueError):  # not two numbers
-            is_possible = False
-        if not is_possible:
-            raise ValueError(
-                f"`degrees` must be N,M with 1 <= N <= {MAXIMUM_DEGREE} and 0 <= M <= {MAXIMUM_AMPLIFIER_DEGREE}, "
-                f"got {self.degrees}."
-            )
-
-    def prepare(self, record: Record) -> Record:
-        """The record that is identified in place of a measured one.
-
-        Raises
-        ------
-        RecordError   If the record does not suit the method.
-        """
-        return record
-
-    @abstractmethod
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """The springs of this method, the likeliest first, of which the first that meets its certificate is saved.
-
-        Parameters
-        ----------
-        samples : Samples   Of the records, those that may be fitted.
-        where : str         Names of the records, for messages.
-
-        Raises
-        ------
-        IdentificationError   If no model is physically possible.
-        RecordError           If the records do not suit the method.
-        """
-
-
-def checked_method(options: Method) -> Method:
-    """The options, unless they are of no method, which is a TypeError."""
-    if not isinstance(options, Method):
-        raise TypeError(f"`options` must be of a method, such as RefinedOptions(), got {options!r}.")
-    return options
 
 
 class Stage(Enum):

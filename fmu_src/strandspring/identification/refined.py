@@ -5,95 +5,45 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import PurePath
-from typing import Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..core.branches import BRANCHES, MECHANISMS
+from ..core.branches import MECHANISMS
 from ..core.parameters import SpringParameters
-from ..errors import RecordError
 from ..findings import Finding, Outcome
-from ..ground.arguments import flag, whole
 from ..kernel.arrays import FloatArray
-from ..records.record import Record
 from .certainty import AT_BOUND, Certainty, certainty
 from .choice import Allowed, Choice, Judged, Search, choose, flexible
-from .findings import State
 from .fit import Fit, Problem
 from .method import Fitted, Stage, begin
 from .plain_models import held_out
-from .rig import KnownRig, best_lag, lagging, likely_delay
+from .rig import best_lag, lagging, likely_delay
 from .samples import Samples
 from .spring import spring_of
 from .verdict import Verdict, groups
+
+if TYPE_CHECKING:
+    from .options import RefinedOptions
 
 _SEARCHED = 900  # rows on which classes are compared
 
 
 @dataclass(frozen=True)
-class RefinedOptions(KnownRig):
-    """Options of the refined method.
+class Refinement:
+    """The refined method with its options."""
 
-    Zeros between records, a drift and a delay are taken out unasked where nothing but noise is left without them, see
-    `effects`; what no record shows is given here.
-
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA, both polynomials; chosen by what is held out if None,
-                                   when FE may also become a table.
-    robust : bool                  Huber's loss instead of squares, for records with outliers.
-    moving_mass : float            Between load cell and spring [kg]; its inertia is removed, which needs times.
-    fixture_stiffness : float      Of what yields between displacement sensor and spring [N/m]; infinite for nothing.
-    delay : float or None          By which the force lags [s], negative if it leads; sought in the records if None.
-                                   One that is given needs times.
-    state : str                    The spring that is described where the test changes it: that of its "first" cycles,
-                                   of all ("mean") or of its "last" cycles.
-    mechanisms : int or None       Friction mechanisms, 1 or 2; chosen by what is held out if None, with given degrees
-                                   1.
-    branches : int or None         Maxwell branches, 0 to 3, which need times; chosen likewise if None, 0 to 2.
-    """
-
-    name: ClassVar[str] = "refined"
-
-    robust: bool = False
-    state: State = "mean"
-    mechanisms: int | None = None
-    branches: int | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        flag("robust", self.robust)
-        if self.state not in get_args(State):
-            raise ValueError(f"`state` must be one of {', '.join(get_args(State))}, got {self.state!r}.")
-        for name, low, high in (("mechanisms", 1, MECHANISMS), ("branches", 0, BRANCHES)):
-            count = getattr(self, name)
-            if count is not None and not low <= whole(name, count) <= high:
-                raise ValueError(f"`{name}` must be within [{low}, {high}], got {count}.")
+    options: RefinedOptions
 
     @property
     def allowed(self) -> Allowed:
         """The classes to choose from: with given degrees only what is given."""
-        most = (1, 0) if self.degrees else (MECHANISMS, 2)
-        mechanisms = (1, most[0]) if self.mechanisms is None else (self.mechanisms,) * 2
-        branches = (0, most[1]) if self.branches is None else (self.branches,) * 2
-        return Allowed(self.degrees, mechanisms, branches)
+        most = (1, 0) if self.options.degrees else (MECHANISMS, 2)
+        mechanisms = (1, most[0]) if self.options.mechanisms is None else (self.options.mechanisms,) * 2
+        branches = (0, most[1]) if self.options.branches is None else (self.options.branches,) * 2
+        return Allowed(self.options.degrees, mechanisms, branches)
 
-    def prepare(self, record: Record) -> Record:
-        """The record without the effects of the rig that are known.
-
-        Raises
-        ------
-        RecordError   If the record does not have the times that they, or branches, need.
-        """
-        if self.branches and record.rising_time is None:
-            raise RecordError(
-                "{where}: Maxwell branches need times that rise from sample to sample; name the time column with "
-                "{to[time]}, or give {to[branches=0]}.",
-                where=record.path,
-            )
-        return super().prepare(record)
-
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:  # noqa: ARG002 - it refuses nothing
+    def candidates(self, samples: Samples) -> Iterator[Fitted]:
         """The springs of the classes by their held-out errors, the best first."""
         begin(Stage.SEARCHING)
         samples = _turning(samples)
@@ -107,7 +57,7 @@ class RefinedOptions(KnownRig):
     def _chosen(self, few: Samples) -> tuple[Choice, float]:
         """The choice, and the delay without which it was made [s]."""
         choice = self._choose(few)
-        delay = likely_delay(few) if self.delay is None and few.is_timed else 0.0
+        delay = likely_delay(few) if self.options.delay is None and few.is_timed else 0.0
         if delay:
             other = self._choose(few.on([lagging(record, delay) for record in few.records]))
             was, now = ((each.problem, each.best.fit) for each in (choice, other))
@@ -120,7 +70,7 @@ class RefinedOptions(KnownRig):
 
     def _choose(self, few: Samples) -> Choice:
         problem = Problem(few)
-        if self.robust:
+        if self.options.robust:
             first = Search(problem, self.allowed).begin()
             problem = problem.weighted(first.fit, True) or problem
         return choose(problem, self.allowed)
@@ -128,9 +78,9 @@ class RefinedOptions(KnownRig):
     def _of(self, choice: Choice, samples: Samples, delay: float) -> Fitted:
         """The spring of a choice fitted to all rows, and what is known of it."""
         begin(Stage.REFINING)
-        problem, fit = choice.problem.refined(choice.best.fit, samples, self.robust)
+        problem, fit = choice.problem.refined(choice.best.fit, samples, self.options.robust)
         offsets, drift = problem.nuisances(fit)
-        spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.state])
+        spring = spring_of(problem, fit, drift * {"first": -0.5, "mean": 0.0, "last": 0.5}[self.options.state])
         begin(Stage.UNCERTAINTY)
         final = replace(choice, best=Judged(fit, choice.best.held_out))
         known = certainty(final, problem, spring)
@@ -138,7 +88,7 @@ class RefinedOptions(KnownRig):
         # Where nothing but noise is left, no other model is asked.
         plain = {} if few.is_noise(choice.best.fit) else held_out(few.samples)
         verdict = Verdict.of(few.samples, choice.best.held_out / few.roots, plain)
-        effects: dict[str, Any] = dict(self.known)
+        effects: dict[str, Any] = dict(self.options.known)
         findings = list(_of_fit(problem, fit, spring, known))
         if delay:
             effects["delay"] = delay

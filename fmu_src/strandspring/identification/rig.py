@@ -13,75 +13,56 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import RecordError
 from ..findings import Finding, Outcome
-from ..ground.arguments import number, optional_number
 from ..kernel.arrays import FloatArray
 from ..loops.strokes import turning_points
 from ..records.record import Record
 from .choice import flexible
 from .fit import Fit, Problem, SpringClass
-from .method import Method
 from .refusals import Strokes
 from .samples import REVERSAL, Samples
 
+if TYPE_CHECKING:
+    from .options import RefinedOptions
 
-@dataclass(frozen=True)
-class KnownRig(Method):
-    """A method that removes what a user knows of a rig, see `RefinedOptions`."""
 
-    moving_mass: float = 0.0
-    fixture_stiffness: float = math.inf
-    delay: float | None = None
+def without_rig(record: Record, options: RefinedOptions) -> Record:
+    """The record of the spring alone: at each sample its force, and the displacement where that force arose.
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        mass = number("moving_mass", self.moving_mass, "kg")
-        stiffness = number("fixture_stiffness", self.fixture_stiffness, "N/m")
-        delay = optional_number("delay", self.delay, "s")
-        for name, is_possible, must in (
-            ("moving_mass", 0.0 <= mass < math.inf, "finite and >= 0 [kg]"),
-            ("fixture_stiffness", stiffness > 0.0, "> 0 [N/m]"),
-            ("delay", delay is None or math.isfinite(delay), "finite [s]"),
-        ):
-            if not is_possible:
-                raise ValueError(f"`{name}` must be {must}, got {getattr(self, name)}.")
-
-    @property
-    def known(self) -> dict[str, float]:
-        """What is removed, by name, in SI units."""
-        taken = {"moving_mass": self.moving_mass, "fixture_stiffness": self.fixture_stiffness, "delay": self.delay}
-        nothing = {"moving_mass": 0.0, "fixture_stiffness": math.inf}
-        return {name: size for name, size in taken.items() if size is not None and size != nothing.get(name)}
-
-    def prepare(self, record: Record) -> Record:
-        """The record of the spring alone: at each sample its force, and the displacement where that force arose.
-
-        Raises
-        ------
-        RecordError   If mass or delay need times that the record does not have, or the delay is longer than a stroke.
-        """
-        lag, time = self.delay or 0.0, record.rising_time
-        if lag and abs(lag) >= (stroke := _stroke(record, _times(record, "delay"))):
-            raise RecordError(
-                "{where}: the given delay of {lag:.6g ms} is longer than a stroke ({stroke:.4g ms}); check the unit of "
-                "{to[delay]} and of the time column.",
-                where=record.path,
-                lag=lag,
-                stroke=stroke,
-            )
-        if self.fixture_stiffness < math.inf:
-            force = record.force if time is None else np.interp(time + lag, time, record.force)
-            record = replace(record, displacement=record.displacement - force / self.fixture_stiffness)
-        if self.moving_mass > 0.0:
-            time = _times(record, "moving_mass")
-            inertia = np.interp(time - lag, time, self.moving_mass * acceleration(record.displacement, time))
-            record = replace(record, force=record.force - inertia)
-        return lagging(record, lag)
+    Raises
+    ------
+    RecordError   If mass, delay or branches need times that the record does not have, or the delay is longer than a
+                  stroke.
+    """
+    lag, time = options.delay or 0.0, record.rising_time
+    if options.branches and time is None:
+        raise RecordError(
+            "{where}: Maxwell branches need times that rise from sample to sample; name the time column with "
+            "{to[time]}, or give {to[branches=0]}.",
+            where=record.path,
+        )
+    if lag and abs(lag) >= (stroke := _stroke(record, _times(record, "delay"))):
+        raise RecordError(
+            "{where}: the given delay of {lag:.6g ms} is longer than a stroke ({stroke:.4g ms}); check the unit of "
+            "{to[delay]} and of the time column.",
+            where=record.path,
+            lag=lag,
+            stroke=stroke,
+        )
+    if options.fixture_stiffness < math.inf:
+        force = record.force if time is None else np.interp(time + lag, time, record.force)
+        record = replace(record, displacement=record.displacement - force / options.fixture_stiffness)
+    if options.moving_mass > 0.0:
+        time = _times(record, "moving_mass")
+        inertia = np.interp(time - lag, time, options.moving_mass * acceleration(record.displacement, time))
+        record = replace(record, force=record.force - inertia)
+    return lagging(record, lag)
 
 
 def _times(record: Record, option: str) -> FloatArray:

@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import polynomial
@@ -42,13 +42,16 @@ from numpy.typing import ArrayLike
 from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
 from ..findings import Finding, IdentificationError, Outcome
 from ..identification.figures import rmse
-from ..identification.method import Fitted, Method
+from ..identification.method import Fitted
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
 from ..kernel.path import PathSolver, as_path
 from ..kernel.steady import steady_omega
 from ..loops.strokes import noise_level
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
+
+if TYPE_CHECKING:
+    from .options import NiOptions
 
 
 @dataclass(frozen=True)
@@ -249,43 +252,29 @@ def _from_vector(vector: FloatArray) -> NiParameters:
     return NiParameters(K1, K2, K3, math.e, growth, eta, min(total - lambda_, lambda_), lambda_, n)
 
 
-@dataclass(frozen=True)
-class NiOptions(Method):
-    """Options of Ni's method.
+def fitted_to_period(options: NiOptions, samples: Samples, where: str) -> Iterator[Fitted]:
+    """Ni's method on one periodic record.
 
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; (8, 6) if None, which stand for Ni's exponential.
-    start : NiParameters or None   Start values; read off the record's secant stiffness and loop area if None.
+    Raises
+    ------
+    RecordError           If there are several records, or the record does not hold a whole period.
+    IdentificationError   If the method does not converge.
     """
-
-    name: ClassVar[str] = "ni"
-
-    start: NiParameters | None = None
-
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """Ni's method on one periodic record.
-
-        Raises
-        ------
-        RecordError           If there are several records, or the record does not hold a whole period.
-        IdentificationError   If the method does not converge.
-        """
-        record = one_record(samples, where, "Ni's method")
-        # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
-        low, high = float(record.displacement.min()), float(record.displacement.max())
-        half, middle = 0.5e3 * (high - low), 0.5 * (low + high)
-        displacement, periods = whole_periods(record)
-        x, force = 1e3 * (displacement - middle), periods.mean(axis=0)
-        found = ni_method(x, force, self.start or plausible_start(x, force))
-        if found.outcome is Outcome.NOT_CONVERGED:
-            raise IdentificationError(Outcome.NOT_CONVERGED, where)
-        p, degrees = found.parameters, self.degrees or (8, 6)
-        y = np.cos(np.linspace(0.0, np.pi, 401))
-        amplifier = p.amplifier(half * y)
-        wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
-        FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
-        h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
-        spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)
-        findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)
-        yield Fitted(spring, findings, {"degrees": degrees})
+    record = one_record(samples, where, "Ni's method")
+    # Ni's model has its neutral position at zero; the middle of the stroke stands for it.
+    low, high = float(record.displacement.min()), float(record.displacement.max())
+    half, middle = 0.5e3 * (high - low), 0.5 * (low + high)
+    displacement, periods = whole_periods(record)
+    x, force = 1e3 * (displacement - middle), periods.mean(axis=0)
+    found = ni_method(x, force, options.start or plausible_start(x, force))
+    if found.outcome is Outcome.NOT_CONVERGED:
+        raise IdentificationError(Outcome.NOT_CONVERGED, where)
+    p, degrees = found.parameters, options.degrees or (8, 6)
+    y = np.cos(np.linspace(0.0, np.pi, 401))
+    amplifier = p.amplifier(half * y)
+    wanted = zip((amplifier * p.elastic(half * y), amplifier * p.z0), degrees, strict=True)
+    FE, G = (np.asarray(polynomial.polyfit(y, part, degree), np.float64) for part, degree in wanted)
+    h = Hysteresis(1e3 * p.rho, p.sigma, p.n)
+    spring = polynomial_spring(where, (low, high), middle, 1e-3 * half, FE, G, h)
+    findings = () if found.outcome is None else (Finding(found.outcome, {"rmse": found.rmse}),)
+    yield Fitted(spring, findings, {"degrees": degrees})

@@ -22,49 +22,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial import polynomial
 
 from ..findings import Finding, IdentificationError, Outcome
-from ..identification.method import Fitted, Method
+from ..identification.method import Fitted
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray
 from .periods import Hysteresis, one_record, polynomial_spring, whole_periods
 from .two_stage import moving_mean
 
+if TYPE_CHECKING:
+    from .options import PaperOptions
+
 
 @dataclass(frozen=True)
-class PaperOptions(Method):
-    """Options of the paper's method.
+class PaperMethod:
+    """The paper's method with its options."""
 
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; (4, 4) if None.
-    steady : float                 Half the steady section, share of the amplitude.
-    smoothing : int or None        Half width h of the moving average in samples; K/48, but at least 1, if None.
-    branch : str                   That of stage 2: "loading" or "unloading".
-    levels : (float, float, float) Omega/kappa at H1, H2 and H3 of the loading branch; on the other with the other sign.
-    """
-
-    name: ClassVar[str] = "paper"
-
-    steady: float = 0.9
-    smoothing: int | None = None
-    branch: Literal["loading", "unloading"] = "loading"
-    levels: tuple[float, float, float] = (-0.5, 0.35, 0.7)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0.0 < self.steady <= 1.0:
-            raise ValueError(f"`steady` must be above 0 and at most 1, got {self.steady}.")
-        if self.smoothing is not None and not 0 <= self.smoothing <= 10_000:
-            raise ValueError(f"`smoothing` must be within [0, 10000] samples, got {self.smoothing}.")
-        if self.branch not in ("loading", "unloading"):
-            raise ValueError(f"`branch` must be loading or unloading, got {self.branch!r}.")
-        if not (len(self.levels) == 3 and -1.0 < self.levels[0] < 0.0 < self.levels[1] < self.levels[2] < 1.0):
-            raise ValueError(f"`levels` must be three with -1 < H1 < 0 < H2 < H3 < 1, got {self.levels}.")
+    options: PaperOptions
 
     def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
         """Both stages on the mean period of one record; `choices` of the result holds what the paper leaves open.
@@ -82,22 +60,22 @@ class PaperOptions(Method):
 
     def _fit(self, displacement: FloatArray, periods: FloatArray, where: str) -> Fitted:
         """Both stages."""
-        samples, degrees = displacement.size, self.degrees or (4, 4)
-        half_width = max(1, round(samples / 48)) if self.smoothing is None else self.smoothing
+        samples, degrees = displacement.size, self.options.degrees or (4, 4)
+        half_width = max(1, round(samples / 48)) if self.options.smoothing is None else self.options.smoothing
         window = 2 * half_width + 1
         if window > samples:
             raise _NoValueError(f"a window of {window} samples is longer than the period of {samples}")
         smooth = np.convolve(np.pad(periods.mean(axis=0), half_width, "wrap"), np.full(window, 1.0 / window), "valid")
         x, upper, lower = _branches(displacement, smooth)
-        x0, reach = float(displacement.mean()), 0.5 * self.steady * float(np.ptp(x))
+        x0, reach = float(displacement.mean()), 0.5 * self.options.steady * float(np.ptp(x))
         y = x - x0
         kE, kA, kappa = _first_stage(y, upper, lower, reach, degrees)
-        side, force = (1.0, upper) if self.branch == "loading" else (-1.0, lower)
+        side, force = (1.0, upper) if self.options.branch == "loading" else (-1.0, lower)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             u = side * (force - polynomial.polyval(y, kE)) / polynomial.polyval(y, kA) / kappa
             # As the branch is run, an unloading one from above.
             travel, u = (side * y)[:: int(side)], u[:: int(side)]
-            read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.levels)
+            read, places = _second_stage(travel, moving_mean(u, half_width, np.array([0])), self.options.levels)
         h = read._replace(sigma=max(read.sigma, 0.5))
         spring = polynomial_spring(where, (float(x[0]), float(x[-1])), x0, 1.0, kE, kappa * kA, h)
         # "usually less than 4"

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -30,12 +30,15 @@ from ..core.parameters import SIGMA_RANGE
 from ..core.polynomials import least_value
 from ..findings import Finding, IdentificationError, Outcome
 from ..identification.figures import rmse
-from ..identification.method import Fitted, Method
+from ..identification.method import Fitted
 from ..identification.refusals import FULL
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray, IndexArray
 from ..loops.strokes import noise_level
 from .periods import Hysteresis, polynomial_spring
+
+if TYPE_CHECKING:
+    from .options import TwoStageOptions
 
 _DEGREES = ((1, 0), (2, 1), (3, 2), (4, 3), (5, 3), (6, 4), (8, 6))  # candidates, the leanest first
 _STEADY = (0.1, 0.25, 0.45, 0.65, 0.8)  # where the steady section may begin, of the longest stroke
@@ -43,48 +46,38 @@ _N = np.geomspace(0.05, 20.0, 19)  # that are tried; the best one's surroundings
 _CELLS = 160  # of a stroke, over which rows are averaged for stage 2
 
 
-@dataclass(frozen=True)
-class TwoStageOptions(Method):
-    """Options of our two-stage method: the paper's two stages, each by least squares over whole strokes.
+def fitted_in_stages(options: TwoStageOptions, samples: Samples, where: str) -> Iterator[Fitted]:
+    """The spring, then such of lower degrees unless they are given."""
+    for degrees in (options.degrees,) if options.degrees else (None, *reversed(_DEGREES[:-2])):
+        yield _fitted(degrees, samples, where)
 
-    Parameters
-    ----------
-    degrees : (int, int) or None   Degrees N of FE and M of FA; chosen from the data if None.
-    """
 
-    name: ClassVar[str] = "two-stage"
-
-    def candidates(self, samples: Samples, where: str) -> Iterator[Fitted]:
-        """The spring, then such of lower degrees unless they are given."""
-        for degrees in (self.degrees,) if self.degrees else (None, *reversed(_DEGREES[:-2])):
-            yield replace(self, degrees=degrees)._fit(samples, where)
-
-    def _fit(self, samples: Samples, where: str) -> Fitted:
-        """Identify without start values; the degree of FA is lowered until FA is positive."""
-        least = sum(self.degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
-        if samples.rows.size < least:
-            numbers = {"found": samples.rows.size, "needed": least}
-            raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, numbers)
-        samples = _on_whole_strokes(samples)
-        stages = _Stages(samples)
-        solution = stages.solve(self.degrees) if self.degrees else stages.choose()
-        if solution is None:
-            raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
-        elastic, amplifier = solution.degrees
-        low, high = samples.reach
-        for degree in range(amplifier, -1, -1):
-            solved = _solved(stages.matrix((elastic, degree), solution.omega), samples.r)
-            FE, G = (np.asarray(legendre.leg2poly(part), np.float64) for part in np.split(solved, [elastic + 1]))
-            if least_value(tuple(G.tolist()), -1.0, 1.0)[0] > 1e-3 * abs(float(G[0])):  # a margin for rounding
-                break
-        else:
-            raise IdentificationError(Outcome.BRANCHES_CROSS, where)
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        spring = polynomial_spring(where, (low, high), middle, half, FE, G, solution.hysteresis)
-        findings = [*stages.findings(solution)]
-        if degree < amplifier:
-            findings.append(Finding(Outcome.AMPLIFIER_REDUCED, {"degree": degree}))
-        return Fitted(spring, tuple(findings), {"degrees": (elastic, degree), "steady_section_from": solution.share})
+def _fitted(degrees: tuple[int, int] | None, samples: Samples, where: str) -> Fitted:
+    """Identify without start values; the degree of FA is lowered until FA is positive."""
+    least = sum(degrees or _DEGREES[0]) + 2 + 3 + len(samples.records) + 1  # one more than parameters
+    if samples.rows.size < least:
+        numbers = {"found": samples.rows.size, "needed": least}
+        raise IdentificationError(Outcome.TOO_FEW_SAMPLES, where, numbers)
+    samples = _on_whole_strokes(samples)
+    stages = _Stages(samples)
+    solution = stages.solve(degrees) if degrees else stages.choose()
+    if solution is None:
+        raise IdentificationError(Outcome.NO_STEADY_SECTION, where)
+    elastic, amplifier = solution.degrees
+    low, high = samples.reach
+    for degree in range(amplifier, -1, -1):
+        solved = _solved(stages.matrix((elastic, degree), solution.omega), samples.r)
+        FE, G = (np.asarray(legendre.leg2poly(part), np.float64) for part in np.split(solved, [elastic + 1]))
+        if least_value(tuple(G.tolist()), -1.0, 1.0)[0] > 1e-3 * abs(float(G[0])):  # a margin for rounding
+            break
+    else:
+        raise IdentificationError(Outcome.BRANCHES_CROSS, where)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    spring = polynomial_spring(where, (low, high), middle, half, FE, G, solution.hysteresis)
+    findings = [*stages.findings(solution)]
+    if degree < amplifier:
+        findings.append(Finding(Outcome.AMPLIFIER_REDUCED, {"degree": degree}))
+    return Fitted(spring, tuple(findings), {"degrees": (elastic, degree), "steady_section_from": solution.share})
 
 
 def _on_whole_strokes(samples: Samples) -> Samples:

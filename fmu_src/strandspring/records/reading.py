@@ -10,11 +10,12 @@ import numpy as np
 
 from ..errors import RecordError
 from ..findings import Finding, Outcome
+from ..ground.arguments import is_finite_number
 from ..ground.quoting import quoted
 from .columns import DEFAULT_UNITS, Asked, Column, choose_unit
 from .content import read_content
 from .formats.opening import tables_of
-from .record import FloatArray, Record, is_finite_number
+from .record import FloatArray, Record
 from .spikes import find_spikes, spikes_of
 from .tables import FileTables, Table, choose_table
 from .units import Quantity, unit_factor
@@ -25,87 +26,26 @@ _MAX_FORCE = 1e9  # [N]
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N"}
 
 
-def read_record(
+def record_of_file(
     path: str | os.PathLike[str],
-    *,
-    displacement: int | str | None = None,
-    force: int | str | None = None,
-    time: int | str | None = None,
-    displacement_unit: str | None = None,
-    force_unit: str | None = None,
-    time_unit: str | None = None,
+    asked: Asked,
+    units: Mapping[Quantity, str | None],
+    adjustments: Mapping[Quantity, tuple[float, float]],
     reverse: Literal["displacement", "force"] | None = None,
-    displacement_offset: float = 0.0,
-    force_offset: float = 0.0,
-    displacement_scale: float = 1.0,
-    force_scale: float = 1.0,
     skip_bad_lines: bool = False,
 ) -> Record:
-    """Read displacement and force, and time where there is one, from the file of a test rig.
-
-    Files are delimited text, Excel and OpenDocument workbooks, MATLAB (.mat), TDMS, MDF 3 and 4, UFF 58, HDF5, Parquet,
-    Feather and NumPy (.npy, .npz) files, any of them also compressed (gzip, bzip2, xz) or in a zip archive; the content
-    decides, not the name. Of text and sheets, separator (comma, semicolon, tab, blanks), decimal mark, encoding, lines
-    before the table, header and row of units are detected and reported in `Record.notes`; other files give names,
-    units and sampling rates themselves. A given unit takes precedence over that of the file, and a row of units over
-    the header; without any, mm, N and s are assumed. Of several sheets or groups of channels the one that holds both a
-    displacement and a force is read.
+    """The record that a file holds; see `record_of_tables`.
 
     Parameters
     ----------
-    path : path-like                               The file; "campaign.zip/a13.csv" is a file in an archive.
-    displacement, force, time : int, str or None   Columns: a name (case, unit, blanks and underscores may
-        differ where only one column fits), or a 1-based number. Text of digits is a number unless a column
-        is called so; of several sheets or groups, "sheet/column" or "group/channel". None finds the column
-        by its name or unit, and without a header takes the first of exactly two columns as displacement,
-        the second as force. The time column is optional.
-    displacement_unit, force_unit, time_unit : str or None   Such as "mm", "inch"; "kN", "lbf"; "ms".
-    reverse : "displacement", "force" or None      The column to negate.
-    displacement_offset, force_offset : float      Subtracted from the column, in the column's own units.
-    displacement_scale, force_scale : float        Factor of what is left, such as kN per V; the product has the unit.
-    skip_bad_lines : bool                          Whether lines of a text, or rows of a sheet, that cannot be read are
-        left out, up to a tenth of all, which `Record.notes` says; else a file with such lines is refused.
-
-    Returns
-    -------
-    Record                                         Displacement [m], force [N], time [s].
+    skip_bad_lines : bool   Whether lines that cannot be read are left out, up to a tenth of all.
 
     Raises
     ------
     RecordError   If the file is not a record, with place, finding and advice in one sentence.
-
-    Examples
-    --------
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> from strandspring import read_record
-    >>> with TemporaryDirectory() as folder:
-    ...     path = Path(folder) / "loop.csv"
-    ...     _ = path.write_text("Weg [mm];Kraft [kN]\\n0;0\\n1,5;0,25\\n3;0,5\\n")
-    ...     record = read_record(path)
-    >>> record.displacement.tolist(), record.force.tolist()
-    ([0.0, 0.0015, 0.003], [0.0, 250.0, 500.0])
     """
-    check_skipping(skip_bad_lines)
-    return record_of_tables(
-        tables_of(read_content(path), skip_bad_lines),
-        {"displacement": displacement, "force": force, "time": time},
-        {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
-        {"displacement": (displacement_offset, displacement_scale), "force": (force_offset, force_scale)},
-        reverse,
-    )
-
-
-def check_reverse(reverse: str | None) -> None:
-    """Refuse a column to negate that is neither displacement nor force, with a RecordError."""
-    if reverse not in (None, "displacement", "force"):
-        raise RecordError(f"`reverse` must be 'displacement' or 'force', got {quoted(str(reverse))}.")
-
-
-def check_skipping(skip_bad_lines: bool) -> None:
-    """Refuse what is not a truth value, with a RecordError."""
-    if not isinstance(skip_bad_lines, bool):
-        raise RecordError(f"`skip_bad_lines` must be True or False, got {quoted(str(skip_bad_lines))}.")
+    tables = tables_of(read_content(path), skip_bad_lines)
+    return record_of_tables(tables, asked, units, adjustments, reverse)
 
 
 def record_of_tables(
@@ -130,7 +70,6 @@ def record_of_tables(
     ------
     RecordError                  If the tables hold no record.
     """
-    check_reverse(reverse)
     _refuse_useless(adjustments)
     where = file.path
     table, columns, chosen = choose_table(file, asked)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -205,14 +204,6 @@ def _checked(values: ArrayLike, name: str, path: str) -> FloatArray:
         raise RecordError(f"{path}: `{name}` must be finite, got {array[index]} at index {index}; remove the sample.")
     array.setflags(write=False)
     return array
-
-
-def is_finite_number(value: object) -> bool:
-    """Whether a value is a real number that a double can hold."""
-    try:
-        return math.isfinite(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError, OverflowError):
-        return False
 
 
 def _refuse_absurd(values: FloatArray, name: str, path: str) -> None:

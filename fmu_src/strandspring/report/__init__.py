@@ -5,11 +5,12 @@ Here is what a report is called and what it says besides its figures: who tested
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 from ..errors import StrandspringError
+from ..ground.options import check, described, option
 
 REPORT_SUFFIXES = (".html",)
 _LONGEST = 500  # characters of one text
@@ -37,19 +38,20 @@ def check_report_path(path: str | Path) -> None:
         raise StrandspringError(f"A report must end in .html, got {str(path)!r}.")
 
 
+def field_of(text: str) -> tuple[str, str]:
+    """Label and text of LABEL=TEXT; raises ValueError for anything else."""
+    label, sign, rest = text.partition("=")
+    if not sign or not label.strip():
+        raise ValueError(f"must be LABEL=TEXT, got {text!r}.")
+    return label.strip(), rest.strip()
+
+
+@described
 @dataclass(frozen=True)
 class ReportDetails:
     """Details of a report, as the user gives them; an empty text leaves a blank line to be filled in by hand.
 
     The date is given and never taken from the clock, so that the same input gives the same bytes.
-
-    Parameters
-    ----------
-    date : str              Of the test or of the report, in any form.
-    operator : str          Who ran the test.
-    specimen : str          Which spring was tested.
-    fields : tuple of (label, text)   Further lines.
-    mass : float or None    Mass of the transmissibility figure [kg]; one that suits the spring if None.
 
     Raises
     ------
@@ -62,13 +64,27 @@ class ReportDetails:
     (('Date', '2026-03-02'), ('Specimen', 'lot 7, no. 12'), ('Operator', ''), ('Temperature', '23 °C'))
     """
 
-    date: str = ""
-    operator: str = ""
-    specimen: str = ""
-    fields: tuple[tuple[str, str], ...] = ()
-    mass: float | None = None
+    group: ClassVar[str] = "Report"
+
+    date: str = option(
+        "", "text", "Date of the test or of the report, in any form", otherwise="a line to fill in", metavar="TEXT"
+    )
+    operator: str = option("", "text", "Who ran the test, likewise", metavar="TEXT")
+    specimen: str = option("", "text", "Which spring was tested, likewise", metavar="TEXT")
+    fields: tuple[tuple[str, str], ...] = option(
+        (),
+        "texts",
+        "A further line of the report, with its label",
+        metavar="LABEL=TEXT",
+        parse=field_of,
+    )
+    mass: float | None = option(
+        None, "number", "Mass of the report's transmissibility", unit="kg", least=0.0, is_open=True,
+        otherwise="one that suits the spring", metavar="KG", flag="report_mass",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
+        check(self, StrandspringError)
         if len(self.fields) > _MOST_FIELDS:
             raise StrandspringError(f"A report may have at most {_MOST_FIELDS} further fields, got {len(self.fields)}.")
         if not all(isinstance(pair, tuple | list) and len(pair) == 2 for pair in self.fields):
@@ -84,8 +100,6 @@ class ReportDetails:
                         f"A field of the report may have at most {_LONGEST} characters, got {len(part)} in "
                         f"{label[:60]!r}; shorten it."
                     )
-        if self.mass is not None and not (math.isfinite(self.mass) and self.mass > 0.0):
-            raise StrandspringError(f"The mass of the report must be finite and > 0 [kg], got {self.mass!r}.")
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:

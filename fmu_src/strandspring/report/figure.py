@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..core.parameters import SpringParameters
-from ..errors import StrandspringError
+from ..errors import IsolationError, StrandspringError
 from ..ground.gravity import STANDARD_GRAVITY
 from ..ground.plotfile import SUFFIXES, save_figure, some_axes
 from ..identification.figures import autocorrelation_time
@@ -35,15 +35,9 @@ from ..kernel.path import PathSolver
 from ..loops.loop import PANELS, group_by_amplitude
 from ..model.joint import HYSTERETIC_UNITS, NORMAL_95, ForceInterval, JointCovariance, names_of
 from ..vibration.one_mass.band import band_frequencies
+from ..vibration.one_mass.options import DEFAULT_SHARES, Excitation
 from ..vibration.one_mass.response import frequency_response
-from ..vibration.one_mass.system import (
-    DEFAULT_SHARES,
-    Excitation,
-    IsolatedMass,
-    IsolationError,
-    free_travel,
-    static_equilibrium,
-)
+from ..vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
 from . import drawing
 from .drawing import STYLE, Chart, band, bars, dots, evenly, line, marks, name_axes, visible
 from .evaluation import SHOWN_RECORDS, Evaluation, RecordView

@@ -25,7 +25,7 @@ from strandspring.campaigns.studies.definition import RunRow, Study
 from strandspring.campaigns.studies.execution import run_study
 from strandspring.campaigns.studies.journal import journal_path
 from strandspring.errors import StrandspringError
-from strandspring.vibration.one_mass.system import Excitation
+from strandspring.vibration.one_mass.options import Excitation
 from targets.mutator import ABSURD, damaged, kind_of
 
 _SPRING = SpringParameters((0.0, 4e3), (1.0,), 15.0, 300.0, 1.0, 0.7, 0.0, -0.02, 0.02)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from strandspring.records.reading import read_record
+from strandspring.loops.reading import read_record
 from strandspring.records.record import Record
 from targets.mutator import ABSURD, CORPUS, FLOATS, mutated
 

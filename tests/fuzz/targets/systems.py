@@ -17,7 +17,7 @@ import numpy as np
 
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.strict_toml import parse_toml
-from strandspring.loops.selection import Wanted, entries, read_campaign
+from strandspring.loops.reading import Reading, entries, read_campaign
 from strandspring.vibration.description.system_file import load_system_file
 from targets.mutator import ABSURD, CORPUS, OTHERS, RAW, changed, finite, mutated
 from targets.records import sound
@@ -90,7 +90,7 @@ def campaigns(dice: random.Random, folder: Path) -> str:
     if dice.random() < 0.3:
         changed(dice, part, [*OTHERS, *ABSURD["of campaigns"]])
         try:
-            wanted = Wanted(**part)
+            wanted = Reading(**part)
         except TypeError:  # an unknown name, or not a number where arithmetic needs one
             return "accepted, no selection"
         return sound(wanted.read(folder / "a.csv"))

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from ...fmu.related_files import BuildSettings
 
 
+# Why options do not apply to what is given.
+OF_MODELS = "{option} does not apply to {where}, which describes masses, mounts and springs itself"
+OF_SYSTEMS = "{option} applies to a SYSTEM.toml only, got {where}; leave it out."
+
+
 class HoldsModel(Protocol):
     """A `Spring`, or what else holds a model."""
 
@@ -76,6 +81,12 @@ def origin_of(source: Any, choice: str | float | None, parameters: SpringParamet
     """
     before = built_with(source) if choice is None else None
     return before.zero if before is not None else chosen_zero(choice, parameters)
+
+
+def is_system(source: Any) -> bool:
+    """Whether a source is a SystemFile or the path of one, by its ending."""
+    path = path_of(source)
+    return hasattr(source, "chosen_candidates") if path is None else path.lower().endswith(".toml")
 
 
 def describes_system(path: str) -> bool:

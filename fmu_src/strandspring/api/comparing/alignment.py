@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import numpy as np
 
 from ...core.parameters import SpringParameters
@@ -11,8 +9,7 @@ from ...errors import StrandspringError
 from ...loops.loop import Loop
 from ...model.coordinates import counted_from
 from ...model.modelfile import ModelFile
-
-Align = Literal["record", "middle"]
+from ..options import Align
 
 _LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from ...core.parameters import SpringParameters
 from ...errors import StrandspringError
 from ...identification.identify import identify_records
-from ...identification.refined import RefinedOptions
+from ...identification.options import RefinedOptions
 from ...model.modelfile import ModelFile
 from ...records.record import Record
 from ..identifying.synthesis import synthesize

@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-
-from ...errors import StrandspringError
+from ...errors import OptionError, StrandspringError
 from ...findings import Finding
-from ...ground.arguments import numbers, optional_number, seed_of, whole
+from ...ground.options import takes
 from ...identification.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
 from ...loops.loop import PANELS, Loop, steady_loop
+from ...loops.reading import Reading
 from ...model.modelfile import ModelFile
-from ...records.given import records_of
 from ...records.record import Record
 from ...vibration.one_mass.response import FrequencyResponse
+from ..common.given import records_of
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import ResultWithFindings
 from ..common.text_table import table_lines
+from ..options import Align, Comparing
 from ..vibration.shared_mass import SharedMass, shared_mass
-from .alignment import Align, aligned, apart, shared_range
+from .alignment import aligned, apart, shared_range
 from .common_form import common_form, in_form
 from .comparison_findings import comparison_findings
 from .comparison_words import (
@@ -50,7 +50,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-DRAWS = 200
 _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
@@ -239,20 +238,13 @@ class Comparison(ResultWithFindings):
         return panels
 
 
+@takes(comparing=Comparing, reading=Reading)
 def compare(
     a: ModelSource,
     b: ModelSource,
     *data: Any,
-    align: Align = "record",
-    amplitudes: ArrayLike | None = None,
-    mass: float | None = None,
-    draws: int = DRAWS,
-    seed: int = 0,
-    displacement: str | int | None = None,
-    force: str | int | None = None,
-    time: str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
+    comparing: Comparing,
+    reading: Reading,
 ) -> Comparison:
     """Compare two springs, such as two lots, or one spring before and after fatigue.
 
@@ -265,14 +257,8 @@ def compare(
     ----------
     a, b : Spring, ModelFile or path   Model files, or FMUs that hold one.
     *data : Source, or arrays          Records that both should follow; or arrays of displacement and force, and time.
-    align : "record" or "middle"       Displacements as in the records of both; or each from the middle of its range,
-                                       where the zero was moved between the tests.
-    amplitudes : float or array_like   Of the loops about the middle of the shared range [m]; quarters of it if None.
-    mass : float or None               Mass for the transmissibility, whose weight loads the spring [kg]; if None
-                                       one that A holds in the middle of the range.
-    draws : int                        Springs drawn from the uncertainty of each model, at least 20; 0 for no verdict.
-    seed : int                         Of the draws.
-    displacement, force, time, units, reverse   How records are read, as for `identify`.
+    comparing : Comparing              Loops, mass and draws; or its fields as keywords.
+    reading : Reading                   How records are read, and what of them is used; or its fields as keywords.
 
     Returns
     -------
@@ -301,21 +287,14 @@ def compare(
     >>> frame[(frame["quantity"] == "energy_per_cycle") & frame["differs"]]["change"].round(2).tolist()
     [-0.1, -0.1, -0.1, -0.1]
     """
-    if align not in ("record", "middle"):
-        raise ValueError(f"`align` must be 'record' or 'middle', got {align!r}.")
-    if whole("draws", draws) != 0 and draws < 20:
-        raise ValueError(f"`draws` must be 0 or at least 20, got {draws!r}.")
-    seed = seed_of(seed)
-    mass = optional_number("mass", mass, "kg")
-    if mass is not None and not 0.0 < mass < math.inf:
-        raise ValueError(f"`mass` must be finite and > 0 [kg], got {mass!r}.")
+    align, draws, seed = comparing.align, comparing.draws, comparing.seed
     models = (model_of(a), model_of(b))
     springs = aligned(models, align)
     low, high = shared_range(springs, align)
     middle = 0.5 * (low + high)
-    reaches = _amplitudes(amplitudes, 0.5 * (high - low))
+    reaches = _amplitudes(comparing.amplitudes, 0.5 * (high - low))
     spreads, unknown = (None, "No springs were drawn.") if draws == 0 else spreads_of(models)
-    records = records_of(data, displacement=displacement, force=force, time=time, units=units, reverse=reverse)
+    records = records_of(data, reading)
     is_same = models[0].parameters == models[1].parameters
     plain, scatter = springs, None
     if spreads is not None and not is_same:
@@ -362,22 +341,20 @@ def compare(
         tuple(parameters), test, tuple(figures),
         None if scatter is None else (quantiles(scatter[0]), quantiles(scatter[1])),
         loops,
-        shared_mass(springs, low, high, mass),
+        shared_mass(springs, low, high, comparing.mass),
         followed,
         tuple(comparison_findings(models, records, align, loops, verdict)),
     )  # fmt: skip
 
 
-def _amplitudes(given: ArrayLike | None, most: float) -> list[float]:
-    reaches = [share * most for share in _SHARES] if given is None else sorted(numbers("amplitudes", given, "m"))
+def _amplitudes(given: Any, most: float) -> list[float]:
+    reaches = [share * most for share in _SHARES] if given is None else sorted(given)
     for reach in reaches:
-        if not 0.0 < reach <= most * (1.0 + _SLACK):
-            raise ValueError(
+        if reach > most * (1.0 + _SLACK):
+            raise OptionError(
                 f"An amplitude must be > 0 and at most {1e3 * most:.6g} mm, half of the range that both springs share, "
                 f"got {1e3 * reach:.6g} mm."
             )
-    if not reaches:
-        raise ValueError("`amplitudes` must hold at least one, got none.")
     return reaches
 
 

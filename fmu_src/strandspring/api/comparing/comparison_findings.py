@@ -11,7 +11,8 @@ from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_cautions
 from ...records.record import Record
 from ..common.record_findings import effects_of, of_records, outside
-from .alignment import Align, aligned, apart, middle_of, shared_range
+from ..options import Align
+from .alignment import aligned, apart, middle_of, shared_range
 from .common_form import common_form, form_of, form_words
 from .comparison_words import ComparisonVerdict
 

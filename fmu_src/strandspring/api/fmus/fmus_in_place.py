@@ -5,13 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...errors import BuildError, StrandspringError
+from ...fmu.archive import binary_sizes
 from ...fmu.checks.check import CheckReport
 from ...ground.files import existing_folder, reason_of, refuse_unwritable
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress, unseen
+from .options import BuildOptions
+
+# What each kind of FMU is for.
+_PURPOSES = {
+    "native": "native: for any simulator, with no Python on its machine",
+    "states": "native with states: model exchange for optimal control, linearisation and functional importers",
+    "python": "Python-backed: the model as readable Python, for simulators that run on Python",
+    "system": "bodies on mounts: co-simulation in any simulator, with no Python on its machine",
+}
 
 
 class BuiltFmu(NamedTuple):
@@ -20,6 +30,31 @@ class BuiltFmu(NamedTuple):
     path: Path
     kind: str
     check: CheckReport
+
+    def facts(self, settings: BuildOptions) -> dict[str, Any]:
+        """For JSON."""
+        return {
+            "path": str(self.path),
+            "backend": "native" if self.kind == "system" else self.kind,
+            "fmi": settings.version,
+            "binaries": binary_sizes(self.path),
+            "check": self.check.summary,
+        }
+
+    def brief(self, settings: BuildOptions) -> str:
+        """In few words."""
+        facts = [f"{self.path.stat().st_size / 1024:.0f} KiB", *binary_sizes(self.path), *settings.apart]
+        return f"FMU: {self.path} ({', '.join(facts)}): {self.check.verdict}"
+
+    def text_lines(self, settings: BuildOptions) -> list[str]:
+        """In words."""
+        binaries = ", ".join(f"{platform} {size / 1024:.0f} KiB" for platform, size in binary_sizes(self.path).items())
+        purpose = "; ".join((_PURPOSES[self.kind], *settings.apart))
+        return [
+            f"FMU: {self.path} ({self.path.stat().st_size / 1024:.0f} KiB), {purpose}",
+            f"Binaries: {binaries}",
+            f"Check: {self.check.summary}",
+        ]
 
 
 @dataclass(frozen=True)

@@ -75,30 +75,12 @@ class SystemInformation(Result):
         return [variable.name for variable in self.variables if variable.causality == causality]
 
 
-def info_system(fmu: str | os.PathLike[str]) -> SystemInformation:
-    """What the FMU of a system holds: its candidate, variables, static equilibrium and natural modes.
-
-    Parameters
-    ----------
-    fmu : path
-
-    Returns
-    -------
-    SystemInformation
+def system_information(fmu: str | os.PathLike[str]) -> SystemInformation:
+    """What the FMU of a system holds: its candidate, variables, static equilibrium and natural modes; see `info`.
 
     Raises
     ------
     MountedSystemError   If it is not such an FMU, or is damaged.
-
-    Examples
-    --------
-    >>> from tempfile import TemporaryDirectory
-    >>> from strandspring import build_fmu, info_system
-    >>> from strandspring.examples.system_models import SYSTEMS
-    >>> with TemporaryDirectory() as folder:
-    ...     information = info_system(build_fmu(SYSTEMS / "gun_cradle.toml", folder, candidate="four springs"))
-    >>> information.settings.candidate, len(information.to_frame())
-    ('four springs', 1)
     """
     held = SystemOfFmu.load(os.fspath(fmu))
     options = held.settings.options

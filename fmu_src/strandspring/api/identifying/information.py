@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
+from ...errors import OptionError
 from ...findings import Finding, Outcome
 from ...ground.arguments import numbers
+from ...ground.options import refuse_given, takes
 from ...ground.quoting import printable
 from ...ground.result_columns import ResultColumn, cells, values
 from ...kernel.path import PathSolver
@@ -29,13 +31,14 @@ from ...loops.loop import (
     relaxed_branches,
     steady_loop,
 )
+from ...loops.reading import Reading
 from ...model.coordinates import counted_from, zero_sentence
-from ...model.modelfile import ModelFile
+from ...model.modelfile import ModelFile, is_fmu
 from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
-from ...records.given import records_of
 from ...records.record import Record
-from ..common.model_source import ModelSource, model_of, origin_of, source_of
+from ..common.given import records_of
+from ..common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
 from ..common.record_findings import effects_of, of_records, removed_effects
 from ..common.result import ResultWithFindings
 from ..common.text import counted, parameter_lines, verdict_json
@@ -44,6 +47,8 @@ from ..common.text_table import table_lines
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+
+    from ..fmus.system_information import SystemInformation
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _BRIEF = ("amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force")
@@ -190,32 +195,29 @@ class Information(ResultWithFindings):
         return panels
 
 
+@takes(reading=Reading)
 def info(
     model: ModelSource,
     *data: Any,
-    amplitudes: ArrayLike = (),
+    amplitudes: ArrayLike | None = None,
     zero: str | float | None = None,
-    displacement: str | int | None = None,
-    force: str | int | None = None,
-    time: str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
-) -> Information:
-    """Figures of a model's steady loops, beside those of records.
+    reading: Reading,
+) -> Information | SystemInformation:
+    """Figures of a model's steady loops, beside those of records; or what the FMU of a system holds.
 
     Parameters
     ----------
-    model : Spring, ModelFile or path   A model file, or an FMU that holds one.
+    model : Spring, ModelFile or path   A model file, or an FMU that holds one; or the FMU of a system.
     *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
     amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
                                         the identified range.
     zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
                                         that of an FMU, else the rig's if it lies within the range, else the middle.
-    displacement, force, time, units, reverse   How records are read, as for `identify`.
+    reading : Reading                   How records are read, and what of them is used; or its fields as keywords.
 
     Returns
     -------
-    Information
+    Information or SystemInformation
 
     Raises
     ------
@@ -234,15 +236,24 @@ def info(
     >>> information.to_frame()["source"].tolist()
     ['<spring>', 'model', '<spring>', 'model']
     """
+    path = path_of(model)
+    if path is not None and is_fmu(path) and describes_system(path):
+        if data:
+            raise OptionError(f"{path} is the FMU of a whole system; give records with a model.")
+        sentence = "{option} can only be given with a model, and {where} is the FMU of a whole system; leave it out."
+        refuse_given(sentence, path, amplitudes=amplitudes, zero=zero, **reading.given)
+        from ..fmus.system_information import system_information  # slow to import
+
+        return system_information(path)
     content = model_of(model)
     source = source_of(model)
-    reaches = numbers("amplitudes", amplitudes, "m")
+    reaches = () if amplitudes is None else numbers("amplitudes", amplitudes, "m")
     for reach in reaches:
         if not (np.isfinite(reach) and reach > 0.0):
             raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
     origin = origin_of(model, zero, content.parameters)
     parameters = counted_from(origin, content.parameters)
-    records = records_of(data, force=force, time=time, displacement=displacement, units=units, reverse=reverse)
+    records = records_of(data, reading)
     findings = [*stated_cautions(content, "Of the identification"), *relaxed_branches(content.parameters)]
     findings += of_records(records)
     if records:

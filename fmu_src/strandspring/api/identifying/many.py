@@ -3,28 +3,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from ...campaigns.batches.batch import BatchSummary, identify_batch
 from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
 from ...campaigns.batches.sources import TABLE, find_springs
 from ...campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
-from ...campaigns.jobs.cluster import Cluster, runner_of
+from ...campaigns.jobs.options import Workers
 from ...errors import Reader, RecordError
 from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered
-from ...ground.arguments import flag, optional_number
-from ...identification.method import Method
-from ...loops.selection import Wanted
+from ...ground.arguments import optional_number
+from ...ground.options import takes
+from ...loops.reading import Reading
 from ...model.joint import HYSTERETIC_UNITS
-from ...records.given import checked_units
-from ..common.methods import MethodName, chosen_method
 from ..common.progress import Progress, unseen
 from ..common.result import PlottedResult
 from ..common.text import counted
+from ..options import Fitting
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -176,32 +175,16 @@ class ManyResult(PlottedResult):
         }
 
 
+@takes(reading=Reading, fitting=Fitting, placing=Workers(None))
 def identify_many(
     sources: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     folder: str | os.PathLike[str],
     *,
-    displacement: str | int | None = None,
-    force: str | int | None = None,
-    time: str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
-    displacement_offset: float | None = None,
-    force_offset: float | None = None,
-    displacement_scale: float | None = None,
-    force_scale: float | None = None,
-    skip_bad_lines: bool | None = None,
-    cycles: str | int | None = None,
-    time_window: str | None = None,
-    displacement_range: str | None = None,
-    label: str | None = None,
-    method: MethodName | None = None,
-    options: Method | None = None,
+    reading: Reading,
+    fitting: Fitting,
     amplitude: float | None = None,
-    workers: int | None = None,
-    scheduler: str | Cluster | None = None,
-    save_anyway: bool = False,
+    placing: Workers,
     progress: Progress = unseen,
-    notify: Callable[[str], None] = lambda _: None,
 ) -> ManyResult:
     """Identify many springs, each from a file of its own, on all cores.
 
@@ -216,22 +199,12 @@ def identify_many(
         Files, and folders: of these the files in them that are named like records, in alphabetical order, and not those
         in folders within them.
     folder : path               Of the results, created if it does not exist.
-    displacement, force, time, units, reverse   How all files are read, as for `identify`.
-    displacement_offset, force_offset, displacement_scale, force_scale : float or None   As for `read_record`.
-    skip_bad_lines : bool or None   Likewise.
-    cycles, time_window, displacement_range : str or None
-        What is used of each file: cycles "2:5" or 3, "0.5:10" s, "-5:5" mm; all if None.
-    label : str or None         Name of the specimens or of the test.
-    method, options             As for `identify`.
+    reading : Reading           How all files are read and what of them is used; or its fields as keywords.
+    fitting : Fitting           Which method identifies the springs; or its fields as keywords.
     amplitude : float or None   Of the loops whose figures are compared [m]; the largest that all springs have in common
                                 if None.
-    workers : int or None       Number of processes; 1 for this one alone, as many as cores if None.
-    scheduler : str, Cluster or None
-        Address of a dask.distributed scheduler whose workers are used instead, or a `Cluster` with certificates.
-    save_anyway : bool          Whether a spring that follows its record worse than a straight line is saved with a
-                                caution, not refused.
+    placing : Workers           Where the springs are identified, on all cores by default; or its fields as keywords.
     progress : callable         Called with what is being done, the number of finished files, and how many there are.
-    notify : callable           Called with sentences while the files are identified.
 
     Returns
     -------
@@ -266,24 +239,7 @@ def identify_many(
     >>> result.problem
     '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """
-    runner = runner_of(workers, scheduler, notify, TypeError, default=None)
-    wanted = Wanted(
-        displacement=displacement,
-        force=force,
-        time=time,
-        **{f"{name}_unit": unit for name, unit in checked_units(units).items()},
-        reverse=reverse,
-        displacement_offset=displacement_offset,
-        force_offset=force_offset,
-        displacement_scale=displacement_scale,
-        force_scale=force_scale,
-        skip_bad_lines=skip_bad_lines,
-        cycles=cycles,
-        time_window=time_window,
-        displacement_range=displacement_range,
-        label=label,
-    )
-    work = BatchWork(chosen_method(method, options), wanted, flag("save_anyway", save_anyway))
+    work = BatchWork(fitting.chosen, reading, fitting.save_anyway)
     amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):
         raise RecordError(f"`amplitude` must be finite and > 0 [m], got {amplitude!r}.")
@@ -294,9 +250,9 @@ def identify_many(
         springs,
         target,
         work,
-        runner,
+        placing.runner,
         amplitude,
         lambda done: progress("Identifying", done, len(springs)),
-        notify,
+        placing.notify,
     )
     return ManyResult(target, batch, left_out, monotonic() - begin)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,15 +16,17 @@ from ...core.parameters import SpringParameters
 from ...errors import ModelError
 from ...findings import Finding
 from ...ground.files import write_csv
+from ...ground.options import takes
 from ...ground.result_columns import ResultColumn
 from ...identification.figures import Followed, RecordFit, predict_record
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
+from ...loops.reading import Reading
 from ...model.joint import ForceInterval, JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_figures import in_words
-from ...records.given import Source, given_records
 from ...records.record import Record
+from ..common.given import Source, given_records
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.record_findings import of_records, outside, removed_effects, unrecorded
 from ..common.result import ResultWithFindings
@@ -150,6 +152,7 @@ class Prediction(Followed, ResultWithFindings):
         return axis
 
 
+@takes(reading=Reading)
 def predict(
     model: ModelSource,
     data: Source | Sequence[Source] | ArrayLike | None = None,
@@ -157,8 +160,7 @@ def predict(
     time: ArrayLike | str | int | None = None,
     *,
     displacement: ArrayLike | str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
+    reading: Reading,
 ) -> Prediction:
     """Predict the force of records with a model, and compare it with what was measured.
 
@@ -169,7 +171,8 @@ def predict(
     Parameters
     ----------
     model : Spring, ModelFile or path   A model file, or an FMU that holds one.
-    data, force, time, displacement, units, reverse   Records, given as to `identify`.
+    data, force, time, displacement     Records, given as to `identify`.
+    reading : Reading                   How they are read, and what of them is used; or its fields as keywords.
 
     Returns
     -------
@@ -193,7 +196,7 @@ def predict(
     content = model_of(model)
     source = source_of(model)
     interval = _interval(source, content)
-    records = tuple(given_records(data, force, time, displacement, units, reverse))
+    records = tuple(given_records(data, force, time, displacement, reading))
     solver = PathSolver(content.parameters)
     if not records:
         raise ValueError("`data` must hold at least one record, got none.")

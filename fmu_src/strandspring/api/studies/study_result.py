@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from ...campaigns.jobs.runners import Runner
+from ...campaigns.jobs.options import Workers
 from ...campaigns.studies.execution import run_study
 from ...campaigns.studies.runs import Runs
 from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
@@ -33,10 +33,9 @@ Planned = TypeVar("Planned", bound=Runs[Any])
 
 def executed(
     study: Runs[Any],
-    runner: Runner,
+    placing: Workers,
     output: str | os.PathLike[str] | None,
     progress: Progress,
-    notify: Callable[[str], None],
 ) -> tuple[pd.DataFrame, Path | None, pd.DataFrame | None]:
     """Execute a study with its results in a file, a temporary one if none is asked for.
 
@@ -48,7 +47,8 @@ def executed(
     """
 
     def run(results: Path) -> pd.DataFrame:
-        run_study(study, results, runner, lambda runs: progress("Running", runs, len(study)), notify)
+        done = lambda runs: progress("Running", runs, len(study))  # noqa: E731
+        run_study(study, results, placing.runner, done, placing.notify)
         return summaries(study, results)
 
     if output is not None:

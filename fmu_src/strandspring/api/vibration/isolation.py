@@ -6,16 +6,18 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import partial
 from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from ...errors import IsolationError, OptionError
 from ...findings import Finding, Outcome
-from ...ground.arguments import flag, limits, number, optional_number, whole
+from ...ground.arguments import number
+from ...ground.options import changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
@@ -23,17 +25,10 @@ from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.band import band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
+from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
-from ...vibration.one_mass.system import (
-    Excitation,
-    IsolatedMass,
-    IsolationError,
-    StaticEquilibrium,
-    free_travel,
-    static_equilibrium,
-)
-from ..common.levels import checked_count, given_levels
-from ..common.model_source import ModelSource, model_of, origin_of, path_of
+from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
+from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
@@ -43,6 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
+    from ...vibration.description.system_file import SystemFile
+    from .system_isolation import SystemIsolation
 
 _TABLE = (
     FREQUENCY,
@@ -99,7 +96,11 @@ class IsolatedModel:
     def equilibrium_lines(self) -> list[str]:
         """The static equilibrium in words."""
         system, rest = self.system, self.equilibrium
-        springs = "1 spring" if system.parallel * system.series == 1 else f"{system.parallel} x {system.series} springs"
+        springs = (
+            "1 spring"
+            if system.mount.parallel * system.mount.series == 1
+            else f"{system.mount.parallel} x {system.mount.series} springs"
+        )
         friction = f"{1e3 * rest.min:.4g} to {1e3 * rest.max:.4g} mm with friction"
         sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
         counted = zero_sentence(self.zero)
@@ -112,7 +113,7 @@ class IsolatedModel:
 
     def as_json(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions as the command prints them with --json."""
-        described = {f.name: getattr(self.system, f.name) for f in fields(self.system) if f.name != "spring"}
+        described = {"mass": self.system.mass, **asdict(self.system.mount)}
         return {
             "model": self.source,
             "zero": self.zero,
@@ -350,55 +351,50 @@ def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
     ]
 
 
+@takes(levels=Levels, mount=Mount, curve=Curve)
 def isolate(
-    models: ModelSource | Sequence[ModelSource],
-    mass: float,
+    models: ModelSource | SystemFile | Sequence[ModelSource],
+    mass: float | None = None,
     *,
-    base_displacement: ArrayLike | None = None,
-    base_acceleration: ArrayLike | None = None,
-    force: ArrayLike | None = None,
-    load: float | None = None,
-    parallel: int = 1,
-    series: int = 1,
-    damping: float = 0.0,
-    band: tuple[float, float] | None = None,
-    points: int = 200,
-    extrapolate: bool = False,
+    levels: Levels,
+    mount: Mount,
+    curve: Curve,
     zero: str | float | None = None,
+    candidates: str | Sequence[str] | None = None,
     progress: Progress = unseen,
-) -> Isolation:
-    """Transmissibility and resonance of a mass on a spring, or on one spring after the other to compare them.
+) -> Isolation | SystemIsolation:
+    """Transmissibility and resonance of a mass on a spring, or on several to compare them, or of bodies on mounts.
 
-    The steady motion is found by harmonic balance and followed through folds.
+    The steady motion is found by harmonic balance and followed through folds. A system is computed in all degrees of
+    freedom, to the second order of rotations from rest, with its modes.
 
     Parameters
     ----------
-    models : Spring, path of a model file or FMU, or a sequence of these
-    mass : float                   [kg].
-    base_displacement, base_acceleration, force : float, array_like or None
-        One level or several of one of them [m, m/s^2, N]; if None, base displacements of 0.5, 1 and 2 % of the free
-        travel from static equilibrium to the nearer end of the identified range, the smallest of all models.
-    load : float or None           Static load along the axis [N]; the weight if None.
-    parallel, series : int         Rows of springs side by side, and springs in series in each row.
-    damping : float                Viscous damping in parallel with the springs [N s/m].
-    band : tuple or None           Lowest and highest frequency [Hz]; 0.23 to 5 times the natural frequency of small
-                                   motion on each model if None.
-    points : int                   Number of frequencies, evenly spaced in the logarithm.
-    extrapolate : bool             Continue where the motion leaves the identified range, instead of refusing.
+    models : Spring, path of a model file or FMU, or a sequence of these; or path of a SYSTEM.toml, or SystemFile
+    mass : float                   On the mount of a model [kg].
+    levels : Levels                What shakes the base or the mass; or its fields as keywords. If none are given, base
+                                   displacements of 0.5, 1 and 2 % of the free travel from static equilibrium to the
+                                   nearer end of the identified range, the smallest of all models or mounts.
+    mount : Mount                  Load and arrangement of springs of a model; or its fields as keywords.
+    curve : Curve                  Frequencies; or its fields as keywords. The band of a system is by default 0.23 times
+                                   the lowest to 5 times the highest natural frequency of each candidate.
     zero : "rig", "middle", float or None
-        Where displacement is counted from: a displacement of the record [m]; by default as in the model's FMU.
+        Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
+    candidates : str, sequence of str or None   Names of those of a system to compute; all if None.
     progress : callable            Is called with what is being done, the number of frequencies done, and how many there
                                    are.
 
     Returns
     -------
-    Isolation
+    Isolation or SystemIsolation
 
     Raises
     ------
-    ModelError       If a file is not a physically possible spring.
-    IsolationError   If there is no static equilibrium, an argument is out of bounds, the motion leaves the identified
-                     range, or no steady motion is found.
+    ModelError           If a file is not a physically possible spring.
+    MountedSystemError   If a system is wrong, a body cannot rest, or a motion leaves an identified range.
+    IsolationError       If there is no static equilibrium, an argument is out of bounds, the motion leaves the
+                         identified range, or no steady motion is found.
+    OptionError          If an option does not apply to what is given.
 
     Examples
     --------
@@ -413,40 +409,51 @@ def isolate(
       0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
-    given = given_levels(base_displacement, base_acceleration, force)
-    mass, load = number("mass", mass, "kg"), optional_number("load", load, "N")
-    parallel, series = whole("parallel", parallel), whole("series", series)
-    damping, points = number("damping", damping, "N s/m"), checked_count("points", points)
-    extrapolate = flag("extrapolate", extrapolate)
-    band = None if band is None else limits("band", band, "Hz")
     is_one = isinstance(models, str) or not isinstance(models, Sequence)
     sources: Sequence[Any] = [models] if is_one else list(models)  # type: ignore[arg-type]
     if not sources:
         raise IsolationError("Nothing to isolate on; give at least one model.")
+    if described := next(filter(is_system, sources), None):
+        if len(sources) > 1:
+            raise OptionError(
+                f"{path_of(described)} describes a whole system and its candidates; give it alone, and models in "
+                "another call."
+            )
+        where = path_of(described) or "a SystemFile"
+        refuse_given(f"{OF_MODELS}; leave it out.", where, mass=mass, zero=zero, **changed(mount))
+        from .system_isolation import isolated_bodies  # slow to import
+
+        return isolated_bodies(described, levels, curve, candidates, progress)
+    where = path_of(sources[0]) or "a model"
+    if mass is None:
+        raise OptionError("Give the {to[mass]} on the spring of {where}.", where=where)
+    of_systems = {"directions": levels.directions, "at": levels.at, "base_rotation": levels.rotation}
+    refuse_given(OF_SYSTEMS, where, **of_systems, candidates=candidates)
+    mass = number("mass", mass, "kg")
     contents = [model_of(source) for source in sources]
     parts = []
     for source, content, label in zip(sources, contents, _labels(contents), strict=True):
         origin = origin_of(source, zero, content.parameters)
-        system = IsolatedMass(counted_from(origin, content.parameters), mass, load, parallel, series, damping)
+        system = IsolatedMass(counted_from(origin, content.parameters), mass, mount)
         with _named(label, len(contents)):
             equilibrium = static_equilibrium(system)
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
-    if given is None:
+    if levels.chosen is None:
         excitation = Excitation.BASE_DISPLACEMENT
-        levels, chosen, nearest = default_levels([free_travel(part.system, part.equilibrium) for part in parts])
+        heights, chosen, nearest = default_levels([free_travel(part.system, part.equilibrium) for part in parts])
         chosen += f" on {parts[nearest].label}{', the smallest of these models' if len(parts) > 1 else ''}."
     else:
-        (excitation, levels), chosen = given, ""
+        (excitation, heights), chosen = levels.chosen, ""
 
     def respond(level: float, part: IsolatedModel, advance: Callable[[float], None]) -> FrequencyResponse:
-        frequencies = band_frequencies(band, points, part.equilibrium)
+        frequencies = band_frequencies(curve.band, curve.points, part.equilibrium)
         with _named(part.label, len(parts)):
             return frequency_response(
-                part.system, excitation, level, frequencies, extrapolate, resolve=True, advance=advance
+                part.system, excitation, level, frequencies, curve.extrapolate, resolve=True, advance=advance
             )
 
-    motions = [(excitation.level_text(level), partial(respond, level)) for level in levels]
-    return Isolation(with_responses(parts, motions, points, progress), excitation, levels, chosen)
+    motions = [(excitation.level_text(level), partial(respond, level)) for level in heights]
+    return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
 
 
 @contextmanager

@@ -20,7 +20,7 @@ from ...campaigns.jobs.threads import in_threads
 from ...ground.files import write_csv
 from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn, cells
-from ...vibration.one_mass.system import DEFAULT_SHARES
+from ...vibration.one_mass.options import DEFAULT_SHARES
 from ..common.progress import Progress
 from ..common.result import ResultWithFindings
 from ..common.text_table import table_lines, without_constants

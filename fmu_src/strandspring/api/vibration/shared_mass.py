@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
+from ...errors import IsolationError
 from ...ground.gravity import STANDARD_GRAVITY
 from ...kernel.path import PathSolver
 from ...vibration.one_mass.band import DEFAULT_BAND
+from ...vibration.one_mass.options import Excitation, Mount
 from ...vibration.one_mass.response import FrequencyResponse, frequency_response
-from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ...vibration.one_mass.system import IsolatedMass, static_equilibrium
 
 _APART = 100.0  # natural frequencies that differ by more are not swept through in one band
 _LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
@@ -69,7 +71,7 @@ def shared_mass(
     """
     try:
         chosen, load = (mass, mass * STANDARD_GRAVITY) if mass is not None else _default(springs[0], low, high)
-        systems = [IsolatedMass(spring, chosen, load) for spring in springs]
+        systems = [IsolatedMass(spring, chosen, Mount(load)) for spring in springs]
         rest = [static_equilibrium(system) for system in systems]
         level = _LEVEL * min(
             min(equilibrium.displacement - low, high - equilibrium.displacement) for equilibrium in rest

@@ -10,11 +10,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ...errors import MountedSystemError, Reader
+from ...errors import IsolationError, MountedSystemError, OptionError, Reader
 from ...findings import Finding, gathered
-from ...ground.arguments import flag, limits
 from ...ground.result_columns import ResultColumn
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem
@@ -25,11 +24,10 @@ from ...vibration.bodies.shaking import Shaking
 from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
-from ...vibration.one_mass.band import DEFAULT_BAND, checked_limits
-from ...vibration.one_mass.system import Excitation, IsolationError
+from ...vibration.one_mass.band import DEFAULT_BAND
+from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
-from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.progress import Progress, unseen
 from ..common.text_table import table_lines
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
@@ -255,62 +253,30 @@ class SystemIsolation(AnyIsolation):
         fill(figure, self.curves, self.name)
 
 
-def isolate_system(
+def isolated_bodies(
     source: str | os.PathLike[str] | SystemFile,
-    *,
+    levels: Levels,
+    curve: Curve,
     candidates: str | Sequence[str] | None = None,
-    base_displacement: ArrayLike | None = None,
-    base_acceleration: ArrayLike | None = None,
-    base_rotation: ArrayLike | None = None,
-    force: ArrayLike | None = None,
-    directions: str | Sequence[str | Sequence[float]] | None = None,
-    at: str | None = None,
-    band: tuple[float, float] | None = None,
-    points: int = 200,
-    extrapolate: bool = False,
     progress: Progress = unseen,
 ) -> SystemIsolation:
-    """Modes and steady vibration of rigid bodies on mounts, to the second order of rotations from rest.
-
-    Parameters
-    ----------
-    source : path of a SYSTEM.toml, or SystemFile
-    candidates : str, sequence of str or None   Names of those to compute; all if None.
-    base_displacement, base_acceleration, base_rotation, force : float, array_like or None
-        One level or several of one of them [m, m/s^2, rad, N]; if None, base displacements of 0.5, 1 and 2 % of the
-        free travel of the mounts from static equilibrium to the nearer end of an identified range, the smallest of all.
-    directions : str, sequence or None
-        Of the excitation, one after the other: "x", "-z" or three components; x, y and z if None. A rotation is about
-        such an axis through the origin of the description.
-    at : str or None       The point, or the body by its centre of gravity, where a force acts; if None the first body.
-    band : tuple or None   Lowest and highest frequency [Hz]; 0.23 times the lowest to 5 times the highest natural
-                           frequency of each candidate if None.
-    points : int           Number of frequencies, evenly spaced in the logarithm.
-    extrapolate : bool     Continue where the motion leaves an identified range, instead of refusing.
-    progress : callable    Is called with what is being done, the number of frequencies done, and how many there are.
-
-    Returns
-    -------
-    SystemIsolation
+    """Modes and steady vibration of rigid bodies on mounts, to the second order of rotations from rest; see `isolate`.
 
     Raises
     ------
     MountedSystemError   If the description is wrong, a body cannot rest, or a motion leaves an identified range.
     IsolationError       If an argument is out of bounds, or no steady motion is found.
     """
-    checked_count("points", points)
-    extrapolate = flag("extrapolate", extrapolate)
-    band = None if band is None else limits("band", band, "Hz")
-    directions = [directions] if isinstance(directions, str) else directions
+    if levels.at is not None and levels.force is None:
+        raise OptionError("{to[at]} says where a force acts; give {to[force]}, too, or leave it out.", at=levels.at)
+    directions = [levels.directions] if isinstance(levels.directions, str) else levels.directions
     description = source if isinstance(source, SystemFile) else load_system_file(source)
     parts = []
     for label, system in description.chosen_candidates(candidates):
         parts.append(IsolatedSystem.at_rest(label, system, rest(system)))
-    kind, about, levels, chosen = _levels(parts, base_displacement, base_acceleration, base_rotation, force)
-    if at is not None and kind is not Excitation.FORCE:
-        raise IsolationError("`at` says where a force acts; give `force`, too, or leave it out.")
+    kind, about, heights, chosen = _levels(parts, levels)
     shakings = [
-        _shaking(parts[0].system, kind, direction, about, at)
+        _shaking(parts[0].system, kind, direction, about, levels.at)
         for direction in ([_vector(vector) for vector in directions] if directions is not None else np.eye(3).tolist())
     ]
     if directions is None:
@@ -321,7 +287,7 @@ def isolate_system(
     ) -> SystemResponse:
         try:
             return system_response(
-                part.motion, shaking, level, _band(band, points, part), extrapolate=extrapolate, advance=advance
+                part.motion, shaking, level, _band(curve, part), extrapolate=curve.extrapolate, advance=advance
             )
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
@@ -329,28 +295,18 @@ def isolate_system(
     motions = [
         (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking, level))
         for shaking in shakings
-        for level in levels
+        for level in heights
     ]
     path = None if isinstance(source, SystemFile) else os.fspath(source)
-    return SystemIsolation(description.name, path, with_responses(parts, motions, points, progress), chosen)
+    return SystemIsolation(description.name, path, with_responses(parts, motions, curve.points, progress), chosen)
 
 
-def _levels(
-    parts: Sequence[IsolatedSystem],
-    base_displacement: ArrayLike | None,
-    base_acceleration: ArrayLike | None,
-    base_rotation: ArrayLike | None,
-    force: ArrayLike | None,
-) -> tuple[Excitation, Vector | None, tuple[float, ...], str]:
+def _levels(parts: Sequence[IsolatedSystem], given: Levels) -> tuple[Excitation, Vector | None, tuple[float, ...], str]:
     """The excitation, a place of its axis if it turns the base, its levels, and how they were chosen."""
-    if base_rotation is not None:
-        if not (base_displacement is None and base_acceleration is None and force is None):
-            raise IsolationError("`base_rotation` and other excitations exclude each other; give one of them.")
-        angles = positive_levels("base rotation", base_rotation, "rad")
-        return Excitation.BASE_DISPLACEMENT, _ORIGIN, angles, ""
-    given = given_levels(base_displacement, base_acceleration, force)
-    if given is not None:
-        return given[0], None, given[1], ""
+    if given.rotation is not None:
+        return Excitation.BASE_DISPLACEMENT, _ORIGIN, given.rotation, ""
+    if given.chosen is not None:
+        return given.chosen[0], None, given.chosen[1], ""
     levels, chosen, nearest = default_levels(
         [float(part.system.laws.free_travel(part.rest.displacement).min()) for part in parts]
     )
@@ -393,12 +349,12 @@ def _moves(part: IsolatedSystem, shaking: Shaking) -> bool:
     return ShakenSystem(part.motion, shaking, 1.0).moves
 
 
-def _band(limits: tuple[float, float] | None, points: int, part: IsolatedSystem) -> np.ndarray:
+def _band(curve: Curve, part: IsolatedSystem) -> np.ndarray:
     """Frequencies evenly spaced in the logarithm [Hz]."""
-    if limits is None:
+    if curve.band is None:
         held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
-        return np.geomspace(DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1], points)
-    return np.geomspace(*checked_limits(limits), points)
+        return np.geomspace(DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1], curve.points)
+    return np.geomspace(*curve.band, curve.points)
 
 
 def _largest(response: SystemResponse) -> list[PointResonance]:

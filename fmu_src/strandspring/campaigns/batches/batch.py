@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import Reader, StrandspringError
+from ...errors import JobError, Reader, StrandspringError
 from ...findings import CAUTIONS, Finding, Outcome, Severity, of_severity, words
 from ...ground.files import readable, reason_of, refuse_unwritable, replacing, write_csv, write_text
 from ...kernel.arrays import FloatArray
 from ...model.joint import HYSTERETIC_UNITS
-from ..jobs.cluster import Cluster
+from ..jobs.options import Cluster
 from ..jobs.rowlog import RowLog
-from ..jobs.runners import JobError, Runner, finished_rows
+from ..jobs.runners import Runner, finished_rows
 from .figures_in_batch import FEWEST, FIGURES, JUDGED, common_amplitude, figures_at, outlying
 from .sources import COLUMNAR_TABLE, JOURNAL, TABLE, SpringFile
 from .spring_row import IDENTIFIED, UNREADABLE, BatchWork, Finished, SpringRow, digest

@@ -17,8 +17,8 @@ from ...ground.files import opened, readable
 from ...ground.strict_json import finite
 from ...identification.identified import IdentifiedModel
 from ...identification.identify import identify_records
-from ...identification.method import Method
-from ...loops.selection import Wanted
+from ...identification.options import Method
+from ...loops.reading import Reading
 from ...model.joint import HYSTERETIC_UNITS
 from ...model.names import check_name
 from ...model.stated_figures import energy_ratio
@@ -141,18 +141,18 @@ class BatchWork:
     Parameters
     ----------
     method : Method
-    wanted : Wanted     How the files are read, and what of them is used.
+    reading : Reading   How the files are read, and what of them is used.
     save_anyway : bool  See `identify_records`.
     """
 
     method: Method
-    wanted: Wanted
+    reading: Reading
     save_anyway: bool = False
 
     @property
     def settings(self) -> str:
         """Digest of everything but the file that determines a row."""
-        content = [__version__, self.method.name, asdict(self.method), asdict(self.wanted), self.save_anyway]
+        content = [__version__, self.method.name, asdict(self.method), asdict(self.reading), self.save_anyway]
         return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:16]
 
     def rows(self, tasks: Sequence[SpringFile]) -> list[Finished]:
@@ -170,7 +170,7 @@ class BatchWork:
     def _finished(self, spring: SpringFile) -> Finished:
         row = self._blank(spring)  # the digest first: of a file that changes meanwhile the next run sees a new one
         try:
-            read = self.wanted.read(_TheFile(spring.path))
+            read = self.reading.read(_TheFile(spring.path))
             record = replace(read, path=readable(spring.file))
             found = _data(record.findings)
             row = replace(row, status=REFUSED, samples=len(record), times=record.time is not None, found=found)

@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import metadata
 from pathlib import Path
@@ -21,13 +20,15 @@ from typing import TYPE_CHECKING, Any
 from threadpoolctl import threadpool_limits
 
 from ..._version import __version__
-from ...ground.arguments import workers_of
-from .runners import JobError, Local, Pool, Runner, timed_rows
+from ...errors import JobError
+from .options import protocol_of
+from .runners import Pool, timed_rows
 
 if TYPE_CHECKING:
     from distributed.security import Security
 
-PATIENCE = 600.0  # seconds
+    from .options import Cluster
+
 _CONNECTING = 5.0  # seconds
 _SILENCE = 20.0  # seconds without a sign of life; workers give one every second, or every 7 s where there are 1000
 # Of a task that raises; a task whose worker dies is moved by the scheduler (its `allowed-failures`).
@@ -40,136 +41,96 @@ _PROTOCOL = ("python", "distributed", "cloudpickle", "msgpack")
 _ENCRYPTED = ("tls", "wss", "inproc")
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """Workers of a dask.distributed scheduler, which must have this version of strandspring.
+@contextmanager
+def cluster_pool(cluster: Cluster) -> Iterator[Pool]:
+    """The workers of a cluster, see `runners.Runner`."""
+    try:
+        from distributed import Client
+        from distributed.scheduler import KilledWorker
+    except ImportError:
+        raise JobError(
+            'A scheduler needs dask.distributed; install it with pip install "strandspring[cluster]".'
+        ) from None
+    security = secured(cluster.address, cluster.certificates, cluster.notify)
+    there = _scheduler_versions(cluster, security)
+    with _silent_client(), Client(
+        cluster.address, timeout=_CONNECTING, set_as_default=False, security=security
+    ) as client:  # fmt: skip
+        try:
+            executor = client.get_executor(pure=False, retries=_RETRIES)
+            message = (
+                f"Several workers of {cluster.address} died of the same tasks, perhaps for lack of memory; give them "
+                "more."
+            )
+            run = partial(_rows, versions=_versions())
+            watch = _Watch(cluster, security)
+            yield Pool(executor, _WINDOW, (KilledWorker,), message, run, _BATCH, watch.trouble, cluster.patience)
+        except JobError:
+            raise
+        except CancelledError:
+            raise JobError(
+                f"The connection to the scheduler at {cluster.address} was lost; start it and its workers again."
+            ) from None
+        except Exception as problem:  # whatever the cluster raises while it loads or executes a task
+            raise JobError(
+                f"The cluster of {cluster.address} cannot do the work ({type(problem).__name__}: "
+                f"{str(problem).strip()[:300]}); its scheduler ({_in_words(there)}) and workers need strandspring "
+                f"{__version__} and the packages of this computer ({_in_words(_protocol_here())})."
+            ) from None
 
-    A scheduler without TLS executes code from anyone who can reach it. Certificates that are not given here are taken
-    from dask's own configuration.
 
-    Parameters
-    ----------
-    address : str                Of the scheduler, such as tls://host:8786, or tcp://host:8786 without TLS.
-    tls_ca_file : str or None    File with the certificate of the authority that signed the others, in PEM format.
-    tls_cert : str or None       File with the certificate of this client.
-    tls_key : str or None        File with its key, without passphrase; by default it is in the file of the certificate.
-    patience : float             Time after which the work is given up if the scheduler does not answer, has no workers,
-                                 or workers give no sign of life [s].
-    notify : callable            Called with cautions, and with what is wrong while the work waits.
+def ask(cluster: Cluster, security: Security, operation: str) -> dict[str, Any]:
+    """The answer of the scheduler to a request without arguments.
+
+    The client would print why it finds no scheduler, is slow to close then, and waits for one that is suspended.
 
     Raises
     ------
-    JobError                     If there are certificates, but the address is not that of a scheduler with TLS.
+    OSError   If none answers within some seconds.
     """
+    from distributed.comm.core import connect
+    from distributed.core import send_recv
 
-    address: str
-    tls_ca_file: str | None = None
-    tls_cert: str | None = None
-    tls_key: str | None = None
-    patience: float = PATIENCE
-    notify: Callable[[str], None] = lambda _: None
-
-    def __post_init__(self) -> None:
-        if self._certificates and protocol_of(self.address) != "tls":
-            raise JobError(
-                f"Certificates need a scheduler with TLS, but the address is {self.address}; give one that begins with "
-                "tls://."
-            )
-
-    @property
-    def _certificates(self) -> dict[str, str]:
-        """What is given of them, by the names of dask's `Security`."""
-        given = {"tls_ca_file": self.tls_ca_file, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
-        return {name: path for name, path in given.items() if path is not None}
-
-    @contextmanager
-    def pool(self, batches: int, apart: bool = False) -> Iterator[Pool]:  # noqa: ARG002
-        """See `runners.Runner`."""
+    async def exchange() -> dict[str, Any]:
+        comm = await connect(cluster.address, timeout=_CONNECTING, **security.get_connection_args("client"))
         try:
-            from distributed import Client
-            from distributed.scheduler import KilledWorker
-        except ImportError:
-            raise JobError(
-                'A scheduler needs dask.distributed; install it with pip install "strandspring[cluster]".'
-            ) from None
-        security = secured(self.address, self._certificates, self.notify)
-        there = self._scheduler_versions(security)
-        with _silent_client(), Client(
-            self.address, timeout=_CONNECTING, set_as_default=False, security=security
-        ) as client:  # fmt: skip
-            try:
-                executor = client.get_executor(pure=False, retries=_RETRIES)
-                message = (
-                    f"Several workers of {self.address} died of the same tasks, perhaps for lack of memory; give them "
-                    "more."
-                )
-                run = partial(_rows, versions=_versions())
-                watch = _Watch(self, security)
-                yield Pool(executor, _WINDOW, (KilledWorker,), message, run, _BATCH, watch.trouble, self.patience)
-            except JobError:
-                raise
-            except CancelledError:
-                raise JobError(
-                    f"The connection to the scheduler at {self.address} was lost; start it and its workers again."
-                ) from None
-            except Exception as problem:  # whatever the cluster raises while it loads or executes a task
-                raise JobError(
-                    f"The cluster of {self.address} cannot do the work ({type(problem).__name__}: "
-                    f"{str(problem).strip()[:300]}); its scheduler ({_in_words(there)}) and workers need strandspring "
-                    f"{__version__} and the packages of this computer ({_in_words(_protocol_here())})."
-                ) from None
+            answer: dict[str, Any] = await send_recv(comm, op=operation)
+            return answer
+        finally:
+            comm.abort()
 
-    def ask(self, security: Security, operation: str) -> dict[str, Any]:
-        """The answer of the scheduler to a request without arguments.
+    async def exchange_in_time() -> dict[str, Any]:
+        # Once connected, dask waits for an answer without limit.
+        return await asyncio.wait_for(exchange(), 2.0 * _CONNECTING)
 
-        The client would print why it finds no scheduler, is slow to close then, and waits for one that is suspended.
-
-        Raises
-        ------
-        OSError   If none answers within some seconds.
-        """
-        from distributed.comm.core import connect
-        from distributed.core import send_recv
-
-        async def exchange() -> dict[str, Any]:
-            comm = await connect(self.address, timeout=_CONNECTING, **security.get_connection_args("client"))
-            try:
-                answer: dict[str, Any] = await send_recv(comm, op=operation)
-                return answer
-            finally:
-                comm.abort()
-
-        async def exchange_in_time() -> dict[str, Any]:
-            # Once connected, dask waits for an answer without limit.
-            return await asyncio.wait_for(exchange(), 2.0 * _CONNECTING)
-
-        # In a thread of its own, because a notebook has an event loop already.
-        with ThreadPoolExecutor(1) as thread:
-            try:
-                return thread.submit(asyncio.run, exchange_in_time()).result()
-            except Exception as problem:  # also of addresses that are none
-                raise OSError(str(problem) or f"no answer within {2.0 * _CONNECTING:g} s") from None
-
-    def _scheduler_versions(self, security: Security) -> dict[str, str]:
-        """Versions of what the scheduler needs to understand this computer; refuses an address where there is none."""
+    # In a thread of its own, because a notebook has an event loop already.
+    with ThreadPoolExecutor(1) as thread:
         try:
-            answer = self.ask(security, "versions")
-            there = {name: answer["packages"].get(name) or "none" for name in _PROTOCOL}
-            if self.ask(security, "identity")["type"] != "Scheduler":
-                raise OSError("a worker")
-        except (OSError, LookupError, TypeError) as problem:
-            raise JobError(
-                f"No scheduler answers at {self.address!r} ({problem}); start one with `dask scheduler`, or correct "
-                "the address, which looks like tcp://host:8786, or tls://host:8786 if it has TLS."
-            ) from None
-        here = _protocol_here()
-        different = {name: version for name, version in there.items() if version != here[name]}
-        if different:
-            self.notify(
-                f"Caution: the scheduler at {self.address} has {_in_words(different)}, but this computer has "
-                f"{_in_words({name: here[name] for name in different})}; install the same if the work fails."
-            )
-        return there
+            return thread.submit(asyncio.run, exchange_in_time()).result()
+        except Exception as problem:  # also of addresses that are none
+            raise OSError(str(problem) or f"no answer within {2.0 * _CONNECTING:g} s") from None
+
+
+def _scheduler_versions(cluster: Cluster, security: Security) -> dict[str, str]:
+    """Versions of what the scheduler needs to understand this computer; refuses an address where there is none."""
+    try:
+        answer = ask(cluster, security, "versions")
+        there = {name: answer["packages"].get(name) or "none" for name in _PROTOCOL}
+        if ask(cluster, security, "identity")["type"] != "Scheduler":
+            raise OSError("a worker")
+    except (OSError, LookupError, TypeError) as problem:
+        raise JobError(
+            f"No scheduler answers at {cluster.address!r} ({problem}); start one with `dask scheduler`, or correct "
+            "the address, which looks like tcp://host:8786, or tls://host:8786 if it has TLS."
+        ) from None
+    here = _protocol_here()
+    different = {name: version for name, version in there.items() if version != here[name]}
+    if different:
+        cluster.notify(
+            f"Caution: the scheduler at {cluster.address} has {_in_words(different)}, but this computer has "
+            f"{_in_words({name: here[name] for name in different})}; install the same if the work fails."
+        )
+    return there
 
 
 class _Watch:
@@ -184,7 +145,7 @@ class _Watch:
         """A sentence without its full stop; empty if all is well."""
         address, now = self._cluster.address, time.monotonic()
         try:
-            workers = self._cluster.ask(self._security, "identity")["workers"]
+            workers = ask(self._cluster, self._security, "identity")["workers"]
         except OSError as problem:
             return f"The scheduler at {address} does not answer ({problem}); resume it, or start it again"
         if not workers:
@@ -203,28 +164,6 @@ class _Watch:
             f"{len(silent)} of {len(workers)} workers of {address} have given no sign of life for {_SILENCE:g} s "
             f"({named}); resume or end them"
         )
-
-
-def runner_of(
-    workers: int | None,
-    scheduler: str | Cluster | None,
-    notify: Callable[[str], None],
-    refusal: type[Exception],
-    default: int | None = 1,
-) -> Runner:
-    """Processes of this machine, or a cluster that sends its cautions and reports to `notify`.
-
-    Raises
-    ------
-    refusal      If there are a scheduler and other than the default workers.
-    ValueError   If the number of workers is below 1.
-    """
-    workers = workers_of(workers)
-    if scheduler is None:
-        return Local(workers)
-    if workers not in (None, default):
-        raise refusal("`workers` and `scheduler` exclude each other; give one of them.")
-    return replace(Cluster(scheduler) if isinstance(scheduler, str) else scheduler, notify=notify)
 
 
 @contextmanager
@@ -282,12 +221,6 @@ def _rows(work: Any, tasks: Sequence[Any], versions: dict[str, str]) -> tuple[Se
 def _use_one_thread() -> None:
     """Permanently, since other threads of the worker may be at other tasks."""
     threadpool_limits(limits=1)
-
-
-def protocol_of(address: str) -> str:
-    """The protocol of a scheduler's address; dask's default, tcp, if it names none."""
-    protocol, separator, _ = address.partition("://")
-    return protocol if separator else "tcp"
 
 
 def secured(address: str, certificates: Mapping[str, str], notify: Callable[[str], None]) -> Security:

@@ -28,8 +28,8 @@ from typing import Any, Generic, TypeVar, get_type_hints
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from ...errors import JobError
 from ...ground.files import readable, reason_of
-from .runners import JobError
 
 _APPLICATION, _LAYOUT = 0x53707267, 1  # "Sprg"
 _TABLES = {

@@ -23,7 +23,7 @@ from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
 from threadpoolctl import threadpool_limits
 
-from ...errors import StrandspringError
+from ...errors import JobError
 from ...ground.endings import held_endings, kept_endings, leave_interrupts_to_parent
 from ...ground.isolated import isolated_processes
 from ...ground.one_thread import one_thread
@@ -41,10 +41,6 @@ Task = TypeVar("Task")
 Row = TypeVar("Row")
 TaskIn = TypeVar("TaskIn", contravariant=True)
 RowOut = TypeVar("RowOut", covariant=True)
-
-
-class JobError(StrandspringError):
-    """Tasks cannot be executed, or what is finished cannot be kept."""
 
 
 class Work(Protocol[TaskIn, RowOut]):

@@ -4,56 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ...core.parameters import LARGEST_DISPLACEMENT, LARGEST_VELOCITY, WIDTH_RANGE
-from ...ground.arguments import limits, number, optional_number
+from ...ground.arguments import limits
+from ...ground.options import check, described, option
+from ...loops.windows import is_window, window
 
 LEAST_SAMPLES = 100  # of a loop, so that its reversals are seen
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Limits of a rig; a programme stays within all of them.
-
-    Parameters
-    ----------
-    velocity : float                   Largest velocity [m/s].
-    stroke : (float, float) or None    Least and greatest displacement [m]; what the spring is known for if None.
-    force : float or None              Largest force, of either sign [N]; any if None.
-    duration : float                   Of the whole programme [s].
-    sample_rate : float                At which the rig commands and records [Hz].
-
-    Raises
-    ------
-    ValueError   If a limit is impossible.
-    TypeError    If one is no number.
-    """
-
-    velocity: float
-    stroke: tuple[float, float] | None = None
-    force: float | None = None
-    duration: float = 300.0
-    sample_rate: float = 200.0
-
-    def __post_init__(self) -> None:
-        for name, unit, largest in (
-            ("velocity", "m/s", LARGEST_VELOCITY), ("duration", "s", 1e6), ("sample_rate", "Hz", 1e6)
-        ):  # fmt: skip
-            value = number(name, getattr(self, name), unit)
-            if not 0.0 < value <= largest:
-                raise ValueError(f"`{name}` must be > 0 and at most {largest:g} [{unit}], got {value!r}.")
-            object.__setattr__(self, name, value)
-        force = optional_number("force_limit", self.force, "N")
-        if force is not None and not (math.isfinite(force) and force > 0.0):
-            raise ValueError(f"`force_limit` must be > 0 [N], got {force!r}.")
-        object.__setattr__(self, "force", force)
-        if self.stroke is not None:
-            object.__setattr__(self, "stroke", checked_stroke(self.stroke))
-
-    @property
-    def step(self) -> float:
-        """Time from sample to sample [s]."""
-        return 1.0 / self.sample_rate
 
 
 def checked_stroke(stroke: tuple[float, float]) -> tuple[float, float]:
@@ -67,3 +25,60 @@ def checked_stroke(stroke: tuple[float, float]) -> tuple[float, float]:
             f"to {high!r}."
         )
     return low, high
+
+
+def stroke_of(text: str) -> tuple[float, float]:
+    """Both ends of LOW:HIGH [mm] in m; raises ValueError for anything else."""
+    low, high = window(text) if is_window(text) else (None, None)
+    if low is None or high is None:
+        raise ValueError(f"must be LOW:HIGH, such as -20:20 [mm], got {text!r}.")
+    return checked_stroke((1e-3 * low, 1e-3 * high))
+
+
+@described
+@dataclass(frozen=True)
+class Limits:
+    """Limits of a rig; a programme stays within all of them.
+
+    Raises
+    ------
+    ValueError   If a limit is impossible.
+    TypeError    If one is no number.
+    """
+
+    group: ClassVar[str] = "Rig"
+
+    stroke: tuple[float, float] | None = option(
+        None, "limits", "Least and greatest displacement of the rig", unit="m", shown="mm", factor=1e-3,
+        otherwise="the model's range", metavar="LOW:HIGH", parse=stroke_of,
+        checks=checked_stroke,
+    )  # fmt: skip
+    velocity: float | None = option(
+        None, "number", "Largest velocity of the rig", unit="m/s", shown="mm/s", factor=1e-3, least=0.0, is_open=True,
+        most=LARGEST_VELOCITY, otherwise="that of the records; else a loop in 4 s", metavar="MM/S",
+    )  # fmt: skip
+    force_limit: float | None = option(
+        None, "number", "Largest force of either sign, kept to with the uncertainty of the model", unit="N", least=0.0,
+        is_open=True, otherwise="none", metavar="N",
+    )  # fmt: skip
+    duration: float = option(
+        300.0, "number", "Longest programme; it ends earlier where more decides little", unit="s", least=0.0,
+        is_open=True, most=1e6, metavar="S",
+    )  # fmt: skip
+    sample_rate: float = option(
+        200.0, "number", "Of the programme and the records; a loop takes at least 100 samples", unit="Hz", least=0.0,
+        is_open=True, most=1e6, metavar="HZ",
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check(self)
+
+    @property
+    def fastest(self) -> float:
+        """The largest velocity, infinite if none is stated [m/s]."""
+        return math.inf if self.velocity is None else self.velocity
+
+    @property
+    def step(self) -> float:
+        """Time from sample to sample [s]."""
+        return 1.0 / self.sample_rate

@@ -112,7 +112,7 @@ def planned(prior: Prior, limits: Limits) -> Planned:
     setting, known, findings = prepared(prior, limits)
     for _ in range(_ROUNDS):
         plan = _judged(prior, setting, known, chosen_blocks(setting, known), findings)
-        if limits.force is None or max(map(abs, plan.force)) <= limits.force:
+        if limits.force_limit is None or max(map(abs, plan.force)) <= limits.force_limit:
             return plan
         # Small or fast loops may show more force than the loops that the range was found by.
         held = Range(setting.span.middle, _SMALLER * setting.span.half)
@@ -123,7 +123,7 @@ def planned(prior: Prior, limits: Limits) -> Planned:
     raise StrandspringError(
         "The force of every programme may exceed {force:.4g} N by the model's uncertainty; give a larger "
         "{to[force_limit]}.",
-        force=limits.force,
+        force=limits.force_limit,
     )
 
 
@@ -132,8 +132,8 @@ def prepared(prior: Prior, limits: Limits) -> tuple[Setting, list[Knowledge], li
     span, findings = _within_stroke(prior, limits)
     setting = _setting(prior, limits, span)
     known = _known(prior, setting)
-    if limits.force is not None:
-        held = _within_force(known, setting, limits.force)
+    if limits.force_limit is not None:
+        held = _within_force(known, setting, limits.force_limit)
         if held != span:
             findings.append(_narrowed(_FORCE, held))
             setting = _setting(prior, limits, held)
@@ -214,9 +214,10 @@ def _force_ends(known: Sequence[Knowledge], setting: Setting, motion: Motion) ->
 
 
 def _setting(prior: Prior, limits: Limits, span: Range) -> Setting:
-    velocity = min(prior.velocity or _BASE * limits.velocity, limits.velocity)
+    most = limits.fastest
+    velocity = min(prior.velocity or _BASE * most, most)
     pace = Pace.over(2.0 * span.half, velocity, limits)
-    fast = min(_FAST, limits.velocity / velocity)
+    fast = min(_FAST, most / velocity)
     speeds = (_SLOW, *((fast,) if fast >= _FASTER else ()))
     spring = prior.springs[0]
     return Setting(limits, span, pace, () if prior.rates and not spring.branches else speeds, spring)

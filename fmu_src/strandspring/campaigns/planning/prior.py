@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...errors import ModelError
+from ...errors import ModelError, OptionError
 from ...kernel.arrays import FloatArray
 from ...model.joint import JointCovariance, names_of
 from ...model.modelfile import ModelFile
@@ -98,12 +98,12 @@ def prior_of_stiffness(stiffness: float, low: float, high: float) -> Prior:
 
     Raises
     ------
-    ValueError   If no spring has this stiffness and stroke.
+    OptionError   If no spring has this stiffness and stroke.
     """
     half = 0.5 * (high - low)
     force = stiffness * half
     if not _FORCES[0] <= force <= _FORCES[1]:
-        raise ValueError(
+        raise OptionError(
             f"A stiffness of {stiffness:.4g} N/m over a stroke of {2.0 * half:.4g} m makes a force of {force:.3g} N, "
             f"which must be within {_FORCES[0]:g} and {_FORCES[1]:g} N; check both and their units."
         )

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from functools import partial
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...errors import Reader
+from ...errors import IsolationError, Reader
 from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import finite
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
 from ...vibration.bodies.parts import scaled
-from ...vibration.one_mass.band import band_frequencies, checked_limits
+from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.options import Curve, Excitation, Mount
 from ...vibration.one_mass.response import frequency_response
-from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationError, static_equilibrium
+from ...vibration.one_mass.system import IsolatedMass, static_equilibrium
 from .runs import DONE, Place, Runs
 from .summaries import most_frequent
 
@@ -115,11 +117,8 @@ class Study(Runs[RunRow]):
     draws : int                           Springs drawn for each grid point; 0 for the identified spring alone.
     seed : int                            Of the draws, >= 0.
     spread : JointCovariance or None               Needed for draws.
-    load, parallel, series, damping       See `IsolatedMass`.
-    band : tuple or None                  Lowest and highest frequency [Hz]; relative to each run's natural
-                                          frequency if None.
-    points : int                          Frequencies over the band, >= 2.
-    extrapolate : bool                    Continue where the motion leaves the identified range.
+    mount : Mount
+    curve : Curve
 
     Raises
     ------
@@ -139,13 +138,8 @@ class Study(Runs[RunRow]):
     draws: int = 0
     seed: int = 0
     spread: JointCovariance | None = None
-    load: float | None = None
-    parallel: int = 1
-    series: int = 1
-    damping: float = 0.0
-    band: tuple[float, float] | None = None
-    points: int = 24
-    extrapolate: bool = False
+    mount: Mount = field(default_factory=Mount)
+    curve: Curve = field(default_factory=partial(Curve, points=24))
 
     def __post_init__(self) -> None:
         for mass in self.masses:
@@ -159,10 +153,6 @@ class Study(Runs[RunRow]):
                 raise IsolationError(
                     f"Every stiffness factor must be within [{lowest_factor:g}, {highest_factor:g}], got {factor!r}."
                 )
-        if self.points < 2:
-            raise IsolationError(f"`points` must be >= 2, got {self.points!r}.")
-        if self.band is not None:
-            checked_limits(self.band)
         if self.draws and self.spread is None:
             raise IsolationError("`spread` must be given where there are draws.")
         self._check_counts()
@@ -189,8 +179,9 @@ class Study(Runs[RunRow]):
     @property
     def identity(self) -> tuple[Any, dict[str, Any]]:
         """See `Runs`."""
-        of_model = ("spring", "spread", "excitation")
-        options = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in of_model}
+        apart = ("spring", "spread", "excitation", "mount", "curve")
+        options = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart}
+        options |= {**asdict(self.mount), **asdict(self.curve)}
         content = {"spring": self.spring.as_dict(), "spread": None if self.spread is None else asdict(self.spread)}
         return content, {"excitation": self.excitation.value, **options}
 
@@ -249,8 +240,8 @@ class Study(Runs[RunRow]):
             system = self._system(scaled(spring, point.stiffness_factor, point.stiffness_factor), point.mass)
             equilibrium = static_equilibrium(system)
             row = replace(row, static_equilibrium=equilibrium.displacement, sag=finite(equilibrium.sag))
-            frequencies = band_frequencies(self.band, self.points, equilibrium)
-            response = frequency_response(system, self.excitation, point.level, frequencies, self.extrapolate)
+            frequencies = band_frequencies(self.curve.band, self.curve.points, equilibrium)
+            response = frequency_response(system, self.excitation, point.level, frequencies, self.curve.extrapolate)
         except IsolationError as refusal:
             return replace(row, outcome=refusal.words(Reader.FILE))
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as problem:
@@ -262,4 +253,4 @@ class Study(Runs[RunRow]):
         return replace(row, **figures, inside=inside, extrapolating=response.extrapolating)
 
     def _system(self, spring: SpringParameters, mass: float) -> IsolatedMass:
-        return IsolatedMass(spring, mass, self.load, self.parallel, self.series, self.damping)
+        return IsolatedMass(spring, mass, self.mount)

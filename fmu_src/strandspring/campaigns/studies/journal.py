@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..._version import __version__
+from ...errors import JobError
 from ..jobs.rowlog import RowLog, encoded_row
-from ..jobs.runners import JobError
 from .runs import Runs
 
 _FORMAT = "strandspring-study"

@@ -9,22 +9,18 @@ from ...findings import Finding
 from ...vibration.description.named_files import HeldFiles, NamedFiles, named_models, named_records
 from ...vibration.description.system_file import system_of_content
 from ...vibration.description.system_tables import DEFAULT_GRAVITY, SystemTable
+from ...vibration.options import Part, Run
 from ...vibration.verdicts.drawn_springs import Drawn
 from .system_study import SystemStudy
 from .varied import Given, varied, with_texts
-
-Names = str | Sequence[str] | None
 
 
 def planned_study(
     content: Mapping[str, Any],
     files: NamedFiles,
     vary: Mapping[str, Given],
-    cases: Names = None,
-    candidates: Names = None,
-    draws: int | None = None,
-    seed: int | None = None,
-    step: float | None = None,
+    part: Part,
+    run: Run,
 ) -> SystemStudy:
     """The study, with all files that it may need.
 
@@ -33,9 +29,8 @@ def planned_study(
     content : mapping        Of the description.
     files : NamedFiles       Those that it names.
     vary : mapping           Values of each path, see `varied`.
-    cases, candidates : str, sequence of str or None   Names of those to simulate; all if None.
-    draws, seed : int or None   What the description says if None.
-    step : float or None     See `simulate_case`.
+    part : Part              What is simulated.
+    run : Run                How; what the description says where it says nothing.
 
     Raises
     ------
@@ -51,8 +46,8 @@ def planned_study(
     for variant in with_texts(content, table, axes):
         models |= dict.fromkeys(named_models(variant))
         records |= dict.fromkeys(named_records(variant))
-    chosen = [name for name, _ in file.chosen_candidates(candidates)]
-    loads = [case.name for case in file.chosen_cases(cases)]
+    chosen = [name for name, _ in file.chosen_candidates(part.candidates)]
+    loads = [case.name for case in file.chosen_cases(part.cases)]
     return SystemStudy(
         content=content,
         files=HeldFiles.read(files, models, records),
@@ -60,9 +55,9 @@ def planned_study(
         candidates=_numbered([name for name, _ in file.candidates], chosen),
         cases=_numbered([case.name for case in file.cases], loads),
         points=tuple(point.name for point in file.candidates[0][1].points),
-        draws=file.options.draws if draws is None else draws,
-        seed=file.options.seed if seed is None else seed,
-        step=step,
+        draws=file.options.draws if run.draws is None else run.draws,
+        seed=file.options.seed if run.seed is None else run.seed,
+        step=run.step,
     )
 
 

@@ -18,9 +18,10 @@ from ...vibration.description.named_files import HeldFiles
 from ...vibration.description.system_file import SystemFile, system_of_content
 from ...vibration.description.system_tables import SystemTable
 from ...vibration.description.value_paths import Location
+from ...vibration.options import DRAWS, LEAST_DRAWS
 from ...vibration.verdicts.answers import CaseAnswer, answer_case
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.draws import DRAWS, LEAST_DRAWS, Unknowns
+from ...vibration.verdicts.draws import Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, FigureKind, of_all_cases
 from .runs import DONE, Place, Runs
 from .summaries import most_frequent

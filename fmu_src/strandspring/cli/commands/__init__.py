@@ -1,1 +1,1 @@
-"""One module for each command, of its name."""
+"""Commands, those of a subject in a module; each parses, calls and prints."""

@@ -20,9 +20,12 @@ from typing import TYPE_CHECKING, Any, TextIO, TypeVar
 import click
 
 from ...errors import Reader
+from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 
 if TYPE_CHECKING:
     from rich.progress import Progress
+
+    from ...records.record import Record
 
 WIDTH = 80  # columns, where no terminal says how many it has
 Item = TypeVar("Item")
@@ -137,6 +140,37 @@ def note(text: str) -> None:
     click.echo(folded(text, width_of(sys.stderr)), err=True)
 
 
+def notable() -> tuple[Severity, ...]:
+    """What is noted beside cautions: with --verbose also what was read as the file or the user says."""
+    return (*NOTES, Severity.STATED) if is_verbose() else NOTES
+
+
+def note_records(records: Iterable[Record]) -> None:
+    """Report what was assumed, and what was left out, when records were read."""
+    found = [finding for record in records for finding in record.found]
+    note_cautions(found)
+    for line in noted(found):
+        note(line)
+
+
+def noted(findings: Iterable[Finding]) -> list[str]:
+    """Lines of what is good to know."""
+    return [f"Note: {sentence}" for sentence in gathered(of_severity(findings, notable()), Reader.COMMAND_LINE)]
+
+
+def note_cautions(findings: Iterable[Finding], most: int | None = None) -> None:
+    """Report what asks for caution, each in few words, and count those beyond a number; with --verbose all, with their
+    details.
+    """
+    is_brief = not is_verbose()
+    sentences = list(gathered(of_severity(findings, CAUTIONS), Reader.COMMAND_LINE, is_brief))
+    shown = len(sentences) if most is None or not is_brief else most
+    for sentence in sentences[:shown]:
+        note(f"Caution: {sentence}")
+    if more := len(sentences[shown:]):
+        note(f"and {more} more: see the report, --verbose or --json")
+
+
 def refusal(text: str) -> None:
     """Why the command fails: one line on standard error."""
     click.echo(text, err=True)
@@ -148,32 +182,34 @@ def result(text: str) -> None:
 
 
 def present(
-    as_json: bool,
-    content: Callable[[], dict[str, Any]],
-    lines: Callable[[int | None], Iterable[str]],
-    details: Callable[[int | None], Iterable[str]] | None = None,
-    remarks: Callable[[Reader, bool], Iterable[str]] = lambda *_: (),
-    **files: tuple[str, str | Path | None],
-) -> None:
+    as_json: bool, made: Any, content: dict[str, Any], more: Callable[[], Iterable[str]] = tuple, said: int = 0,
+    **files: Any,
+) -> None:  # fmt: skip
     """A result on standard output, as one JSON object or in words, with the files that were written.
 
     Parameters
     ----------
     as_json : bool
-    content : callable   Gives the JSON object.
-    lines : callable     Gives the words, whose tables are folded to a width, that of a terminal.
-    details : callable   Gives them with --verbose, where that says more.
-    remarks : callable   Gives cautions and notes for a reader, brief or not.
+    made : Result        What has `as_json`, `text_lines` (with --verbose), and perhaps `brief`.
+    content : dict       What the JSON object has besides, or instead.
+    more : callable      Gives further lines.
+    said : int           Lines that were printed already.
     **files              By their key in the JSON object the title in words, and the path; None if it was not written.
     """
     if as_json:
         paths = {key: None if path is None else str(path) for key, (_, path) in files.items()}
-        result_json({**content(), **paths})
+        result_json({**made.as_json(), **content, **paths})
         return
+    lines = made.text_lines if is_verbose() else getattr(made, "brief", made.text_lines)
+    width = width_of(sys.stdout)
     written = (f"{title}: {path}" for title, path in files.values() if path is not None)
-    chosen, width = (details or lines) if is_verbose() else lines, width_of(sys.stdout)
-    for line in (*chosen(width), *remarks(Reader.COMMAND_LINE, not is_verbose()), *written):
+    for line in (*lines(width)[said:], *more(), *written):
         result(folded(line, width))
+
+
+def remarks_on(made: Any) -> list[str]:
+    """Cautions and notes of a result as lines of it."""
+    return list(made.remarks(Reader.COMMAND_LINE, not is_verbose()))
 
 
 def is_verbose() -> bool:

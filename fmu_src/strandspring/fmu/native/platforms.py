@@ -10,6 +10,9 @@ from ...compiled.targets import LINUX_ARM, LINUX_X86, MACOS_ARM, MACOS_X86, WIND
 from ...errors import BuildError
 from .macho import universal
 
+# Of the Python-backed FMU, with its library, by the folder below `binaries/`.
+PYTHON_PLATFORMS = {"linux64": "libpythonfmu-export.so", "win64": "pythonfmu-export.dll"}
+
 
 @dataclass(frozen=True)
 class Platform:

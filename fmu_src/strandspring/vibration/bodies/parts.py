@@ -17,7 +17,7 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ..one_mass.system import MASS_RANGE, MOST_SPRINGS
+from ..one_mass.options import MASS_RANGE, MOST_SPRINGS
 
 BASE = -1  # in place of the number of a body
 LARGEST_PLACE = 100.0  # [m]; what is farther was given in another unit

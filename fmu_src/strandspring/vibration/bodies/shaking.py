@@ -9,7 +9,7 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...kernel.arrays import FloatArray
-from ..one_mass.system import Excitation
+from ..one_mass.options import Excitation
 from .parts import Vector, direction_name
 from .small_motion import SmallMotion
 

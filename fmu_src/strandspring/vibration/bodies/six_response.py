@@ -31,8 +31,8 @@ from ..one_mass.harmonic_balance import (
     rates,
     stacked,
 )  # fmt: skip
+from ..one_mass.options import Excitation
 from ..one_mass.response import checked_band, isolation_frequency
-from ..one_mass.system import Excitation
 from .mounted import MountedSystem
 from .parts import BASE, Point
 from .shaken_system import ShakenSystem

@@ -15,7 +15,7 @@ import numpy as np
 from ...kernel.arrays import FloatArray
 from ...kernel.motion import Histories
 from ..one_mass.harmonic_balance import SAMPLES
-from ..one_mass.system import Excitation
+from ..one_mass.options import Excitation
 from .loads import ChannelKind, LoadChannel, channel_rows
 from .mounted import MountedSystem
 from .parts import Point

@@ -60,7 +60,7 @@ from ...ground.tables import refusal
 from ...model.modelfile import ModelFile
 from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
-from ..verdicts.draws import DRAWS
+from ..options import DRAWS
 from ..verdicts.verdicts import Limits
 from .described_cases import CaseBuilder
 from .described_system import limits_of, model_paths, mounted_systems

@@ -15,7 +15,7 @@ from pydantic.functional_validators import ModelWrapValidatorHandler
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.tables import OWN, TAG, StrictTable
 from ..bodies.mounted import MOST_BODIES, MOST_POINTS
-from ..verdicts.draws import DRAWS, LEAST_DRAWS
+from ..options import DRAWS, LEAST_DRAWS, MOST_DRAWS
 from . import quantity_text as q
 from .case_tables import AnyCase, SpectrumTable
 from .catalogue_table import CatalogueTable, StatedForce, ToleranceTable
@@ -46,7 +46,6 @@ from .table_types import (
 )
 
 MOST_TYPES, MOST_PLACES, MOST_CANDIDATES, MOST_CASES = 600, 600, 1000, 200
-MOST_DRAWS = 10_000
 FORMAT, VERSION = "strandspring-system", 1
 DEFAULT_GRAVITY = (0, 0, f"{-STANDARD_GRAVITY} m/s^2")  # as a file would have it
 

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.parameters import LARGEST_DISPLACEMENT
+from ...errors import IsolationError
 from ...kernel.arrays import FloatArray
 from ...kernel.balance import Balance, BalancedMotion, BalancedSystem
-from .system import IsolationError
 
 # Across a spike that cannot be followed
 _PARTS = 32  # of the way to the next wanted frequency, where the other side is looked for

@@ -20,7 +20,8 @@ from .harmonic_balance import (
     largest_of_period,
     stacked,
 )
-from .system import Excitation, IsolatedMass, StaticEquilibrium
+from .options import Excitation
+from .system import IsolatedMass, StaticEquilibrium
 
 
 @dataclass(frozen=True)
@@ -96,7 +97,7 @@ class ExcitedMass:
         system, basis = self.system, self.balance.basis
         omega, z = stacked(self.balance, motions)
         of_mount = z[:, 0] + 0.0
-        of_mount[:, 0] += system.series * self.equilibrium.displacement
+        of_mount[:, 0] += system.mount.series * self.equilibrium.displacement
         figures = np.array([motion.motion.figures[0] for motion in motions])
         low, high, start_omega = figures[:, :3].T
         base, first = self.excitation.base_amplitude(self.level, omega), first_harmonics(of_mount)
@@ -112,8 +113,8 @@ class ExcitedMass:
             "phase": _degrees(ratio),
             "relative": np.abs(relative),
             "relative_phase": _degrees(relative),
-            "amplitude": 0.5 * system.series * (high - low),
-            "mean": of_mount[:, 0] / system.series,
+            "amplitude": 0.5 * system.mount.series * (high - low),
+            "mean": of_mount[:, 0] / system.mount.series,
             "min": low,
             "max": high,
             "force": np.abs(self._force(omega, first)),

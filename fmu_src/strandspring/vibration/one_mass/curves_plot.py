@@ -17,8 +17,8 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
+from .options import Excitation
 from .response import FrequencyResponse
-from .system import Excitation
 
 Quantity = Literal["transmissibility", "amplitude"]
 

@@ -17,7 +17,8 @@ from ...kernel.balance import BalancedSystem
 from ...kernel.periodic import fourier_basis
 from ...kernel.structures import rows
 from .continuation import SteadyMotion
-from .system import Excitation, IsolatedMass, StaticEquilibrium
+from .options import Excitation
+from .system import IsolatedMass, StaticEquilibrium
 
 ComplexArray = NDArray[np.complex128]
 
@@ -79,10 +80,10 @@ def mass_balance(
         axes=rows(
             "BalancedAxis",
             1,
-            parallel=system.parallel,
-            series=system.series,
+            parallel=system.mount.parallel,
+            series=system.mount.series,
             position=equilibrium.displacement,
-            damping=system.damping,
+            damping=system.mount.damping,
             stop_low=-np.inf,
             stop_high=np.inf,
             low=low,

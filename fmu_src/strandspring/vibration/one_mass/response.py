@@ -11,13 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import IsolationError
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import steady_loop
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
 from .curve_points import ExcitedMass, ResponsePoint
 from .harmonic_balance import HARMONICS, SAMPLES, first_beyond, linear_motion, mass_balance
-from .system import Excitation, IsolatedMass, IsolationError, branch_stiffness, static_equilibrium
+from .options import Excitation
+from .system import IsolatedMass, branch_stiffness, static_equilibrium
 
 # Superharmonic resonances lie at half the resonance's frequency and below.
 _SUPERHARMONIC = 0.7
@@ -193,9 +195,9 @@ def _resonance(system: IsolatedMass, columns: Mapping[str, NDArray[Any]]) -> Res
     peak = int(np.argmax(ratio))
     figures = steady_loop(PathSolver(system.spring), float(columns["min"][peak]), float(columns["max"][peak])).figures
     omega = 2.0 * math.pi * float(frequency[peak])
-    slow, branches = system.stiffness_scale * figures.secant_stiffness, branch_stiffness(system, omega)
+    slow, branches = system.mount.stiffness_scale * figures.secant_stiffness, branch_stiffness(system, omega)
     stiffness = slow + branches.real
-    viscous = (omega * system.damping + branches.imag) / stiffness
+    viscous = (omega * system.mount.damping + branches.imag) / stiffness
     return Resonance(
         frequency=float(frequency[peak]),
         transmissibility=float(ratio[peak]),

@@ -9,50 +9,17 @@ y the displacement of the base and L the static load,
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from enum import Enum
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...errors import StrandspringError
+from ...errors import IsolationError
 from ...ground.gravity import STANDARD_GRAVITY
-from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
+from .options import MASS_RANGE, Mount
 
-# Levels of base displacement where none are given, shares of the free travel; help and results of `isolate` name them.
-DEFAULT_SHARES = (0.005, 0.01, 0.02)
-# Far beyond what any spring of this program carries.
-MASS_RANGE = (1e-9, 1e9)  # [kg]
-MOST_SPRINGS = 1_000_000  # side by side, and in series
 _GRID = 2001  # displacements over the identified range among which the static equilibrium is looked for
-
-
-class IsolationError(StrandspringError):
-    """The mass cannot be isolated by this mount, or a study of it cannot be run."""
-
-
-class Excitation(Enum):
-    """What shakes the system; the value is how people name it."""
-
-    BASE_DISPLACEMENT = "base displacement"
-    BASE_ACCELERATION = "base acceleration"
-    FORCE = "force"
-
-    @property
-    def unit(self) -> str:
-        """SI unit of its level."""
-        return {"base displacement": "m", "base acceleration": "m/s^2", "force": "N"}[self.value]
-
-    def base_amplitude(self, level: float, omega: FloatArray) -> FloatArray:
-        """Amplitude of the base's displacement at Omega [rad/s], positive in phase with the excitation [m]."""
-        if self is Excitation.FORCE:
-            return np.zeros_like(omega)
-        return np.full_like(omega, level) if self is Excitation.BASE_DISPLACEMENT else -level / omega**2
-
-    def level_text(self, level: float) -> str:
-        """A level in the unit that people read."""
-        return f"{1e3 * level:.4g} mm" if self is Excitation.BASE_DISPLACEMENT else f"{level:.4g} {self.unit}"
 
 
 @dataclass(frozen=True)
@@ -62,46 +29,28 @@ class IsolatedMass:
     Parameters
     ----------
     spring : SpringParameters
-    mass : float          [kg], within MASS_RANGE.
-    load : float or None  Static load along the mount's axis, positive as the force [N]; the weight if None.
-    parallel : int        Rows of springs side by side.
-    series : int          Springs in series in each row.
-    damping : float       Viscous damping of the whole mount, besides the springs' hysteresis [N s/m].
+    mass : float            [kg], within MASS_RANGE.
+    mount : Mount
 
     Raises
     ------
-    IsolationError        If a value is out of its bounds.
+    IsolationError          If the mass is out of its bounds.
     """
 
     spring: SpringParameters
     mass: float
-    load: float | None = None
-    parallel: int = 1
-    series: int = 1
-    damping: float = 0.0
+    mount: Mount = field(default_factory=Mount)
 
     def __post_init__(self) -> None:
         if not MASS_RANGE[0] <= self.mass <= MASS_RANGE[1]:
             raise IsolationError(
                 f"`mass` must be within [{MASS_RANGE[0]:g}, {MASS_RANGE[1]:g}] kg, got {self.mass!r}; check its unit."
             )
-        if self.load is not None and not math.isfinite(self.load):
-            raise IsolationError(f"`load` must be finite [N], got {self.load!r}.")
-        for name, count in (("parallel", self.parallel), ("series", self.series)):
-            if count not in range(1, MOST_SPRINGS + 1):
-                raise IsolationError(f"`{name}` must be a whole number from 1 to {MOST_SPRINGS}, got {count!r}.")
-        if not (math.isfinite(self.damping) and self.damping >= 0.0):
-            raise IsolationError(f"`damping` must be finite and >= 0 [N s/m], got {self.damping!r}.")
 
     @property
     def static_load(self) -> float:
         """Load along the axis [N]."""
-        return self.mass * STANDARD_GRAVITY if self.load is None else self.load
-
-    @property
-    def stiffness_scale(self) -> float:
-        """Stiffness of the mount over that of one spring, P/S."""
-        return self.parallel / self.series
+        return self.mass * STANDARD_GRAVITY if self.mount.load is None else self.mount.load
 
 
 @dataclass(frozen=True)
@@ -139,7 +88,7 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
     p = system.spring
     solver = PathSolver(p)
     grid = np.linspace(p.displacement_min, p.displacement_max, _GRID)
-    load = system.static_load / system.parallel
+    load = system.static_load / system.mount.parallel
 
     def backbone(omega: float) -> np.ndarray:
         return solver.force_with_partials(grid, np.full(_GRID, omega))[0]
@@ -153,7 +102,7 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
         )
     equilibrium = _crossing(grid, middle, load)
     zero = _crossing(grid, middle, 0.0) if middle.min() <= 0.0 <= middle.max() else math.nan
-    stiffness = system.stiffness_scale * float(solver.small_motion(np.array([equilibrium]))[1][0])
+    stiffness = system.mount.stiffness_scale * float(solver.small_motion(np.array([equilibrium]))[1][0])
     if not stiffness > 0.0:
         raise IsolationError(
             f"The static equilibrium at {1e3 * equilibrium:.6g} mm is not stable, because the force falls there as the "
@@ -165,7 +114,7 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
     reached = [float(np.interp(load, forces, grid)) for forces in (from_below, from_above)]
     return StaticEquilibrium(
         displacement=equilibrium,
-        sag=system.series * (equilibrium - zero),
+        sag=system.mount.series * (equilibrium - zero),
         min=min(reached),
         max=max(reached),
         stiffness=stiffness,
@@ -175,13 +124,13 @@ def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:
 
 def branch_stiffness(system: IsolatedMass, frequency: float) -> complex:
     """Dynamic stiffness that Maxwell branches give the mount at Omega [rad/s]; its real part is elastic [N/m]."""
-    return system.stiffness_scale * sum(branch.dynamic_stiffness(frequency) for branch in system.spring.branches)
+    return system.mount.stiffness_scale * sum(branch.dynamic_stiffness(frequency) for branch in system.spring.branches)
 
 
 def _natural_frequency(system: IsolatedMass, slow: float) -> float:
     """Omega of small motion [rad/s], with the elastic part of the branches, which rises with Omega."""
     low, high = (
-        math.sqrt((slow + system.stiffness_scale * more) / system.mass)
+        math.sqrt((slow + system.mount.stiffness_scale * more) / system.mass)
         for more in (0.0, sum(branch.stiffness for branch in system.spring.branches))
     )
     while system.spring.branches and low < (middle := 0.5 * (low + high)) < high:
@@ -193,17 +142,17 @@ def _natural_frequency(system: IsolatedMass, slow: float) -> float:
 def free_travel(system: IsolatedMass, equilibrium: StaticEquilibrium) -> float:
     """Distance of the mount from static equilibrium to the nearer end of the identified range [m]."""
     p = system.spring
-    return system.series * min(
+    return system.mount.series * min(
         equilibrium.displacement - p.displacement_min, p.displacement_max - equilibrium.displacement
     )
 
 
 def _masses(system: IsolatedMass, forces: np.ndarray) -> str:
     """Which masses rest within these forces of one spring, in words; nothing where the load is not the weight."""
-    if system.load is not None:
+    if system.mount.load is not None:
         return ""
     least, greatest = (
-        max(0.0, float(end)) * system.parallel / STANDARD_GRAVITY for end in (forces.min(), forces.max())
+        max(0.0, float(end)) * system.mount.parallel / STANDARD_GRAVITY for end in (forces.min(), forces.max())
     )
     return f", where {least:.6g} to {greatest:.6g} kg can rest" if greatest > 0.0 else ", where no mass can rest"
 

@@ -30,9 +30,9 @@ from ..bodies.loads import LoadCase
 from ..bodies.mounted import MountedSystem
 from ..bodies.rest import RestPose, rest
 from ..bodies.simulation import CaseRun, CheckedRun, run_case, within
+from ..options import DRAWS, LEAST_DRAWS
 from .drawn_springs import Drawn
 
-DRAWS, LEAST_DRAWS = 64, 16
 CONTENT, CONFIDENCE = 0.975, 0.99  # of either end of the range of a figure
 _TOLERANCE, _RANDOM_TOLERANCE = 3e-3, 2e-2  # numerical error of draws, relative to the largest of its kind
 _OF_STABLE = 0.5  # step of draws

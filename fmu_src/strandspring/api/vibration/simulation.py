@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import re
 from collections import Counter
@@ -18,9 +17,11 @@ import numpy as np
 from ...campaigns.jobs.threads import in_threads
 from ...errors import MountedSystemError
 from ...findings import Finding
-from ...ground.arguments import flag, optional_number, optional_whole, workers_of
+from ...ground.arguments import flag, workers_of
 from ...ground.files import refuse_unwritable, write_csv
+from ...ground.options import takes
 from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.options import Run
 from ...vibration.verdicts.answers import (
     CandidateAnswer,
     CaseAnswer,
@@ -31,7 +32,7 @@ from ...vibration.verdicts.answers import (
     untested,
 )
 from ...vibration.verdicts.drawn_springs import Drawn
-from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
+from ...vibration.verdicts.draws import Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.progress import Progress, unseen
 from ..common.result import ResultWithFindings
@@ -200,24 +201,13 @@ class Simulation(ResultWithFindings):
         return self.verdicts()
 
 
-def refuse_wrong_run(draws: int | None, seed: int | None, step: float | None) -> None:
-    """Refuse draws, a seed or a time step [s] that are none; raises MountedSystemError or TypeError."""
-    for name, given, least in (("draws", draws, LEAST_DRAWS), ("seed", seed, 0)):
-        if (number := optional_whole(name, given)) is not None and number < least:
-            raise MountedSystemError(f"`{name}` must be >= {least}, got {given!r}.")
-    seconds = optional_number("step", step, "s")
-    if seconds is not None and not (math.isfinite(seconds) and seconds > 0.0):
-        raise MountedSystemError(f"`step` must be finite and > 0 [s], got {step!r}.")
-
-
+@takes(run=Run)
 def simulate(
     system: str | os.PathLike[str] | SystemFile,
     cases: str | Sequence[str] | None = None,
     candidates: str | Sequence[str] | None = None,
     *,
-    draws: int | None = None,
-    seed: int | None = None,
-    step: float | None = None,
+    run: Run,
     workers: int | None = None,
     courses: bool = True,
     progress: Progress = unseen,
@@ -229,12 +219,7 @@ def simulate(
     system : path or SystemFile
     cases, candidates : str, sequence of str or None   Names of those to simulate; all if None. The name of a case with
                                                        several directions stands for all of them.
-    draws, seed : int or None  Of everything unknown, for the ranges of the figures: omega at rest, springs by the
-                               uncertainty of their model files, scatter of mounts, realisations of random vibration
-                               (a quarter of the draws). At least 16; by default as the file says, or 64.
-    step : float or None       Time step of the coarser of two runs [s]; by default as the file says, or found so that
-                               the errors are within 0.1 %, and in the draws within 0.3 %; of random
-                               vibration 0.5 and 2 %.
+    run : Run                  Draws, their seed, and the time step; or its fields as keywords.
     workers : int or None      Threads; as many as cores if None.
     courses : bool             Whether histories and spectra are kept, of the first cases as far as memory allows
                                (400 MB); the others have None.
@@ -248,13 +233,12 @@ def simulate(
     ------
     MountedSystemError         If the file is wrong, a name is unknown, or no candidate can be simulated in any case.
     """
-    refuse_wrong_run(draws, seed, step)
     workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
     chosen = file.chosen_candidates(candidates)
     loads = file.chosen_cases(cases)
-    drawn = file.options.draws if draws is None else draws
-    chosen_seed = file.options.seed if seed is None else seed
+    drawn = file.options.draws if run.draws is None else run.draws
+    chosen_seed = file.options.seed if run.seed is None else run.seed
     unknowns = {
         name: Unknowns(Drawn.from_models(mounted, file.models), drawn, chosen_seed, file.options.rest_omega)
         for name, mounted in chosen
@@ -262,7 +246,7 @@ def simulate(
     statics = tuple(answer_candidate(name, mounted, file.models, unknowns[name]) for name, mounted in chosen)
     tasks = [
         partial(
-            answer_case, name, mounted, case, file.limits, unknowns[name], step or file.options.step,
+            answer_case, name, mounted, case, file.limits, unknowns[name], run.step or file.options.step,
             with_courses=courses,
         )
         for name, mounted in chosen

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from ...docs.site import PAGES, Reference, page_text, site, write_site
+from ..shared.options import SHOWS_ALL
 from ..shared.output import result
 
 
@@ -57,8 +58,9 @@ def docs(page: str | None, output: str | None, text: bool) -> None:
 
 
 def reference() -> Reference:
-    """The help of all commands, and all public names."""
+    """The help of all commands with their rarest options, and all public names."""
     context = click.get_current_context().find_root()
+    context.meta[SHOWS_ALL] = True
     program = context.command
     assert isinstance(program, click.Group)  # noqa: S101 - this command belongs to one
     commands = {"strandspring": program.get_help(context)}

@@ -6,13 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from ...errors import MountedSystemError
 from ...fmu.native.platforms import Platform
 from ...fmu.system.system_check import examine_system_fmu
 from ...fmu.system.system_files import SystemOfFmu, is_system_fmu, system_files
 from ...fmu.system.system_native import build_system_fmu, system_identifier
-from ...fmu.system.system_variables import ForceInput, SystemFmuOptions
+from ...fmu.system.system_variables import ForceInput, SystemFmuOptions, system_variables
 from ...model.certificate import certified
 from ...vibration.bodies.loads import ChannelKind, LoadCase, LoadChannel
 from ...vibration.bodies.mounted import MountedSystem
@@ -21,6 +22,7 @@ from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
+from .options import BuildOptions
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
 _OF_STABLE = 0.05
@@ -108,6 +110,50 @@ class SystemToBuild:
             partial(examine_system_fmu, system=self.system, options=self.options),
         )
         return build_in_place(folder, [job], progress)[0]
+
+
+@dataclass(frozen=True)
+class BuiltSystem:
+    """The FMU of a system, and what it was built of."""
+
+    of: SystemToBuild
+    fmu: BuiltFmu
+
+    def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+        """In few words."""
+        return [*self._head, self.fmu.brief(self._settings)]
+
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002
+        """In words."""
+        return [*self._head, *self.fmu.text_lines(self._settings)]
+
+    def as_json(self) -> dict[str, Any]:
+        """The same for JSON."""
+        return {
+            "name": self.of.file.name,
+            "candidate": self.of.candidate,
+            "step": self.of.options.step,
+            "stable_step": self.of.options.largest_step,
+            "inputs": self._inputs,
+            "fmus": [self.fmu.facts(self._settings)],
+        }
+
+    @property
+    def _head(self) -> list[str]:
+        options = self.of.options
+        return [
+            f"System: {self.of.file.name}, {self.of.candidate}",
+            f"Inputs: {', '.join(self._inputs)}",
+            f"Internal step: at most {options.step:g} s; stable up to {options.largest_step:.4g} s",
+        ]
+
+    @property
+    def _inputs(self) -> list[str]:
+        return [v.name for v in system_variables(self.of.system, self.of.options) if v.causality == "input"]
+
+    @property
+    def _settings(self) -> BuildOptions:
+        return BuildOptions(fmi=self.of.options.fmi)
 
 
 def force_inputs(cases: Sequence[LoadCase]) -> tuple[ForceInput, ...]:

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import RecordError
-from ..findings import Outcome
-from ..ground.files import bundled_file
-from .channels import Channel, ChannelTable
-from .columns import Column, choose_unit
-from .formats.named_arrays import seconds
-from .reading import check_reverse, read_record, record_of_tables
-from .record import FloatArray, Record
-from .tables import FileTables
-from .units import Quantity
+from ...errors import RecordError
+from ...findings import Outcome
+from ...ground.files import bundled_file
+from ...loops.reading import Reading, entries
+from ...records.channels import Channel, ChannelTable
+from ...records.columns import Column, choose_unit
+from ...records.formats.named_arrays import seconds
+from ...records.reading import record_of_tables
+from ...records.record import FloatArray, Record
+from ...records.tables import FileTables
+from ...records.units import Quantity
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,8 +40,7 @@ def record_of_arrays(
     displacement: ArrayLike,
     force: ArrayLike,
     time: ArrayLike | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
+    reading: Reading | None = None,
 ) -> Record:
     """A record of arrays in given units.
 
@@ -47,9 +48,8 @@ def record_of_arrays(
     ----------
     displacement, force : array_like, shape (K,)
     time : array_like, shape (K,), or None
-    units : mapping or None     Unit of "displacement", "force" and "time"; if None that in the name of a Series, such
-                                as "x [mm]", else m, N and s, for displacements within +-0.5 m.
-    reverse : "displacement", "force" or None   The array to negate.
+    reading : Reading or None   Units, if None those in the name of a Series, such as "x [mm]", else m, N and s, for
+                                displacements within +-0.5 m; the array to negate; and what is used.
 
     Raises
     ------
@@ -58,11 +58,14 @@ def record_of_arrays(
 
     Examples
     --------
-    >>> record_of_arrays([0.0, 5.0, 0.0], [0.0, 1.2, -0.3], units={"displacement": "mm"}).displacement.tolist()
+    >>> in_mm = Reading(displacement_unit="mm")
+    >>> record_of_arrays([0.0, 5.0, 0.0], [0.0, 1.2, -0.3], reading=in_mm).displacement.tolist()
     [0.0, 0.005, 0.0]
     """
-    given = checked_units(units)
-    check_reverse(reverse)
+    reading = reading or Reading()
+    taken = {"reverse", *(f"{name}_unit" for name in _QUANTITIES)}
+    if others := [name for name in reading.reading if name not in taken]:
+        raise TypeError(f"`{others[0]}` says how a file or a table is read, and arrays are given.")
     series = {"displacement": displacement, "force": force, "time": time}
     _refuse_other_index(series)
     record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
@@ -71,10 +74,10 @@ def record_of_arrays(
     for number, name in enumerate(_QUANTITIES if time is not None else _QUANTITIES[:2], start=1):
         label = getattr(series[name], "name", None)
         column = Column.from_header(number, label if isinstance(label, str) else "", None)
-        _, factor, origin = choose_unit(column, name, given.get(name), record.path, _SI)
-        values[name] = (-factor if name == reverse else factor) * getattr(record, name)
+        _, factor, origin = choose_unit(column, name, getattr(reading, f"{name}_unit"), record.path, _SI)
+        values[name] = (-factor if name == reading.reverse else factor) * getattr(record, name)
         findings.append(origin)
-    return _within_metres(Record(**values, path=record.path, findings=tuple(findings)))
+    return reading.part_of(_within_metres(Record(**values, path=record.path, findings=tuple(findings))))
 
 
 def _within_metres(record: Record) -> Record:
@@ -101,12 +104,7 @@ def _refuse_other_index(arrays: Mapping[str, Any]) -> None:
 
 
 def given_records(
-    data: Any,
-    force: Any = None,
-    time: Any = None,
-    displacement: Any = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
+    data: Any, force: Any = None, time: Any = None, displacement: Any = None, reading: Reading | None = None
 ) -> list[Record]:
     """Records of what `identify` and others are given: arrays, or sources with the columns to read.
 
@@ -115,62 +113,44 @@ def given_records(
     data : Source, sequence of Source, or array_like   The displacement if it is an array.
     force, time : array_like or column                 As `data` is.
     displacement : array_like or column                Stands for `data` if that is None.
-    units, reverse                                     As for `record_of_arrays`.
+    reading : Reading or None                          How the others are read, and what is used of each.
 
     Raises
     ------
     RecordError   If one of them is not a record.
-    TypeError     If arrays and columns are mixed.
+    TypeError     If arrays and columns are mixed, or something is said about arrays that is of files only.
     """
+    reading = reading or Reading()
     if data is None:
         data, displacement = displacement, None
     if is_array(data):
         if displacement is not None or force is None:
             raise TypeError(_ARRAYS)
-        return [record_of_arrays(data, force, time, units, reverse)]
-    in_units = {f"{name}_unit": unit for name, unit in checked_units(units).items()}
-    columns = {"displacement": displacement, "force": force, "time": time, "reverse": reverse, **in_units}
-    return as_records(data, **columns)
+        return [record_of_arrays(data, force, time, reading)]
+    columns = {"displacement": displacement, "force": force, "time": time}
+    return as_records(data, replace(reading, **{name: at for name, at in columns.items() if at is not None}))
 
 
-def records_of(
-    data: Sequence[Any],
-    *,
-    displacement: str | int | None = None,
-    force: str | int | None = None,
-    time: str | int | None = None,
-    units: Mapping[str, str] | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
-) -> list[Record]:
+def records_of(data: Sequence[Any], reading: Reading) -> list[Record]:
     """Records of the arguments of a function that takes any number of sources, or arrays; none of no arguments.
 
     Parameters
     ----------
-    data : sequence   Sources, one sequence of sources, or arrays of displacement, force and perhaps time.
-    displacement, force, time, units, reverse   As for `given_records`.
+    data : sequence     Sources, one sequence of sources, or arrays of displacement, force and perhaps time.
+    reading : Reading   As for `given_records`.
     """
     if not data:
         return []
     if is_array(data[0]):
-        if len(data) > 3 or any(column is not None for column in (displacement, force, time)):
+        if len(data) > 3:
             raise TypeError(_ARRAYS)
         moved, forces, times = (*data, None, None)[:3]
-        return given_records(moved, forces, times, None, units, reverse)
-    return given_records(data[0] if len(data) == 1 else list(data), force, time, displacement, units, reverse)
+        return given_records(moved, forces, times, None, reading)
+    return given_records(data[0] if len(data) == 1 else list(data), reading=reading)
 
 
-def _record_of_frame(
-    frame: pd.DataFrame,
-    *,
-    displacement: int | str | None = None,
-    force: int | str | None = None,
-    time: int | str | None = None,
-    displacement_unit: str | None = None,
-    force_unit: str | None = None,
-    time_unit: str | None = None,
-    reverse: Literal["displacement", "force"] | None = None,
-) -> Record:
-    """A record of a table in memory; arguments as for `read_record`; m, N and s where no unit is given or in a name."""
+def _record_of_frame(frame: pd.DataFrame, reading: Reading) -> Record:
+    """A record of a table in memory; m, N and s where no unit is given or in a name."""
     import pandas as pd
 
     channels: list[Channel] = []
@@ -191,10 +171,10 @@ def _record_of_frame(
         )
     record = record_of_tables(
         FileTables("<DataFrame>", [ChannelTable(channels, "<DataFrame>")]),
-        {"displacement": displacement, "force": force, "time": time},
-        {"displacement": displacement_unit, "force": force_unit, "time": time_unit},
-        {},
-        reverse,
+        {name: getattr(reading, name) for name in _QUANTITIES},
+        {name: getattr(reading, f"{name}_unit") for name in _QUANTITIES},
+        reading.adjustments,
+        reading.reverse,
         _SI,
     )
     return _within_metres(record)
@@ -204,44 +184,35 @@ def _channel(name: str, values: FloatArray, unit: str | None) -> Channel:
     return Channel("", name, unit, values.size, lambda: (values, None))
 
 
-def checked_units(units: Mapping[str, str] | None) -> dict[Quantity, str]:
-    """Units by quantity; raises RecordError for one that is not displacement, force or time."""
-    if units is not None and not isinstance(units, Mapping):
-        raise RecordError(f'`units` must be a mapping such as {{"displacement": "mm"}}, got {units!r}.')
-    unknown = [name for name in units or () if name not in _QUANTITIES]
-    if unknown:
-        raise RecordError(f"`units` must have the keys {', '.join(_QUANTITIES)} only, got {unknown[0]!r}.")
-    return {name: units[name] for name in _QUANTITIES if units is not None and name in units}
-
-
-def as_records(sources: Any, **columns: Any) -> list[Record]:
-    """Records of a path, a table or a record, or of a sequence of these; `columns` are the arguments of `read_record`.
+def as_records(sources: Any, reading: Reading | None = None) -> list[Record]:
+    """Records of a path, a table or a record, or of a sequence of these; a path may be that of a description file.
 
     Raises
     ------
     RecordError   If one of them is not a record.
     TypeError     If one is something else.
     """
-    if isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns"):
-        return [_as_record(sources, columns)]
-    if isinstance(sources, Sequence):
-        return [_as_record(source, columns) for source in sources]
-    raise TypeError(
-        f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give arrays "
-        "as displacement and force."
-    )
+    is_one = isinstance(sources, Record | str | os.PathLike) or hasattr(sources, "columns")
+    if not (is_one or isinstance(sources, Sequence)):
+        raise TypeError(
+            f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give "
+            "arrays as displacement and force."
+        )
+    return [
+        record for source in ([sources] if is_one else sources) for record in _records(source, reading or Reading())
+    ]
 
 
-def _as_record(source: Any, columns: Mapping[str, Any]) -> Record:
+def _records(source: Any, reading: Reading) -> list[Record]:
     if isinstance(source, Record):
-        given = [name for name, value in columns.items() if value is not None]
-        if given:
-            raise TypeError(f"`{given[0]}` says how a file or a table is read, and {source.path} is a record already.")
-        return source
+        if given := reading.reading:
+            name = next(iter(given))
+            raise TypeError(f"`{name}` says how a file or a table is read, and {source.path} is a record already.")
+        return [reading.part_of(source)]
     if hasattr(source, "columns"):
-        return _record_of_frame(source, **columns)
+        return [reading.part_of(_record_of_frame(source, reading))]
     if isinstance(source, str | os.PathLike):
-        return read_record(source, **columns)
+        return [of_file.read(path) for path, of_file in entries([source], reading)]
     raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
 
 

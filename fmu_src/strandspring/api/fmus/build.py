@@ -8,121 +8,99 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, TypeAlias, get_args
 
 from ...errors import BuildError, Reader
 from ...findings import CAUTIONS, gathered, of_severity
 from ...fmu.archive import fmu_path
 from ...fmu.checks.check import CheckReport, examine_fmu
 from ...fmu.native.native_fmu import build_native_fmu
-from ...fmu.native.platforms import Platform, chosen_platforms
-from ...fmu.python_backed import PYTHON_PLATFORMS, build_python_fmu
+from ...fmu.python_backed import build_python_fmu
 from ...fmu.related_files import BuildSettings
-from ...ground.arguments import flag
 from ...ground.files import refuse_unwritable
+from ...ground.options import changed, refuse_given, takes
 from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
-from ...model.coordinates import checked_zero
+from ...model.coordinates import checked_zero, zero_sentence
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
+from ...model.stated_figures import NAMES
 from ..common.model_source import ModelSource, built_with, describes_system, path_of
 from ..common.progress import Progress, unseen
 from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
+from .options import BuildOptions, Kind
 
 if TYPE_CHECKING:
     from ...identification.identified import IdentifiedModel
-    from ...records.given import Source
     from ...records.record import Record
+    from ..common.given import Source
 
-Kind: TypeAlias = Literal["native", "python", "states"]
 Stated: TypeAlias = "tuple[Record, dict[str, Any]]"
 
-_LONGEST_AUTHOR = 200
+OF_SYSTEM = "{option} can only be given with a model or records, and {where} describes a system; leave it out."
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
 
 
-@dataclass(frozen=True)
-class BuildOptions:
-    """How FMUs are built; what is not asked for is taken from the FMU that is the source, if it is one.
+def target(options: BuildOptions, folder: str | Path, name: str, kind: str) -> Path:
+    """Where an FMU of this kind of a model of this name is written."""
+    return fmu_path(folder, name, kind, options.version, options.real_time)
 
-    Parameters
+
+def spring_options(options: BuildOptions) -> dict[str, Any]:
+    """What is asked for that the FMU of a system does not have."""
+    return {name: value for name, value in changed(options).items() if name not in ("fmi", "platforms", "author")}
+
+
+@dataclass(frozen=True)
+class Built:
+    """FMUs that were built of a model, or of records that were identified for them.
+
+    Attributes
     ----------
-    backend : str or None           native, python, both, or states of an FMU that is the source.
-    author : str
-    needs_execution_tool : bool     Of the Python-backed FMU.
-    fmi : int or None               Version of FMI, 2 or 3.
-    real_time : bool                Nothing is allocated after instantiation.
-    no_energy : bool                The output absorbed_energy is left out.
-    arrays : bool                   Coefficients are arrays, in FMI 3.0.
-    platforms : sequence of Platform or None   Those of the binaries of native FMUs.
+    model : ModelFile
+    path : Path                 Of the model file.
+    zero : float                Displacement of the model file at which that of the FMUs is 0 [m].
+    settings : BuildOptions
+    fmus : sequence of BuiltFmu
+    identification : Identification or None
     """
 
-    backend: str | None = None
-    author: str = ""
-    needs_execution_tool: bool = False
-    fmi: int | None = None
-    real_time: bool = False
-    no_energy: bool = False
-    arrays: bool = False
-    platforms: Sequence[Platform] | None = None
+    model: ModelFile
+    path: Path
+    zero: float
+    settings: BuildOptions
+    fmus: Sequence[BuiltFmu]
+    identification: Any  # Identification, whose spring has `build_fmu`
+
+    def brief(self, width: int | None = None) -> list[str]:
+        """In few words."""
+        found = [] if self.identification is None else self.identification.brief(width)
+        return [*found, *self._origin, *(fmu.brief(self.settings) for fmu in self.fmus)]
+
+    def text_lines(self, width: int | None = None) -> list[str]:
+        """In words."""
+        found = [] if self.identification is None else self.identification.text_lines(width)
+        return [*found, *self._origin, *(line for fmu in self.fmus for line in fmu.text_lines(self.settings))]
 
     @property
-    def version(self) -> int:
-        """The version of FMI that is built."""
-        return 2 if self.fmi is None else self.fmi
+    def _origin(self) -> list[str]:
+        lines = [f"Model file: {self.path}", f"Certificate: {certified(self.model)}", zero_sentence(self.zero)]
+        return list(filter(None, lines))
 
-    def target(self, folder: str | Path, name: str, kind: str) -> Path:
-        """Where an FMU of this kind of a model of this name is written."""
-        return fmu_path(folder, name, kind, self.version, self.real_time)
-
-    def with_those_of(self, before: BuildSettings | None) -> BuildOptions:
-        """These and, where nothing was asked for, those of the FMU that is the source, if it is one."""
-        if before is None:
-            return self
-        options = replace(self, backend=self.backend or before.backend, author=self.author or before.author)
-        if self.backend not in (None, before.backend, "both"):
-            return options
-        options = replace(options, needs_execution_tool=self.needs_execution_tool or before.needs_execution_tool)
-        if self.backend == "both":
-            return options
-        return replace(
-            options,
-            fmi=self.fmi or before.fmi,
-            real_time=self.real_time or before.real_time,
-            no_energy=self.no_energy or before.no_energy,
-            # FMI 2.0 has none.
-            arrays=self.arrays or (before.arrays and self.fmi != 2),
-        )
-
-    def refuse_impossible(self, kinds: Sequence[Kind]) -> None:
-        """Raise BuildError if FMUs of these kinds cannot be built so."""
-        if not isinstance(self.version, int) or self.version not in (2, 3):
-            raise BuildError(f"The version of FMI must be 2 or 3, got {self.fmi!r}.")
-        if "python" in kinds and self.fmi == 3:
-            raise BuildError("FMI 3.0 is for the native FMU; choose the native back end.")
-        if "python" in kinds and self.real_time:
-            raise BuildError("Real time is for the native FMU; choose the native back end.")
-        if self.arrays and self.version != 3:
-            raise BuildError("Arrays are for FMI 3.0; ask for FMI 3, too.")
-        if self.no_energy and not self.real_time:
-            raise BuildError("Only an FMU for real time can leave out absorbed_energy; ask for real time, too.")
-        if self.no_energy and "states" in kinds:
-            raise BuildError(
-                "The form with states has absorbed_energy as a state, which the host integrates; build it without "
-                "leaving out the energy, from the model file where the source is an FMU that leaves it out."
-            )
-        if set(kinds) == {"python"} and self.platforms is not None:
-            raise BuildError(
-                f"Platforms are chosen for the native FMU; the Python-backed one has {' and '.join(PYTHON_PLATFORMS)}: "
-                "build it without choosing any."
-            )
-
-
-def checked_author(author: str) -> str:
-    """The author; raises BuildError if it is not a short printable text."""
-    if len(author) > _LONGEST_AUTHOR or not author.isprintable():
-        raise BuildError(f"The author must be printable text of at most {_LONGEST_AUTHOR} characters.")
-    return author
+    def as_json(self) -> dict[str, Any]:
+        """The same for JSON."""
+        found, settings = self.identification, self.settings
+        of_native = {"real_time": settings.real_time, "no_energy": settings.no_energy, "arrays": settings.arrays}
+        return {
+            "model": str(self.path),
+            "name": self.model.name,
+            "parameters": self.model.parameters.as_dict(),
+            "zero": self.zero,
+            "certificate": certified(self.model),
+            **(dict.fromkeys(NAMES) if found is None else found.figures),
+            "fitted": None if found is None else found.fitted_figures,
+            "fmus": [fmu.facts(settings) | of_native for fmu in self.fmus],
+        }
 
 
 def build_all(
@@ -158,7 +136,7 @@ def build_all(
     mechanisms = len(model.parameters.mechanisms)
     jobs = [
         FmuJob(
-            options.target(folder, model.name, kind),
+            target(options, folder, model.name, kind),
             kind,
             partial(_build, model, kind=kind, options=options, zero=zero),
             # With states the path is the host's.
@@ -216,25 +194,18 @@ def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, ze
     if kind == "python":
         return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
     return build_native_fmu(
-        model, folder, options.platforms, zero, author, with_states=kind == "states", fmi=options.version,
+        model, folder, options.chosen_platforms, zero, author, with_states=kind == "states", fmi=options.version,
         real_time=options.real_time, no_energy=options.no_energy, arrays=options.arrays,
     )  # fmt: skip
 
 
+@takes(building=BuildOptions)
 def build_fmu(
     model: ModelSource | IdentifiedModel | Source | Sequence[Source],
     folder: str | os.PathLike[str] = "dist",
     *,
-    backend: Literal["native", "python"] | None = None,
-    states: bool = False,
-    fmi: Literal[2, 3] | None = None,
-    real_time: bool = False,
-    no_energy: bool = False,
-    arrays: bool = False,
-    platforms: str | Sequence[str] | None = None,
+    building: BuildOptions,
     zero: str | float | None = None,
-    author: str = "",
-    needs_execution_tool: bool = False,
     name: str | None = None,
     candidate: str | None = None,
     record: Source | Sequence[Source] | None = None,
@@ -251,29 +222,10 @@ def build_fmu(
     ----------
     model : Spring, Identification, path of a model file, FMU or SYSTEM.toml, or records: paths, Record, DataFrame
     folder : path
-    backend : "native", "python" or None
-        native: runs anywhere; python: readable, for simulators on Linux x86-64 and Windows that run on Python. If None,
-        that of the FMU if one is given, else native.
-    states : bool
-        The native form with omega and absorbed_energy as continuous states, NAME_states.fmu, for model exchange.
-    fmi : 2, 3 or None
-        Version of FMI; NAME_fmi3.fmu is an FMU of FMI 3.0, which only the native back end can be. If None, that of the
-        FMU if one is given, else 2.
-    real_time : bool
-        A native FMU that allocates nothing after instantiation, for targets with a deadline.
-    no_energy : bool
-        Leave the output absorbed_energy out of an FMU for real time.
-    arrays : bool
-        With FMI 3.0: kE and kA, or FE_knots, FE_forces and kA, as arrays, which few importers read.
-    platforms : str, sequence of str or None
-        Of the binaries of native FMUs, such as "linux64" or "win64", or "host" or "all"; those that the installed
-        package carries if None.
+    building : BuildOptions   Back end, version of FMI, platforms and others; or its fields as keywords.
     zero : "rig", "middle", float or None
         Where displacement is counted from: a displacement of the record [m]; if None, as in the FMU if one is given,
         else the rig's zero if it lies within the identified range, else the middle of the range.
-    author : str
-    needs_execution_tool : bool
-        Declare in the Python-backed FMU that Python must be installed on the simulator's computer.
     name : str or None     Of the model and its FMU; if None, that of the model, or after the first record.
     candidate : str or None   Of a SYSTEM.toml; needed if it has several.
     record : path, Record or DataFrame, or several, or None
@@ -304,35 +256,26 @@ def build_fmu(
     mount.fmu True
     """
     checked_zero(zero)
-    checked_author(author)
-    # FMUs hold these as JSON, which knows no bool of NumPy.
-    states, needs_execution_tool = flag("states", states), flag("needs_execution_tool", needs_execution_tool)
-    real_time, no_energy, arrays = flag("real_time", real_time), flag("no_energy", no_energy), flag("arrays", arrays)
     if name is not None:
         check_name(name)
     refuse_unwritable(Path(folder), is_folder=True)
-    names = [platforms] if isinstance(platforms, str) else platforms
-    chosen = None if names is None else chosen_platforms(",".join(names))
     path = path_of(model)
     if path is not None and describes_system(path):
-        others = {"backend": backend, "states": states, "real_time": real_time, "no_energy": no_energy,
-                  "arrays": arrays, "needs_execution_tool": needs_execution_tool, "zero": zero,
-                  "name": name, "record": record}  # fmt: skip
-        if given := [f"`{option}`" for option, value in others.items() if value is not None and value is not False]:
-            raise BuildError(f"{', '.join(given)} cannot be given with a description of a system; leave that out.")
-        from .building_system import SystemToBuild  # slow to import
+        refuse_given(OF_SYSTEM, path, **spring_options(building), zero=zero, name=name, record=record)
+        from .system_build import SystemToBuild  # slow to import
 
-        wanted_system = SystemToBuild.load(path, candidate, author, fmi)
-        return wanted_system.build(Path(folder), chosen, progress).path
+        wanted = SystemToBuild.load(path, candidate, building.author, building.fmi)
+        return wanted.build(Path(folder), building.chosen_platforms, progress).path
     if candidate is not None:
         raise BuildError("`candidate` is for descriptions of systems (SYSTEM.toml); leave it out.")
     before = built_with(path)
-    wanted = BuildOptions(backend, author, needs_execution_tool, fmi, real_time, no_energy, arrays, chosen)
-    options = wanted.with_those_of(before)
-    kind: Any = "states" if states else options.backend or "native"
-    if kind not in get_args(Kind) or (states and backend == "python"):
-        raise BuildError(f'`backend` must be "native" or "python", and "native" with `states`, got {backend!r}.')
-    if needs_execution_tool and kind != "python":
+    options = building.with_those_of(before)
+    kind: Any = "states" if building.states else options.backend or "native"
+    if kind not in get_args(Kind) or (building.states and building.backend == "python"):
+        raise BuildError(
+            f'`backend` must be "native" or "python", and "native" with `states`, got {building.backend!r}.'
+        )
+    if building.needs_execution_tool and kind != "python":
         raise BuildError('`needs_execution_tool` is for the Python-backed FMU; add backend="python".')
     content, records = _model(model, path, record)
     content = content if name is None else replace(content, name=name)
@@ -352,7 +295,7 @@ def _model(
     # Slow to import.
     from ...identification.identified import IdentifiedModel
     from ...identification.identify import identify_records
-    from ...records.given import as_records
+    from ..common.given import as_records
 
     if isinstance(held, ModelFile) and record is not None:
         return held, as_records(record)
@@ -363,5 +306,5 @@ def _model(
     else:
         identification = identify_records(as_records(source))
         for sentence in gathered(of_severity(identification.findings, CAUTIONS), Reader.PYTHON):
-            warnings.warn(sentence, stacklevel=3)
+            warnings.warn(sentence, stacklevel=4)
     return identification.model_file(identification.record_name), identification.records

@@ -6,15 +6,16 @@ import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from ...errors import StrandspringError
-from ...exchange.c_sources import law_path, write_c_sources
-from ...exchange.modelica import LIBRARY, record_path, write_library
+from ...errors import OptionError, StrandspringError
+from ...exchange.c_sources import constant_bytes, law_path, write_c_sources
+from ...exchange.modelica import LIBRARY, record_name, record_path, write_library
 from ...fmu.description.ssv import parameter_values
 from ...ground.arguments import flag, optional_number
-from ...ground.files import refuse_unwritable, write_text
+from ...ground.files import reason_of, refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder
-from ...model.coordinates import placed
+from ...model.coordinates import placed, zero_sentence
 from ...model.modelfile import ModelFile
 from ..common.model_source import ModelSource, model_of, origin_of
 from ..common.progress import Progress, unseen
@@ -42,6 +43,69 @@ class Exports:
     ssp_mass: float | None = None
     modelica: Path | None = None
     c: Path | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: ModelSource,
+        output: str | os.PathLike[str],
+        *,
+        ssv: bool = False,
+        modelica: bool = False,
+        c: bool = False,
+        ssp_mass: float | None = None,
+        zero: str | float | None = None,
+    ) -> Exports:
+        """Of a model into a folder, or into a file ending in .ssv or .ssp.
+
+        Raises
+        ------
+        OptionError   If what is written does not go there.
+        ModelError    If the model is not a physically possible spring.
+        """
+        content, target = model_of(model), Path(output)
+        for what, is_asked in ((f"The Modelica library {LIBRARY} is", modelica), ("The C sources are", c)):
+            if is_asked and target.suffix and not target.is_dir():
+                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=output)
+        if modelica and (target / "package.mo").exists():
+            raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
+        return cls(
+            content,
+            origin_of(model, zero, content.parameters),
+            ssv=_file(target, f"{content.name}.ssv") if ssv else None,
+            ssp=None if ssp_mass is None else _file(target, f"{content.name}.ssp"),
+            ssp_mass=ssp_mass,
+            modelica=target if modelica else None,
+            c=target if c else None,
+        )
+
+    @property
+    def notes(self) -> list[str]:
+        """What is good to know."""
+        name = self.model.name
+        if self.modelica is None or record_name(name) == name:
+            return []
+        return [f"The record is named {record_name(name)}, because {name} is taken in Modelica."]
+
+    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
+        """What is written, in words."""
+        lines = [zero_sentence(self.zero)] if zero_sentence(self.zero) else []
+        if self.ssv is not None:
+            lines.append(f"SSP parameter values: {self.ssv}")
+        if self.ssp is not None:
+            lines.append(f"SSP system: {self.ssp}")
+        if self.modelica is not None:
+            record = f"{LIBRARY}.Records.{record_name(self.model.name)}"
+            lines.append(f"Modelica library: {self.modelica / LIBRARY}, record {record}")
+        if self.c is not None:
+            size = constant_bytes(self.model.parameters) / 1000
+            lines.append(f"C sources: {self.files['c']} and what it needs; {size:.0f} kB of constants")
+        return lines
+
+    def as_json(self) -> dict[str, Any]:
+        """The same for JSON."""
+        files = {kind: None if path is None else str(path) for kind, path in self.files.items()}
+        return {"name": self.model.name, "zero": self.zero, **files}
 
     @property
     def files(self) -> dict[str, Path | None]:
@@ -104,7 +168,7 @@ def export(
     Parameters
     ----------
     model : Spring, or path of a model file or FMU
-    folder : path
+    folder : path            Or the file to write, ending in .ssv or .ssp.
     ssv : bool               Write NAME.ssv, the parameter values of the model's FMU.
     modelica : bool          Write the Modelica library StrandSpring with a record of the spring, beside others.
     c : bool                 Write C sources of the spring and its kernel for targets without FMI into the folder
@@ -138,25 +202,23 @@ def export(
     ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
-    folder = Path(folder)
-    content = model_of(model)
-    if modelica:
-        refuse_package(folder)
-    exports = Exports(
-        content,
-        origin_of(model, zero, content.parameters),
-        ssv=folder / f"{content.name}.ssv" if ssv else None,
-        ssp=None if ssp_mass is None else folder / f"{content.name}.ssp",
-        ssp_mass=ssp_mass,
-        modelica=folder if modelica else None,
-        c=folder if c else None,
-    )
-    refuse_unwritable(folder, is_folder=True)
+    exports = Exports.of(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
     exports.refuse_unwritable()
     return exports.write()
 
 
-def refuse_package(folder: Path) -> None:
-    """Refuse a folder that is a Modelica package itself; raises StrandspringError."""
-    if (folder / "package.mo").exists():
-        raise StrandspringError(f"{folder} is a Modelica package; give the folder that holds the library {LIBRARY}.")
+def _file(output: Path, name: str) -> Path:
+    """The file `name` in the folder `output`, or `output` itself if it has the suffix of `name`."""
+    suffix = Path(name).suffix
+    try:
+        if output.is_dir() or not (output.suffix or output.exists()):
+            return output / name
+    except OSError as problem:
+        raise StrandspringError(f"{output} cannot be written: {reason_of(problem)}; check the rights there.") from None
+    if not output.suffix:
+        refuse_unwritable(output, is_folder=True)
+    if output.suffix != suffix:
+        sentence = f"{{to[output]}} must be a folder, or a file name ending in {suffix}, got {{where}}."
+        raise OptionError(sentence, where=output)
+    return output

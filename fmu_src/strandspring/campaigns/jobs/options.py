@@ -1,0 +1,117 @@
+"""Where many tasks are executed, as users say it; what executes them is slow to import."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, ClassVar
+
+from ...errors import JobError
+from ...ground.options import check, described, option
+
+if TYPE_CHECKING:
+    from .runners import Pool, Runner
+
+PATIENCE = 600.0  # seconds
+
+
+def protocol_of(address: str) -> str:
+    """The protocol of a scheduler's address; dask's default, tcp, if it names none."""
+    protocol, separator, _ = address.partition("://")
+    return protocol if separator else "tcp"
+
+
+@described
+@dataclass(frozen=True)
+class Cluster:
+    """Workers of a dask.distributed scheduler, which must have this version of strandspring.
+
+    A scheduler without TLS executes code from anyone who can reach it. Certificates that are not given here are taken
+    from dask's own configuration.
+
+    Raises
+    ------
+    JobError     If there are certificates, but the address is not that of a scheduler with TLS.
+    """
+
+    group: ClassVar[str] = "Workers"
+
+    address: str  # of the scheduler, such as tls://host:8786, or tcp://host:8786 without TLS
+    tls_ca_file: str | None = option(
+        None, "text", "Certificate of the authority that signed the scheduler's, in PEM format",
+        otherwise="from dask's configuration", metavar="FILE", rare=True,
+    )  # fmt: skip
+    tls_cert: str | None = option(None, "text", "Certificate of this client, in PEM format", metavar="FILE", rare=True)
+    tls_key: str | None = option(
+        None, "text", "Key of this client, in PEM format, without passphrase", metavar="FILE", rare=True
+    )
+    patience: float = option(
+        PATIENCE, "number", "Give up after this time without an answer from the scheduler, without workers, or waiting "
+        "for silent ones", unit="s", least=1.0, most=1e6, metavar="S", rare=True,
+    )  # fmt: skip
+    notify: Callable[[str], None] = lambda _: None  # of cautions, and of what is wrong while the work waits
+
+    def __post_init__(self) -> None:
+        check(self, JobError)
+        if self.certificates and protocol_of(self.address) != "tls":
+            raise JobError(
+                f"Certificates need a scheduler with TLS, but the address is {self.address}; give one that begins with "
+                "tls://."
+            )
+
+    @property
+    def certificates(self) -> dict[str, str]:
+        """What is given of them, by the names of dask's `Security`."""
+        given = {"tls_ca_file": self.tls_ca_file, "tls_client_cert": self.tls_cert, "tls_client_key": self.tls_key}
+        return {name: path for name, path in given.items() if path is not None}
+
+    def pool(self, batches: int, apart: bool = False) -> AbstractContextManager[Pool]:  # noqa: ARG002
+        """See `runners.Runner`."""
+        from .cluster import cluster_pool
+
+        return cluster_pool(self)
+
+
+@described
+@dataclass(frozen=True)
+class Workers:
+    """Where many tasks are executed.
+
+    Raises
+    ------
+    JobError     If there are workers and a scheduler, or the number of workers is below 1.
+    TypeError    If it is no whole number.
+    """
+
+    group: ClassVar[str] = "Workers"
+
+    workers: int | None = option(
+        1, "whole", "Number of processes; 1 for none besides this one", least=1, most=1024,
+        otherwise="all cores", metavar="N",
+    )  # fmt: skip
+    scheduler: str | Cluster | None = option(
+        None, "text", "Run on the cluster of this dask.distributed scheduler instead. A scheduler without TLS (tcp://) "
+        "executes code from anyone who can reach it: use it on a trusted network only", metavar="tls://HOST:PORT",
+    )  # fmt: skip
+    notify: Callable[[str], None] = lambda _: None  # called with sentences while the work waits
+
+    def __post_init__(self) -> None:
+        check(self, JobError)
+        if self.scheduler is not None and self.workers not in (None, 1):
+            sentence = "{to[workers]} and {to[scheduler]} exclude each other; give one of them."
+            raise JobError(sentence, workers=self.workers)
+
+    def notifying(self, notify: Callable[[str], None]) -> Workers:
+        """The same, which tell another function what they wait for."""
+        return replace(self, notify=notify)
+
+    @property
+    def runner(self) -> Runner:
+        """Processes of this machine, or a cluster."""
+        from .runners import Local
+
+        if self.scheduler is None:
+            return Local(self.workers)
+        cluster = Cluster(self.scheduler) if isinstance(self.scheduler, str) else self.scheduler
+        return replace(cluster, notify=self.notify)

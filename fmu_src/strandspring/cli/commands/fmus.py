@@ -1,0 +1,228 @@
+"""`strandspring build` (which ``build_fmu.py`` calls), `verify` and `export`: from springs to files of other tools."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import strandspring
+
+from ...api.fmus.options import BuildOptions
+from ...api.options import Fitting, identification_options
+from ...ground.files import readable, refuse_unwritable
+from ...loops.reading import Reading
+from ...model.names import identifier
+from ..shared import options as opt
+from ..shared.output import note, note_cautions, present, refusal, reporting, working
+from ..shared.paths import refuse_overwriting
+
+if TYPE_CHECKING:
+    pass
+
+# Of the bundled record: its machine position counts down while the sample is stretched.
+EXAMPLE_NAME = "rubber_hinge"
+EXAMPLE_READING = Reading(reverse="displacement")
+_IDENTIFY_FIRST = "identify the records first, then build MODEL.json"
+
+
+class _Build(opt.OptionsCommand):
+    """The command, to which options of `identify` are wrong usage with advice."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """The arguments."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as problem:
+            if problem.option_name.removeprefix("--").replace("-", "_") not in identification_options():
+                raise
+            raise click.UsageError(
+                f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}.", ctx
+            ) from None
+
+
+@click.command(cls=_Build)
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
+@opt.takes_options(building=BuildOptions)
+@opt.given(
+    "--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate; needed if it has several."
+)
+@opt.zero_option
+@opt.name_option("Name of the model identified from records.  [default: from the first record]")
+@opt.given("--description", default="", help="Free text for the model identified from records.")
+@opt.given("--models", default="models", show_default=True, metavar="DIR",
+       help="Folder for the model file identified from records.")  # fmt: skip
+@opt.given("--record", multiple=True, metavar="RECORD", group="Reading",
+       help="With a model file: one of the records that it was identified from, read by the options of records, along "
+       "which the FMU is checked.")  # fmt: skip
+@opt.takes_options(reading=Reading)
+@opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
+@opt.output_options
+def build(
+    sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
+    as_json: bool, building: BuildOptions, reading: Reading, **options: Any,
+) -> None:  # fmt: skip
+    """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
+
+    From an FMU of strandspring the model file that it holds is built again with the same settings, which gives the same
+    bytes for the same platforms.
+
+    Records are read and identified as `identify` does by default; with any of its options identify them first, then
+    build the model file.
+
+    The FMU of a SYSTEM.toml holds the bodies on the mounts of one candidate, for co-simulation: acceleration of the
+    base in, motion of points and forces of mounts out. It is native; only --output, --fmi, --platform, --author,
+    --candidate and --json apply.
+
+    Without an argument the bundled measured record is identified, a rubber hinge on a tensile rig, and built with both
+    back ends.
+
+    \b
+    Examples:
+      strandspring build spring.json
+      strandspring build spring.json --platform linux64,win64
+      strandspring build spring.json --zero 35
+      strandspring build spring.json --states
+      strandspring build spring.json --fmi 3
+      strandspring build spring.json --record loop.csv
+      strandspring build loop.csv --name mount_a -o dist
+      strandspring build box.toml --candidate softer
+    """
+    from ...api.common.model_source import built_with, describes_system, origin_of
+    from ...api.fmus.build import Built, build_all, spring_options, stated_of, target
+    from ...model.modelfile import is_model_path, load_model, saved_model
+    from ...model.stated_cautions import stated_cautions
+
+    name, folder = options["name"], Path(output)
+    of_records = {"name": name, "description": options["description"] or None}
+    if len(sources) == 1 and describes_system(sources[0]):
+        others = {**spring_options(building), **of_records, "zero": zero, "record": record}
+        opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
+        _build_system(sources[0], folder, candidate, building, as_json)
+        return
+    if candidate is not None:
+        raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
+    settings = building.with_those_of(built_with(sources[0])) if len(sources) == 1 else building
+    kinds = settings.kinds(bool(sources))
+    refuse_unwritable(folder, is_folder=True)
+    identification = None
+    if len(sources) == 1 and is_model_path(sources[0]):
+        opt.refuse_reading(Reading() if record else reading, "records", f"{sources[0]} is a model file", **of_records)
+        model, model_path = load_model(sources[0]), Path(sources[0])
+        records = tuple(opt.read_records(record, reading)) if record else ()
+        note_cautions(stated_cautions(model))
+        for kind in kinds:
+            refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
+    else:
+        from ...api.common.given import bundled_record
+        from .records import identified
+
+        if record:
+            raise click.UsageError("--record is for a model file; records are identified and followed without it.")
+        opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
+        models = Path(options["models"])
+        if not sources:
+            sources, name, reading = (str(bundled_record(models)),), name or EXAMPLE_NAME, EXAMPLE_READING
+        chosen = name or identifier(Path(sources[0]).stem)
+        refuse_unwritable(models, is_folder=True)
+        model_path = models / f"{chosen}.json"
+        for kind in kinds:
+            written = {"--models": model_path, "--output": target(settings, folder, chosen, kind)}
+            refuse_overwriting(opt.record_files(sources), written)
+        identification = identified(sources, reading, Fitting())
+        note_cautions(identification.findings)
+        model = saved_model(model_path, identification.model_file(chosen, options["description"]))
+        records = identification.records
+    origin = origin_of(sources[0], zero, model.parameters)
+    with reporting() as progress:
+        built = build_all(model, folder, kinds, settings, origin, stated_of(model, records), progress)
+    present(as_json, Built(model, model_path, origin, settings, built, identification), {})
+
+
+def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions, as_json: bool) -> None:
+    from ...api.fmus.system_build import BuiltSystem, SystemToBuild
+
+    refuse_unwritable(folder, is_folder=True)
+    building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
+    refuse_overwriting([source], {"--output": building.target(folder)})
+    with reporting() as progress:
+        built = building.build(folder, settings.chosen_platforms, progress)
+    present(as_json, BuiltSystem(building, built), {"system": source})
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("fmus", nargs=-1, required=True, metavar="X.fmu...")
+@opt.json_option
+def verify(fmus: tuple[str, ...], as_json: bool) -> None:
+    """Verify FMUs on this computer.
+
+    Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
+    and co-simulation and model exchange with the reference result that the FMU carries. An FMU with a changed file is
+    not run, except for binaries that were added to or compiled anew from the sources of the same FMU: they are named
+    and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+
+    \b
+    Examples:
+      strandspring verify dist/spring.fmu
+      strandspring verify dist/*.fmu --json
+    """
+    from ...api.common.text import counted
+
+    verifications = []
+    for fmu in fmus:
+        with working(f"Verifying {fmu}"):
+            verifications.append(strandspring.verify(fmu))
+    problems = [(verification.path, check) for verification in verifications for check in verification.problems]
+    fmu, first = problems[0] if problems else ("", None)
+    # The first problem is the refusal, and is said once.
+    others = [replace(one, checks=tuple(each for each in one.checks if each is not first)) for one in verifications]
+    lines = [line for verification in others for line in verification.text_lines(None)]
+    made = SimpleNamespace(as_json=lambda: {"fmus": list(map(asdict, verifications))}, text_lines=lambda _: lines)
+    present(as_json, made, {})
+    if first is not None:
+        more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
+        refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
+        sys.exit(1)
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("model", metavar="MODEL.json")
+@opt.given("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
+@opt.given("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
+@opt.mass_option("Mass for --ssp", "Output")
+@opt.given("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
+@opt.given("--c", is_flag=True, help="Write C sources of the spring for targets without FMI.")
+@opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR|FILE",
+       help="Folder, or file name ending in .ssv or .ssp; the Modelica library and C sources take a folder and keep "
+       "other springs.")  # fmt: skip
+@opt.zero_option
+@opt.json_option
+def export(model: str, ssp: bool, mass: float | None, output: str, as_json: bool, **options: Any) -> None:
+    """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
+
+    \b
+    Examples:
+      strandspring export spring.json --ssv
+      strandspring export spring.json --ssv -o system/resources/mount.ssv
+      strandspring export spring.json --ssv --modelica -o dist
+      strandspring export spring.json --ssp --mass 5
+      strandspring export spring.json --c -o firmware
+    """
+    if not (ssp or options["ssv"] or options["modelica"] or options["c"]):
+        raise click.UsageError("Nothing to write; give --ssv, --ssp, --modelica or --c.")
+    if ssp != (mass is not None):
+        raise click.UsageError("--ssp and --mass KG go together.")
+    from ...api.fmus.export import Exports
+
+    exports = Exports.of(model, output, ssp_mass=mass, **options)
+    refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
+    exports.refuse_unwritable()
+    with reporting() as progress:
+        exports.write(progress)
+    for sentence in exports.notes:
+        note(sentence)
+    present(as_json, exports, {"model": model})

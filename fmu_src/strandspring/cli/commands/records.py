@@ -1,0 +1,191 @@
+"""`strandspring show`, `identify` and `identify-many`: from records to springs."""
+
+from __future__ import annotations
+
+import sys
+import webbrowser
+from pathlib import Path
+from typing import Any
+
+import click
+
+import strandspring
+
+from ...api.options import Fitting
+from ...campaigns.jobs.options import Workers
+from ...errors import Reader
+from ...findings import CAUTIONS
+from ...ground.files import user_cache
+from ...ground.options import Option
+from ...loops.reading import Reading
+from ...model.names import identifier
+from ...report import ReportDetails
+from ..shared import options as opt
+from ..shared import output as out
+from ..shared.paths import PLOT_FILE, REPORT_FILE, refuse_overwriting
+
+_FINDINGS = 3  # that are printed, the most harmful ones
+_AMPLITUDE = Option(
+    "number", "Amplitude at which stiffness, energy and loss factor are compared", "m", "mm", 1e-3, least=1e-9,
+    most=1e3, otherwise="the largest that all springs have in common", metavar="MM",
+)  # fmt: skip
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.takes_options(reading=Reading)
+@opt.written("FILE.html", "Write the page to this file, and open nothing.")
+@opt.output_options
+def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: Reading) -> None:
+    """Show loops, strokes and cycles of records before they are identified.
+
+    The page shows what was detected and what would be left out. Zooming into its figures, or choosing cycles, prints
+    the options that choose the same in every command that reads records. Without -o it is opened in the browser.
+
+    \b
+    Examples:
+      strandspring show loop.csv
+      strandspring show rig.xlsx --force "Sheet 2/Load" -o rig.html
+      strandspring show campaign.toml -o campaign.html
+    """
+    from ...api.overview import Overview
+
+    refuse_overwriting(opt.record_files(records), {"--output": output}, ".html")
+    group = opt.read_records(records, reading)
+    page = user_cache() / "record.html" if output is None else Path(output)
+    with out.working("Drawing the page"):
+        strandspring.show(group, page)
+    seen = Overview.of(group)
+    for warning in seen.warnings:
+        out.note(f"Caution: {warning}")
+    out.present(as_json, seen, {}, page=("Page", page))
+    if output is None:
+        webbrowser.open(page.resolve().as_uri())
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.takes_options(reading=Reading, fitting=Fitting)
+@opt.written("MODEL.json", "Model file to write.", is_required=True)
+@opt.name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
+@opt.given("--description", default="", help="Free text for the model file and the FMU.")
+@opt.given("--report", type=REPORT_FILE, metavar="FILE.html",
+       help="Also write a report: a page with all figures to zoom into.")  # fmt: skip
+@opt.takes_options(details=ReportDetails)
+@opt.given("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf", help="Also draw the loops as a figure for a paper.")
+@opt.output_options
+def identify(
+    records: tuple[str, ...], output: str, report: str | None, figure: str | None, as_json: bool,
+    details: ReportDetails, **options: Any,
+) -> None:  # fmt: skip
+    """Identify a spring from force-displacement records.
+
+    A record is a file of a test rig with a displacement and a force: delimited text, and with
+    strandspring[formats] Excel, MATLAB, TDMS, MDF, UFF, HDF5, Parquet. A .toml file describes several records.
+    All records are fitted as one spring.
+
+    The first line of the result says how far the spring predicts strokes that were held out, and how far the best of
+    three plain models does.
+
+    \b
+    Examples:
+      strandspring identify loop.csv -o spring.json
+      strandspring identify rig.txt --displacement 5 --force 7 -o spring.json
+      strandspring identify rig.xlsx --cycles 2: -o spring.json --report r.html
+      strandspring identify a13.csv a46.csv --degrees 3,2 -o spring.json
+      strandspring identify loop.csv -o spring.json --time 1 --moving-mass 0.8
+    """
+    if report is None and details != ReportDetails():
+        raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
+    outputs = {"--output": output, "--report": report, "--figure": figure}
+    refuse_overwriting(opt.record_files(records), outputs, ".json")
+    from ...api.common.text import verdict_json
+    from ...loops.campaign import campaign_verdicts
+    from ...model.modelfile import save_model
+    from ...report.figure import write_figure
+    from ...report.identification_page import write_report
+
+    name, description = options["name"] or identifier(Path(output).stem), options["description"]
+    identification = identified(records, options["reading"], options["fitting"])
+    model = identification.model_file(name, description)
+    verdict = [] if identification.verdict is None else [str(identification.verdict)]
+    if not as_json:
+        for line in verdict:
+            out.result(out.folded(line, out.width_of(sys.stdout)))
+    out.note_cautions(identification.findings, _FINDINGS)
+    save_model(output, model)
+    if report is not None:
+        with out.working("Drawing the report"):
+            write_report(report, identification, model, details)
+    if figure is not None:
+        write_figure(figure, identification)
+    # For one record that holds several amplitudes or frequencies there is `info`.
+    of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
+    rate, overlap = map(verdict_json, of_campaign)
+
+    def more() -> list[str]:
+        sentences = [found.sentence for found in of_campaign if found is not None]
+        return [*out.noted(identification.all_findings), *(sentences if out.is_verbose() else [])]
+
+    content = {"name": model.name, "rate_independence": rate, "overlap": overlap}
+    files = {"model": ("Model file", output), "report": ("Report", report), "figure": ("Figure", figure)}
+    out.present(as_json, identification, content, more, len(verdict), **files)
+
+
+def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:
+    """Read the records and identify the spring."""
+    from ...identification.method import heard_by
+
+    group = opt.read_records(records, reading)
+    with out.working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
+        return strandspring.identify(group, fitting=fitting)
+
+
+@click.command("identify-many", cls=opt.OptionsCommand)
+@click.argument("sources", nargs=-1, required=True, metavar="FILE|FOLDER...")
+@opt.takes_options(reading=Reading, fitting=Fitting, placing=Workers(None))
+@opt.option_of("amplitude", _AMPLITUDE)
+@opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
+@opt.output_options
+def identify_many(
+    sources: tuple[str, ...], output: str, amplitude: float | None, as_json: bool, placing: Workers, **options: Any
+) -> None:
+    """Identify many springs, each from a file of its own.
+
+    Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
+    within it. FOLDER gets FOLDER/NAME.json for each spring, and springs.csv and springs.parquet with one row for each
+    file: parameters, errors, engineering figures, cautions, whether it is an outlier of the batch, or why it is not
+    identified. A damaged file does not stop the others. What is finished is kept in FOLDER/springs.journal.sqlite: the
+    same command again, also after an interrupt, identifies only files that are new or have changed.
+
+    Exit status: 0 if all are identified, 1 if some are not.
+
+    \b
+    Examples:
+      strandspring identify-many monday/ -o models
+      strandspring identify-many monday/*.csv -o models --force-unit kN
+      strandspring identify-many monday/ -o models --amplitude 20 --workers 4
+    """
+    from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
+
+    with out.reporting_kept("files", Path(output) / JOURNAL, "springs/s") as progress:
+        many = strandspring.identify_many(
+            sources, output, amplitude=amplitude, placing=placing.notifying(out.note), progress=progress, **options
+        )
+    if many.batch.columnar_table is None:
+        out.note(
+            f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
+        )
+    if not as_json:
+        is_brief, found = not out.is_verbose(), many.batch.found
+        for line in found.lines(Reader.COMMAND_LINE, CAUTIONS, is_brief):
+            out.note(f"Caution: {line}")
+        for line in (
+            *out.noted(many.left_out),
+            *map("Note: {}".format, found.lines(Reader.COMMAND_LINE, out.notable())),
+        ):
+            out.note(line)
+    out.present(as_json, many, {}, table=("Table", many.batch.table))
+    if not many.is_complete:
+        out.refusal(f"strandspring: {many.problem}")
+        sys.exit(1)

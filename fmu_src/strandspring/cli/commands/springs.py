@@ -1,0 +1,263 @@
+"""`strandspring info`, `predict`, `compare`, `plan` and `synthesize`: what springs are, beside records."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import strandspring
+
+from ...api.options import Comparing, Sampling
+from ...campaigns.planning.limits import Limits
+from ...ground.options import Option
+from ...loops.reading import Reading
+from ..shared import options as opt
+from ..shared.output import is_verbose, note, note_cautions, noted, present, result, save, working
+from ..shared.paths import refuse_overwriting
+
+if TYPE_CHECKING:
+    from ...records.record import Record
+
+_STIFFNESS = Option(
+    "number", "Instead of a model or a record: the rough stiffness, with --stroke", "N/m", "N/mm", 1e3, least=0.0,
+    is_open=True, metavar="N/MM",
+)  # fmt: skip
+_NI_AMPLITUDE = Option(
+    "number", "X of x = X sin(t)", "m", "mm", 1e-3, least=0.0, most=0.1, is_open=True, otherwise="5", metavar="MM"
+)
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("model", metavar="MODEL.json|X.fmu")
+@click.argument("records", nargs=-1, metavar="[RECORD...]")
+@opt.amplitudes_option(
+    "Amplitude of a loop about the offset", "those of the records, or quarters of the identified range"
+)
+@opt.zero_option
+@opt.takes_options(reading=Reading)
+@opt.written("MODEL.json", "Write the model file to this file, as out of an FMU.", "--save")
+@opt.output_options
+def info(
+    model: str, records: tuple[str, ...], save: str | None, as_json: bool, reading: Reading, **options: Any
+) -> None:
+    """Show a model's parameters and loop figures, beside those of records.
+
+    For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
+    W/(2 pi Ws) with Ws = secant stiffness * amplitude^2 / 2, equivalent viscous damping ratio (half of that), mean
+    force and peak forces. Several records also show whether the force depends on the frequency and whether the
+    loading paths of different amplitudes overlap.
+
+    Of the FMU of a system it shows the candidate and its variables, where the bodies rest, and the natural modes.
+
+    \b
+    Examples:
+      strandspring info spring.json
+      strandspring info dist/spring.fmu --save spring.json
+      strandspring info spring.json --amplitude 13 --amplitude 46
+      strandspring info spring.json a13.csv a46.csv --json
+    """
+    from ...api.common.model_source import describes_system
+    from ...model.modelfile import is_fmu, load_model, save_model
+
+    if is_fmu(model) and describes_system(model):
+        opt.refuse_reading(reading, "a model", f"{model} is the FMU of a whole system", save=save, **options)
+        system: Any = strandspring.info(model, *records)
+        present(as_json, system, {"system": model})
+        return
+    refuse_overwriting([model, *opt.record_files(records)], {"--save": save}, ".json")
+    content = load_model(model)  # a bad model is refused before long records are read
+    if save is not None:
+        save_model(save, content)
+    group = opt.read_records(records, reading)
+    with working("Measuring loops"):
+        information: Any = strandspring.info(model, group, **options)
+    note_cautions(information.findings)
+    present(as_json, information, {"model": model}, saved=("Model file", save))
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("model", metavar="MODEL.json")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.takes_options(reading=Reading)
+@opt.written("OUT.csv", "Write displacement, measured and predicted force here.")
+@opt.output_options
+def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, reading: Reading) -> None:
+    """Predict the force of records with a model and report the errors.
+
+    The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
+    omega_start, and reported. The path is the displacement as recorded, which OUT.csv holds; a caution says by how much
+    reversals below its noise change the error, where that counts. OUT.csv holds the ends of the 95 % prediction
+    interval too, if the model file has one.
+
+    \b
+    Examples:
+      strandspring predict spring.json other.csv
+      strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
+    """
+    from ...model.modelfile import load_model
+
+    refuse_overwriting((model, *opt.record_files(records)), {"--output": output}, ".csv")
+    load_model(model)  # a bad model is refused before long records are read
+    group = opt.read_records(records, reading)
+    with working("Predicting"):
+        prediction = strandspring.predict(model, group)
+    note_cautions(prediction.findings)
+    if output is not None:
+        if prediction.interval is None:
+            note(
+                f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the "
+                "spring again with the refined method to have them."
+            )
+        prediction.save_csv(output)
+    present(as_json, prediction, {"model": model}, output=("Prediction", output))
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("a", metavar="A.json")
+@click.argument("b", metavar="B.json")
+@click.argument("records", nargs=-1, metavar="[RECORD...]")
+@opt.takes_options(comparing=Comparing, reading=Reading)
+@opt.plot_option("Plot loops, figures and transmissibility")
+@opt.output_options
+def compare(
+    a: str, b: str, records: tuple[str, ...], plot: str | None, as_json: bool, comparing: Comparing, reading: Reading
+) -> None:
+    """Compare two springs, such as two lots, or one before and after fatigue.
+
+    Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
+    range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
+    pairs of records of one spring were found to differ). z is the difference over its standard deviation; * marks
+    what is beyond the uncertainty. With records: which of both follows each one better.
+
+    \b
+    Examples:
+      strandspring compare new.json worn.json
+      strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
+      strandspring compare new.json worn.json --align middle --json
+    """
+    from ...model.modelfile import load_model
+
+    refuse_overwriting([a, b, *opt.record_files(records)], {"--plot": plot})
+    for path in (a, b):
+        load_model(path)
+    group = opt.read_records(records, reading)
+    with working("Comparing"):
+        comparison = strandspring.compare(a, b, group, comparing=comparing)
+        save(comparison, None, plot)
+    note_cautions(comparison.findings)
+
+    def notes() -> list[str]:
+        return noted(comparison.findings) if is_verbose() else []
+
+    present(as_json, comparison, {}, notes, plot=("Plot", plot))
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | RECORD...]")
+@opt.option_of("stiffness", _STIFFNESS, group="Rig")
+@opt.takes_options(limits=Limits, reading=Reading)
+@opt.written("PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].")
+@opt.plot_option("Plot the programme")
+@opt.output_options
+def plan(
+    sources: tuple[str, ...], output: str | None, plot: str | None, as_json: bool, stiffness: float | None,
+    limits: Limits, reading: Reading,
+) -> None:  # fmt: skip
+    """Plan the test that decides what is still open about a spring: the programme that a rig should run next.
+
+    From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
+    stiffness and stroke. Full loops, minor loops, small loops down to 10 % of the amplitude, another rate and dwells
+    are chosen one after the other for the most that they decide in their time. Each row says what a block decides
+    most: half of the 95 % interval before and after it, in % of the value. Displacements are those of the records.
+
+    \b
+    Examples:
+      strandspring plan spring.json --velocity 50 -o program.csv
+      strandspring plan loop.csv --velocity 50 --duration 120 -o program.csv
+      strandspring plan --stiffness 20 --stroke -20:20 -o program.csv
+      strandspring plan spring.json --force-limit 800 --plot plan.png
+    """
+    from ...model.modelfile import is_model_path, load_model
+
+    is_model = len(sources) == 1 and is_model_path(sources[0])
+    if is_model or not sources:
+        opt.refuse_reading(reading, "records", "there are none")
+    refuse_overwriting(sources if is_model else opt.record_files(sources), {"--output": output, "--plot": plot}, ".csv")
+    source: Any = None
+    if is_model:
+        source = load_model(sources[0])
+    elif sources:
+        group = opt.read_records(sources, reading)
+        with working("Identifying"):
+            source = strandspring.identify(group)
+        note_cautions(source.findings)
+    with working("Planning"):
+        test = strandspring.plan(source, stiffness=stiffness, limits=limits)
+    save(test, output, plot)
+    files: dict[str, Any] = {"program": ("Programme", output), "plot": ("Plot", plot)}
+    present(as_json, test, {}, lambda: noted(test.findings), **files)
+
+
+_RECORD: opt.Decorator = opt.together(
+    opt.takes_options(sampling=Sampling),
+    opt.written("RECORD.csv", "Record to write.", is_required=True),
+)
+
+
+@click.group()
+def synthesize() -> None:
+    """Compute records: a spring's response, or the paper's experiment."""
+
+
+@synthesize.command(cls=opt.OptionsCommand)
+@click.argument("model", metavar="MODEL.json")
+@opt.amplitudes_option("Amplitude of the sine", "the identified range")
+@_RECORD
+def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
+    """Compute the record of a model's spring under sinusoidal displacement.
+
+    \b
+    Examples:
+      strandspring synthesize spring spring.json -o loop.csv
+      strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
+    """
+    from ...model.modelfile import load_model
+
+    refuse_overwriting([model], {"--output": output}, ".csv")
+    content = load_model(model)
+    record = strandspring.synthesize(content, amplitudes, sampling=sampling)
+    note_cautions(replace(record, path=output).found)
+    _write(output, record, sampling, 0.0)
+
+
+@synthesize.command(cls=opt.OptionsCommand)
+@opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
+@_RECORD
+@opt.written("FILE.csv", "Also write the record without noise.", "--clean")
+def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampling) -> None:
+    """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
+
+    The record holds whole periods without their closing sample; the periods before the steady state are omitted.
+
+    \b
+    Examples:
+      strandspring synthesize ni -o table1.csv --clean true.csv
+      strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
+    """
+    refuse_overwriting((), {"--output": output, "--clean": clean}, ".csv")
+    record = strandspring.synthesize("ni", amplitude, sampling=sampling)
+    _write(output, record, sampling, 0.03)
+    if clean is not None:
+        strandspring.synthesize("ni", amplitude, sampling=replace(sampling, noise=0.0)).save(Path(clean), "mm")
+        result(f"Without noise: {clean}")
+
+
+def _write(output: str, record: Record, sampling: Sampling, usual: float) -> None:
+    noise = usual if sampling.noise is None else sampling.noise
+    if noise > 0.0:
+        note(f"Noise level {noise:g}, seed {sampling.seed}")
+    record.save(output, "mm")
+    result(f"Record: {output} ({len(record)} samples)")

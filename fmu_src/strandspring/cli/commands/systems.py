@@ -1,0 +1,233 @@
+"""`strandspring isolate`, `simulate` and `study`: masses and bodies on springs."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+
+import strandspring
+
+from ...campaigns.jobs.options import Workers
+from ...ground.files import refuse_unwritable
+from ...ground.options import Option
+from ...vibration.one_mass.options import Curve, Levels, Mount
+from ...vibration.options import Part, Run, StudyRun
+from ..shared import options as opt
+from ..shared.output import note, present, remarks_on, reporting, reporting_kept, result, save
+from ..shared.paths import REPORT_FILE, refuse_overwriting
+
+_FACTORS = Option(
+    "numbers", "Of a model: factor on all forces of the spring (FE and kappa_omega)", least=1e-6, most=1e6,
+    otherwise="1", metavar="FACTOR",
+)  # fmt: skip
+_report_option: opt.Decorator = opt.given(
+    "--report", type=REPORT_FILE, metavar="FILE.html", help="Of a system: write a report."
+)
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("models", nargs=-1, required=True, metavar="MODEL.json...|SYSTEM.toml")
+@opt.mass_option("Mass on the mount; required with models")
+@opt.takes_options(mount=Mount)
+@opt.zero_option
+@opt.takes_options(levels=Levels)
+@opt.given("--candidate", "candidates", multiple=True, metavar="NAME", group="System",
+       help="Of a SYSTEM.toml: compute only this candidate; repeat for more.")  # fmt: skip
+@opt.takes_options(curve=Curve)
+@opt.given("--verify", is_flag=True,
+       help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, and "
+       "compare after 20 periods.")  # fmt: skip
+@opt.written("OUT.csv", "Write all figures to this file.")
+@opt.plot_option("Plot the curves of all models")
+@_report_option
+@opt.output_options
+def isolate(
+    models: tuple[str, ...], output: str | None, plot: str | None, report: str | None, verify: bool, as_json: bool,
+    candidates: tuple[str, ...], **options: Any,
+) -> None:  # fmt: skip
+    """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
+
+    Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
+    the second order and the natural modes, for all its candidates. Where a body turns by half a degree or more, curves
+    are compared with time integration of the exact equations, and a caution names differences from 2 % on.
+
+    The steady response is found by harmonic balance and followed through folds, where a frequency has several motions;
+    between two folds they are unstable (drawn dotted). Transmissibility is that of the first harmonic: absolute motion
+    over base motion or, with --force, the force on the base over that force. Small peaks of the amplitude below the
+    resonance are superharmonic: a multiple of the frequency meets the natural frequency.
+
+    \b
+    Examples:
+      strandspring isolate spring.json --mass 5
+      strandspring isolate old.json new.json --mass 5 --plot compared.png
+      strandspring isolate spring.json --mass 20 --parallel 4 --plot t.png
+      strandspring isolate spring.json --mass 5 --base-displacement 0.5
+      strandspring isolate spring.json --mass 5 --force 10 --band 2 50 -o c.csv
+      strandspring isolate spring.json --mass 5 --verify
+      strandspring isolate box.toml --direction z --base-displacement 0.5
+      strandspring isolate box.toml --candidate softer --report softer.html
+    """
+    from ...api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
+    from ...ground.options import refuse_given
+
+    is_of_system = is_system(models[0])
+    where, others = models[0], {"verify": verify} if is_of_system else {"report": report}
+    refuse_given(f"{OF_MODELS}; leave it out." if is_of_system else OF_SYSTEMS, where, **others)
+    refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report}, ".csv")
+    with reporting() as progress:
+        isolation: Any = strandspring.isolate(models, candidates=candidates or None, **options, progress=progress)
+    files: dict[str, Any] = {"output": ("Curves", output), "plot": ("Plot", plot), "report": ("Report", report)}
+    if is_of_system:
+        save(isolation, output, plot, report)
+        present(as_json, isolation, {"system": isolation.source}, partial(remarks_on, isolation), **files)
+        return
+    from ...api.vibration.isolation import verification_lines
+
+    del files["report"]
+    with reporting() as progress:
+        checked = isolation.verify(progress) if verify else ()
+    save(isolation, output, plot)
+
+    def more() -> list[str]:
+        return [*verification_lines(checked), *remarks_on(isolation)]
+
+    present(as_json, isolation, isolation.as_json(checked), more, **files)
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("system", metavar="SYSTEM.toml")
+@opt.takes_options(part=Part, run=Run)
+@opt.given("--workers", type=click.IntRange(1, 1024), metavar="N", group="Simulation",
+       help="Number of threads.  [default: all cores]")  # fmt: skip
+@_report_option
+@opt.plot_option("Plot acceleration against stroke, with verdicts")
+@opt.given("--histories", metavar="FOLDER",
+       help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file may "
+       "have tens of megabytes.")  # fmt: skip
+@opt.written("OUT.csv", "Write all figures to this file.")
+@opt.output_options
+def simulate(
+    system: str, report: str | None, plot: str | None, histories: str | None, output: str | None, as_json: bool,
+    part: Part, run: Run, workers: int | None,
+) -> None:  # fmt: skip
+    """Simulate bodies on mounts under shock and vibration.
+
+    SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
+    and load cases; `python -m strandspring.examples.system_models FOLDER` writes examples. Each case is run with the
+    springs as identified, and then as often as --draws says with all that is unknown drawn: where hysteresis leaves
+    each axis at rest, springs by the uncertainty of their model files, scatter of mounts, realisations of random
+    vibration. Figures are printed as ranges over these, with the numerical error and cautions that have a size.
+
+    The verdict on a candidate in a case is "pass" (all ranges are within their limits), "fail" (a range is beyond its
+    limit), "not decided" (a limit lies within a range), "outside" (a spring leaves its identified range, so that all
+    figures are extrapolated), "refused" (it cannot be simulated, or most draws cannot) or "no limits" (none applies).
+    On all cases together it is the worst of these, or "not tested" if no case tests some limit. All of these are
+    results, with exit status 0; the status is 1 if nothing could be simulated, or there is no case.
+
+    \b
+    Examples:
+      strandspring simulate box.toml
+      strandspring simulate box.toml --case shock --candidate softer
+      strandspring simulate box.toml --draws 200 -o figures.csv
+      strandspring simulate box.toml --report box.html --plot sheet.png
+    """
+    from ...vibration.description.system_file import load_system_file
+
+    file = load_system_file(system)
+    refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot}, ".csv")
+    if histories is not None:
+        refuse_unwritable(Path(histories), is_folder=True)
+    with_courses = as_json or report is not None or histories is not None
+    with reporting() as progress:
+        simulation = strandspring.simulate(
+            file, part.cases, part.candidates, run=run, workers=workers, courses=with_courses, progress=progress
+        )
+    save(simulation, output, plot, report)
+    courses = () if histories is None else simulation.save_histories(histories)
+    content = {"file": system, "histories": [str(path) for path in courses]}
+    files: dict[str, Any] = {"output": ("Figures", output), "report": ("Report", report), "plot": ("Plot", plot)}
+    present(as_json, simulation, content, partial(remarks_on, simulation), **files)
+    if histories is not None and not as_json:
+        result(f"Histories: {len(courses)} files in {histories}")
+
+
+def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, str] | None:
+    """Paths with their values; raises click.UsageError if one is not of this form, or given twice."""
+    varied: dict[str, str] = {}
+    for text in given:
+        name, equals, values = (part.strip() for part in text.partition("="))
+        if not (name and equals and values):
+            raise click.UsageError(f"--vary must be PATH=VALUES, such as 'body.box.mass=15 kg:25 kg:5', got {text!r}.")
+        if name in varied:
+            raise click.UsageError(f"--vary {name} is given twice; give all its values in one list with commas.")
+        varied[name] = values
+    return varied or None
+
+
+@click.command(cls=opt.OptionsCommand)
+@click.argument("model", metavar="MODEL.json|SYSTEM.toml")
+@opt.mass_option("Mass on the mount; required with a model", several=True)
+@opt.takes_options(levels=Levels)
+@opt.option_of("stiffness", _FACTORS, group="Mount")
+@opt.takes_options(mount=Mount)
+@opt.zero_option
+@opt.takes_options(curve=Curve(points=24), run=StudyRun)
+@opt.given("--vary", multiple=True, metavar="PATH=VALUES", callback=_varied, group="System",
+       help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, such as "
+       "'15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
+@opt.takes_options(part=Part, placing=Workers(None))
+@opt.given("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
+@opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
+@opt.output_options
+def study(
+    model: str, output: str, plot: str | None, as_json: bool, stiffness: tuple[float, ...] | None, placing: Workers,
+    **options: Any,
+) -> None:  # fmt: skip
+    """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
+
+    Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
+    uncertainty of all coefficients in the model file. Of a SYSTEM.toml, --vary gives values of the file: keys with
+    dots between them lead to one, names or numbers choose an entry of a list, and * takes all of them; numbers carry a
+    unit or are in what the file's `units` state, and percent are of what the file says. "mount.NAME.places" is how
+    many of the places have a mount, from the first on. Every grid point is simulated with every candidate in every load
+    case; each run is a whole answer of `simulate`, and its figures are the upper ends of their ranges.
+
+    Draw k of a seed is the same spring in every study. A refused run, for instance one whose motion leaves the
+    identified range, is a line with the reason. Finished runs are kept in RESULTS.csv.part.sqlite until all are done;
+    the same command continues from there.
+
+    \b
+    Examples:
+      strandspring study spring.json --mass 5 --base-displacement 0.5 -o study.csv
+      strandspring study spring.json --mass 4:8:5 --draws 0 -o grid.csv
+      strandspring study spring.json --mass 5 --stiffness 0.9:1.1:3 -o s.csv
+      strandspring study spring.json --mass 5 --scheduler tls://host:8786 -o s.csv
+      strandspring study box.toml --vary 'body.box.mass=15 kg:25 kg:5' -o s.csv
+      strandspring study box.toml --vary 'mount_type.*.axes.*.series=1,2' -o p.csv
+      strandspring study box.toml --vary mount.corner.places=3,4 -o m.csv
+    """
+    from ...api.common.model_source import OF_SYSTEMS, is_system
+    from ...campaigns.studies.journal import journal_path
+    from ...ground.options import refuse_given
+
+    journal = journal_path(Path(output))
+    is_of_system = is_system(model)
+    if not is_of_system:
+        refuse_given(OF_SYSTEMS, model, plot=plot)
+    refuse_overwriting([model], {"--output": output, "--output's journal": journal, "--plot": plot}, ".csv")
+    with reporting_kept("runs", journal) as progress:
+        studied: Any = strandspring.study(
+            model,
+            stiffness=stiffness or 1.0,
+            placing=placing.notifying(note),
+            output=output,
+            progress=progress,
+            **options,
+        )
+    save(studied, None, plot)
+    written: dict[str, Any] = {"output": ("Results", output), **({"plot": ("Plot", plot)} if is_of_system else {})}
+    content = {"system" if is_of_system else "model": model}
+    present(as_json, studied, content, partial(remarks_on, studied), **written)
