@@ -50,10 +50,15 @@ class ResultColumn:
         """Its value among figures, in the unit for people."""
         return self.factor * float(getattr(figures, self.key))
 
-    def text(self, value: float | str | None, sign: str = "") -> str:
-        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are."""
+    def text(self, value: float | str | tuple[float, float] | None, sign: str = "") -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are,
+        and a pair as a range.
+        """
         if value is None or isinstance(value, str):
             return value or ""
+        if isinstance(value, tuple):
+            low, high = map(self.text, value)
+            return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
         return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
 
 

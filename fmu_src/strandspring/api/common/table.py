@@ -1,0 +1,198 @@
+"""Tables of results: columns are declared once, and text, frame, JSON and CSV are made of them here."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from ...ground.files import write_csv
+from ...ground.result_columns import ResultColumn
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_GAP = "  "  # before each column
+_LEAST = 16  # to which text is folded beside other columns
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows with declared columns.
+
+    Parameters
+    ----------
+    columns : sequence of ResultColumn   Those without `short` are in files only.
+    rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
+                                         units, pairs of them for a range, texts; None or missing where there is none.
+    title : str                          A line before the table, in text.
+    details : collection of str          Keys of the columns that are left out where it is to be brief.
+    varied : collection of str or None   Keys of the columns that stay in brief text though all rows hold the same;
+                                         the other ones with one value are put before the table. None for all.
+    """
+
+    columns: Sequence[ResultColumn]
+    rows: Sequence[Any]
+    title: str = ""
+    details: Collection[str] = ()
+    varied: Collection[str] | None = None
+
+    def lines(self, width: int | None = None, brief: bool = False) -> list[str]:
+        """The table as text, folded to a width; nothing without rows."""
+        if not self.rows:
+            return []
+        columns = [column for column in self.columns if column.short and not (brief and column.key in self.details)]
+        values = [[_value(row, column.key) for column in columns] for row in self.rows]
+        rows = [[column.text(value) for column, value in zip(columns, row, strict=True)] for row in values]
+        headings = [column.heading for column in columns]
+        left = {name for k, name in enumerate(headings) if any(isinstance(row[k], str) for row in values)}
+        lines = [self.title] if self.title else []
+        if brief and self.varied is not None:
+            kept = {column.heading for column in columns if column.key in self.varied}
+            headings, rows, shared = without_constants(headings, rows, kept)
+            lines += [f"Throughout: {shared}"] if shared else []
+        return [*lines, *table_lines(headings, rows, left, width)]
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """The rows as objects for JSON, in SI units."""
+        return [{column.key: _value(row, column.key) for column in self.columns} for row in self.rows]
+
+    def frame(self) -> pd.DataFrame:
+        """The rows in SI units."""
+        import pandas as pd
+
+        return pd.DataFrame(self.as_json(), columns=[column.key for column in self.columns])
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows in SI units.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        headings = [column.file_heading for column in self.columns]
+        write_csv(Path(path), headings, ([_value(row, c.key) for c in self.columns] for row in self.rows))
+
+
+def _value(row: Any, key: str) -> Any:
+    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column: its lines of heading, its lines in each row, and whether they are aligned to the left."""
+
+    heading: list[str]
+    cells: list[list[str]]
+    is_left: bool
+
+    @property
+    def width(self) -> int:
+        return max(_width(line) for lines in (self.heading, *self.cells) for line in lines)
+
+    def folded(self) -> _Column:
+        """With the words of the heading one below the other where it is wider than the cells."""
+        (heading,) = self.heading
+        words = [*heading.split(), *(line for lines in self.cells for line in lines)]
+        return _Column(_wrapped(heading, max(map(_width, words))), self.cells, self.is_left)
+
+    def folded_to(self, width: int) -> _Column:
+        """With all text folded at a width."""
+        heading, *cells = (_wrapped(text, width) for (text,) in (self.heading, *self.cells))
+        return _Column(heading, cells, self.is_left)
+
+    def padded(self, text: str) -> str:
+        space = " " * (self.width - _width(text))
+        return _GAP + (text + space if self.is_left else space + text)
+
+
+def table_lines(
+    headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = (), width: int | None = None
+) -> list[str]:
+    """A table with the columns `left` aligned to the left and all others to the right.
+
+    Parameters
+    ----------
+    headings : sequence of str
+    rows : iterable of sequences of str
+    left : collection of str     Headings of the columns to align to the left.
+    width : int or None          Fold headings and the widest text of a wider table; if that does not do, the table into
+                                 several, one below the other, each with the first column of `left`, or the first of
+                                 all, which says what the rows are.
+
+    Examples
+    --------
+    >>> table_lines(["name", "N"], [["kappa_omega", "25"], ["rho", "7"]], left=["name"])
+    ['  name          N', '  kappa_omega  25', '  rho           7']
+    >>> table_lines(["spring", "mass kg", "sag mm"], [["mount", "4", "12"]], left=["spring"], width=14)
+    ['  spri  mass', '  ng      kg', '  moun     4', '  t', '', '  spri  sag', '  ng     mm', '  moun   12', '  t']
+    """
+    cells = list(zip(*rows, strict=True)) or [()] * len(headings)
+    columns = [
+        _Column([heading], [[text] for text in texts], heading in left)
+        for heading, texts in zip(headings, cells, strict=True)
+    ]
+    if width is None or sum(column.width + len(_GAP) for column in columns) <= width:
+        return _lines(columns)
+    texts = [column for column in columns if column.is_left]
+    if texts:
+        widest = max(texts, key=lambda column: column.width)
+        shorter = [column if column is widest else column.folded() for column in columns]
+        spare = width - sum(len(_GAP) + column.width for column in shorter) + widest.width
+        if spare >= min(widest.width, _LEAST):
+            return _lines([column.folded_to(spare) if column is widest else column for column in shorter])
+    label = next((column for column in columns if column.is_left), columns[0])
+    title = label.folded_to(max(1, width // 3))
+    bands: list[list[_Column]] = []
+    for column in (column.folded() for column in columns if column is not label):
+        if not bands or sum(part.width + len(_GAP) for part in (*bands[-1], column)) > width:
+            bands.append([title])
+        bands[-1].append(column)
+    return [line for band in bands for line in ("", *_lines(band))][1:]
+
+
+def without_constants(
+    headings: Sequence[str], rows: Sequence[Sequence[str]], kept: Collection[str] = ()
+) -> tuple[list[str], list[list[str]], str]:
+    """Headings and rows without columns that hold the same in all of several rows, and these in words.
+
+    Examples
+    --------
+    >>> without_constants(["mass kg", "level", "Hz"], [["4", "10 N", "19"], ["6", "10 N", "16"]])
+    (['mass kg', 'Hz'], [['4', '19'], ['6', '16']], 'level 10 N')
+    """
+    constant = [
+        len(rows) > 1 and heading not in kept and len({row[k] for row in rows}) == 1
+        for k, heading in enumerate(headings)
+    ]
+    words = ", ".join(f"{headings[k]} {rows[0][k]}" for k, is_constant in enumerate(constant) if is_constant)
+    varied = [k for k, is_constant in enumerate(constant) if not is_constant]
+    return [headings[k] for k in varied], [[row[k] for k in varied] for row in rows], words
+
+
+def _lines(columns: Sequence[_Column]) -> list[str]:
+    """The lines of a table, whose headings stand at the bottom and whose cells at the top of their row."""
+    deepest = max(len(column.heading) for column in columns)
+    headings = [[""] * (deepest - len(column.heading)) + column.heading for column in columns]
+    lines = []
+    for row in (headings, *zip(*(column.cells for column in columns), strict=True)):
+        for number in range(max(map(len, row))):
+            parts = [cell[number] if number < len(cell) else "" for cell in row]
+            lines.append("".join(column.padded(part) for column, part in zip(columns, parts, strict=True)).rstrip())
+    return lines
+
+
+def _wrapped(text: str, width: int) -> list[str]:
+    return wrap(text, max(1, width)) or [""]
+
+
+def _width(text: str) -> int:
+    """Columns of a terminal that a text takes: two for each character of Chinese, Japanese and Korean."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len  # rich is imported only where it is needed
+
+    return cell_len(text)
