@@ -19,7 +19,7 @@ from ..model.joint import HYSTERETIC_UNITS
 from ..model.stated_figures import differ, effects_in_words, in_words
 from ..records.given import Source, given_records
 from .common.methods import MethodName, chosen_method
-from .common.result import ResultWithFindings
+from .common.result import PlottedResult
 from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
 from .spring import Spring
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from ..report.details import ReportDetails
 
 
-class Identification(IdentifiedModel, ResultWithFindings):
+class Identification(IdentifiedModel, PlottedResult):
     """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
 
     Examples

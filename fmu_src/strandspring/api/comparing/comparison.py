@@ -20,8 +20,8 @@ from ...records.given import records_of
 from ...records.record import Record
 from ...vibration.one_mass.response import FrequencyResponse
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines
+from ..common.result import PlottedResult
+from ..common.table import table_lines
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import Align, aligned, apart, shared_range
 from .common_form import common_form, in_form
@@ -88,7 +88,7 @@ class RecordComparison:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(ResultWithFindings):
+class Comparison(PlottedResult):
     """Two springs against each other.
 
     Attributes

@@ -17,8 +17,8 @@ from ...findings import Finding
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
 from ..common.progress import Progress
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines, without_constants
+from ..common.result import PlottedResult
+from ..common.table import table_lines, without_constants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,7 +59,7 @@ def executed(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AnyStudyResult(ResultWithFindings, Generic[Planned]):
+class AnyStudyResult(PlottedResult, Generic[Planned]):
     """Runs of a study, and what they say of each candidate at each grid point.
 
     Attributes

@@ -22,8 +22,8 @@ from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn, cells
 from ...vibration.one_mass.system import DEFAULT_SHARES
 from ..common.progress import Progress
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines, without_constants
+from ..common.result import PlottedResult
+from ..common.table import table_lines, without_constants
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,7 +36,7 @@ FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
 ISOLATION_FREQUENCY = ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz")
 
 
-class AnyIsolation(ResultWithFindings):
+class AnyIsolation(PlottedResult):
     """Steady motions of all parts, each with its `label` and its `responses`."""
 
     _resonance: ClassVar[type[Any]]

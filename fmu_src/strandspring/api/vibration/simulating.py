@@ -34,9 +34,9 @@ from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import LEAST_DRAWS, Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.progress import Progress, unseen
-from ..common.result import ResultWithFindings
+from ..common.result import PlottedResult
+from ..common.table import table_lines
 from ..common.text import counted
-from ..common.text_table import table_lines
 from .simulation_details import detail_lines
 from .simulation_json import candidate_json, case_json, figure_json
 
@@ -56,7 +56,7 @@ _IN_TABLE = {FigureKind.ACCELERATION: "accel. g", FigureKind.SWAY: "sway mm", Fi
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Simulation(ResultWithFindings):
+class Simulation(PlottedResult):
     """Candidates under load cases.
 
     Attributes

@@ -12,7 +12,7 @@ from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.verdicts.answers import CandidateAnswer, CaseAnswer
 from ...vibration.verdicts.static_answer import SECANT_SHARE, StaticAnswer
 from ...vibration.verdicts.verdicts import Figure, FigureKind
-from ..common.text_table import table_lines
+from ..common.table import table_lines
 
 _NOTHING = 1e-9  # of rounding, in the unit for people
 _JUDGED = {

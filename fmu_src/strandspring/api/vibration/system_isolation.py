@@ -31,7 +31,7 @@ from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.levels import checked_count, given_levels, positive_levels
 from ..common.progress import Progress, unseen
-from ..common.text_table import table_lines
+from ..common.table import table_lines
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:

@@ -141,7 +141,7 @@ def isolate(
             lambda: {"system": system.source, **system.as_json()},
             system.brief,
             system.text_lines,
-            system.remarks,
+            system.said,
             **files,
         )
         return
@@ -157,6 +157,6 @@ def isolate(
         lambda: isolation.as_json(checked),
         lambda width: [*isolation.brief(width), *verification_lines(checked)],
         lambda width: [*isolation.text_lines(width), *verification_lines(checked)],
-        isolation.remarks,
+        isolation.said,
         **files,
     )

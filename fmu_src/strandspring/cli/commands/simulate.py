@@ -92,7 +92,7 @@ def simulate(
         lambda: {"file": system, **simulation.as_json(), "histories": [str(path) for path in courses]},
         simulation.brief,
         simulation.text_lines,
-        simulation.remarks,
+        simulation.said,
         output=("Figures", output),
         report=("Report", report),
         plot=("Plot", plot),

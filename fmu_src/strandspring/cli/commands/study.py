@@ -161,7 +161,7 @@ def study(
         lambda: {kind: model, **study_result.as_json()},
         study_result.brief,
         study_result.text_lines,
-        study_result.remarks,
+        study_result.said,
         **written,
     )
 
