@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+_NOTHING = 1e-9  # of rounding, in the unit for people
+
 
 @dataclass(frozen=True)
 class ResultColumn:
@@ -59,7 +61,10 @@ class ResultColumn:
         if isinstance(value, tuple):
             low, high = map(self.text, value)
             return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
-        return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
+        shown = value * self.factor
+        if not math.isfinite(shown):
+            return "-"
+        return f"{sign}{shown:.{self.digits}g}" if abs(shown) >= _NOTHING else "0"
 
 
 def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:

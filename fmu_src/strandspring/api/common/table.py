@@ -25,7 +25,7 @@ class Table:
 
     Parameters
     ----------
-    columns : sequence of ResultColumn   Those without `short` are in files only.
+    columns : sequence of ResultColumn   Those without `short` are in files only, and without any value not in text.
     rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
                                          units, pairs of them for a range, texts; None or missing where there is none.
     title : str                          A line before the table, in text.
@@ -44,7 +44,13 @@ class Table:
         """The table as text, folded to a width; nothing without rows."""
         if not self.rows:
             return []
-        columns = [column for column in self.columns if column.short and not (brief and column.key in self.details)]
+        columns = [
+            column
+            for column in self.columns
+            if column.short
+            and not (brief and column.key in self.details)
+            and any(_value(row, column.key) is not None for row in self.rows)
+        ]
         values = [[_value(row, column.key) for column in columns] for row in self.rows]
         rows = [[column.text(value) for column, value in zip(columns, row, strict=True)] for row in values]
         headings = [column.heading for column in columns]
