@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import click
 
-from ...api.vibration.isolation import CheckedMotion, verification_lines
 from ...api.vibration.isolation import isolate as isolated
 from ...report.rendering.report_path import SUFFIXES, check_report_path
 from ..shared.descriptions import is_system, refuse_mixed
@@ -147,16 +147,8 @@ def isolate(
         return
     with reporting() as progress:
         isolation = isolated(models, mass, **levels, **options, progress=progress)
-    checked: tuple[CheckedMotion, ...] = ()
     if verify:
         with reporting() as progress:
-            checked = isolation.verify(progress)
+            isolation = replace(isolation, checked=isolation.verify(progress))
     save(isolation, output, plot)
-    present(
-        as_json,
-        lambda: isolation.as_json(checked),
-        lambda width: [*isolation.brief(width), *verification_lines(checked)],
-        lambda width: [*isolation.text_lines(width), *verification_lines(checked)],
-        isolation.said,
-        **files,
-    )
+    present(as_json, isolation.as_json, isolation.brief, isolation.text_lines, isolation.said, **files)
