@@ -51,9 +51,8 @@ if TYPE_CHECKING:
     from .api.responses import responses as responses
     from .api.showing import show as show
     from .api.spring import Spring as Spring
-    from .api.studies.studying import StudyResult as StudyResult
+    from .api.studies.study_result import StudyResult as StudyResult
     from .api.studies.studying import study as study
-    from .api.studies.system_studying import SystemStudyResult as SystemStudyResult
     from .api.studies.system_studying import study_system as study_system
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
@@ -102,8 +101,9 @@ _NAMES = {
     "api.responses": ("Responses", "responses"),
     "api.showing": ("show",),
     "api.spring": ("Spring",),
-    "api.studies.studying": ("StudyResult", "study"),
-    "api.studies.system_studying": ("SystemStudyResult", "study_system"),
+    "api.studies.study_result": ("StudyResult",),
+    "api.studies.studying": ("study",),
+    "api.studies.system_studying": ("study_system",),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulating": ("Simulation", "simulate"),
     "api.vibration.system_isolation": ("SystemIsolation", "isolate_system"),

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -15,10 +12,9 @@ from ...campaigns.jobs.cluster import Cluster, runner_of
 from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import ModelError
-from ...findings import Finding, Outcome
 from ...ground.arguments import flag, limits, number, numbers, optional_number, whole
 from ...ground.files import readable
-from ...model.coordinates import counted_from, zero_sentence
+from ...model.coordinates import counted_from
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
@@ -26,91 +22,9 @@ from ...vibration.one_mass.system import Excitation, IsolatedMass, IsolationErro
 from ..common.levels import given_levels
 from ..common.model_source import ModelSource, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from .study_result import AnyStudyResult, executed, records
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from .study_result import StudyResult, executed
 
 _DEFAULT_SHARE = 0.01  # of the free travel
-_COUNTED = {Outcome.OUTSIDE_RANGE: "extrapolating", Outcome.PEAK_AT_END: "at_end_of_band"}  # columns of summaries
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(AnyStudyResult[Study]):
-    """Runs of a parameter study and their quantiles.
-
-    The columns of `to_frame` are the attributes of `RunRow`.
-
-    Attributes
-    ----------
-    study : Study
-    known : tuple of Finding  Of the model's identification.
-    model : ModelFile
-    zero : float              Where displacement is counted from [m].
-    """
-
-    _size = (8.0, 5.5)
-    _brief = ("frequency", "transmissibility", "amplitude", "isolation_frequency")
-
-    model: ModelFile
-    zero: float
-
-    @property
-    def headline(self) -> str:
-        """What was run, in words."""
-        planned, refused = self.study, int(self._summaries["refused"].sum())
-        springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
-        return f"{len(planned)} runs: {springs} at each of {planned.grid_size} grid points, {refused} refused"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility against frequency at resonance, a line over the masses for each level and stiffness,
-        with bars from 5 to 95 % of the draws.
-
-        Parameters
-        ----------
-        ax : Axes or None   Of matplotlib; those of a new figure if None.
-        """
-        (axes,) = self._axes(ax)
-        known = self._summaries.dropna(subset=["frequency_median", "transmissibility_median"])
-        for level, factor in product(self.study.levels, self.study.stiffness_factors):
-            rows = known[(known["level"] == level) & (known["stiffness_factor"] == factor)]
-            label = f"{self.study.excitation.level_text(level)}, stiffness x {factor:g}"
-            self._bars(axes, rows, {"frequency": 1.0, "transmissibility": 1.0}, label=label, marker="o")
-        axes.set(xlabel="resonance frequency [Hz]", ylabel="transmissibility [-]", title=self.model.name)
-        return axes
-
-    def _head(self, point: dict[str, Any]) -> dict[str, str]:
-        return {
-            "mass kg": f"{point['mass']:g}",
-            "level": self.study.excitation.level_text(point["level"]),
-            "stiffness": f"{point['stiffness_factor']:g}",
-            "refused": str(point["refused"]),
-        }
-
-    def _where(self, point: dict[str, Any]) -> str:
-        mass, level, stiffness, *_ = self._head(point).values()
-        return f"{mass} kg, {level}, stiffness x {stiffness}"
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Of the model's identification, and of peaks and ranges at each grid point."""
-        spring = self.study.spring
-        ends = ((spring.displacement_min, spring.displacement_max),)
-        found = list(self.known)
-        for point in records(self._summaries):
-            for kind, column in _COUNTED.items():
-                if point[column]:
-                    numbers = {"runs": point[column], "of": point["runs"], "range": ends}
-                    found.append(Finding(kind, numbers, self._where(point)))
-        return tuple(found)
-
-    def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
-        return [*super()._remarks(shown), *filter(None, [zero_sentence(self.zero)])]
-
-    def as_json(self) -> dict[str, Any]:
-        """The result as the command prints it with --json."""
-        excitation = self.study.excitation
-        return {"zero": self.zero, "excitation": excitation.value, "unit": excitation.unit, **super().as_json()}
 
 
 def study(
@@ -221,7 +135,7 @@ def study(
     )
 
     execution = executed(planned, runner, output, progress, notify)
-    return StudyResult(planned, *execution, tuple(cautions_in_use(content.name, content)), content, origin)
+    return StudyResult(planned, *execution, tuple(cautions_in_use(content.name, content)), content.name, origin)
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> JointCovariance:

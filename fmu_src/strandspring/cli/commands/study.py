@@ -9,9 +9,9 @@ from typing import Any
 import click
 import numpy as np
 
-from ...api.studies.studying import StudyResult
+from ...api.studies.study_result import StudyResult
 from ...api.studies.studying import study as studied
-from ...api.studies.system_studying import SystemStudyResult, study_system
+from ...api.studies.system_studying import study_system
 from ...campaigns.studies.definition import STIFFNESS_FACTORS
 from ...campaigns.studies.journal import journal_path
 from ..shared.descriptions import is_system, refuse_mixed
@@ -141,7 +141,7 @@ def study(
     of_system = {name: options.pop(name) for name in ("vary", "cases", "candidates", "step")}
     of_both: dict[str, Any] = {name: options.pop(name) for name in ("draws", "seed")}
     written: dict[str, tuple[str, str | None]] = {"output": ("Results", output)}
-    study_result: StudyResult | SystemStudyResult
+    study_result: StudyResult
     with reporting_kept("runs", journal_path(Path(output))) as progress:
         where: dict[str, Any] = {
             "output": output, "workers": workers, "scheduler": scheduler, "progress": progress, "notify": note,
