@@ -55,9 +55,8 @@ if TYPE_CHECKING:
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
     from .api.spring import Spring as Spring
-    from .api.studies.model_study import StudyResult as StudyResult
     from .api.studies.model_study import study as study
-    from .api.studies.system_study import SystemStudyResult as SystemStudyResult
+    from .api.studies.study_result import StudyResult as StudyResult
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
@@ -116,8 +115,8 @@ _NAMES = {
     "api.responses": ("Computing", "Responses", "responses"),
     "api.overview": ("show",),
     "api.spring": ("Spring",),
-    "api.studies.model_study": ("StudyResult", "study"),
-    "api.studies.system_study": ("SystemStudyResult",),
+    "api.studies.model_study": ("study",),
+    "api.studies.study_result": ("StudyResult",),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
     "api.vibration.system_isolation": ("SystemIsolation",),

@@ -19,7 +19,7 @@ from ..loops.reading import Reading
 from ..model.joint import HYSTERETIC_UNITS
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
-from .common.result import ResultWithFindings
+from .common.result import PlottedResult
 from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
 from .options import Fitting
 from .spring import Spring
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from ..report import ReportDetails
 
 
-class Identification(IdentifiedModel, ResultWithFindings):
+class Identification(IdentifiedModel, PlottedResult):
     """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
 
     Examples

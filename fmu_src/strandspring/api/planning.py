@@ -27,8 +27,8 @@ from ..model.modelfile import ModelFile, is_model_path
 from ..records.record import Record
 from .common.given import Source, given_records
 from .common.model_source import ModelSource, model_of
-from .common.result import ResultWithFindings
-from .common.text_table import table_lines
+from .common.result import PlottedResult
+from .common.table import table_lines
 from .identification import identify
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class Program(NamedTuple):
     displacement: FloatArray
 
 
-class TestPlan(ResultWithFindings):
+class TestPlan(PlottedResult):
     """A test: its blocks, what each of them decides, and how well the figures of the spring will be known.
 
     Attributes

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+_NOTHING = 1e-9  # of rounding, in the unit for people
+
 
 @dataclass(frozen=True)
 class ResultColumn:
@@ -50,11 +52,19 @@ class ResultColumn:
         """Its value among figures, in the unit for people."""
         return self.factor * float(getattr(figures, self.key))
 
-    def text(self, value: float | str | None, sign: str = "") -> str:
-        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are."""
+    def text(self, value: float | str | tuple[float, float] | None, sign: str = "") -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are,
+        and a pair as a range.
+        """
         if value is None or isinstance(value, str):
             return value or ""
-        return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
+        if isinstance(value, tuple):
+            low, high = map(self.text, value)
+            return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
+        shown = value * self.factor
+        if not math.isfinite(shown):
+            return "-"
+        return f"{sign}{shown:.{self.digits}g}" if abs(shown) >= _NOTHING else "0"
 
 
 def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:

@@ -1,17 +1,21 @@
-"""What the results of all functions have in common: they say what they hold, in a terminal and in a notebook."""
+"""What the results of all functions have in common: one way each into words, JSON, tables, notebooks and files."""
 
 from __future__ import annotations
 
+import math
 import os
-from abc import ABC, abstractmethod
-from collections.abc import Collection, Iterable, Sequence
+from abc import abstractmethod
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import fields, is_dataclass
+from enum import Enum
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...errors import Reader, StrandspringError
 from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
 from ...ground.plotfile import SUFFIXES, save_figure, some_axes
+from .table import Table
 from .text import counted
 
 if TYPE_CHECKING:
@@ -22,29 +26,90 @@ if TYPE_CHECKING:
 _REPR_LINES = 6
 
 
-class Result(ABC):
-    """A result in words and as a table; some have `cautions` and `notes`, which are sentences."""
+class Result:
+    """A result that presents itself.
 
-    @abstractmethod
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """The result in words, without cautions and notes; tables of at most a width."""
+    A class says what it holds in `parts` and `content`, and has `findings`; all renderings are made of these.
+    """
+
+    # The findings of some severities that JSON holds, by their keys.
+    _stated: ClassVar[Mapping[str, Collection[Severity]]] = {"cautions": CAUTIONS, "notes": NOTES}
+
+    def parts(self, brief: bool) -> Iterable[str | Table]:  # noqa: ARG002 - of classes that have parts
+        """Lines and tables in their order; if brief, what everybody has to know. The first table is that of `to_frame`
+        and `save_csv`.
+        """
+        return ()
+
+    def content(self) -> Mapping[str, Any]:
+        """What JSON holds besides findings: anything that `in_json` takes, in SI units."""
+        return {}
+
+    @property
+    def all_findings(self) -> tuple[Finding, ...]:
+        """The findings, and what is beside them."""
+        return tuple(getattr(self, "findings", ()))
 
     def brief(self, width: int | None = None) -> list[str]:
         """What everybody has to know of it, as the command line prints it without --verbose."""
-        return self.text_lines(width)
+        return _lines(self.parts(brief=True), width, brief=True) or self.text_lines(width)
 
-    @abstractmethod
-    def to_frame(self) -> pd.DataFrame:
-        """The figures as a table."""
+    def text_lines(self, width: int | None = None) -> list[str]:
+        """The result in words, without cautions and notes; tables of at most a width."""
+        return _lines(self.parts(brief=False), width, brief=False)
 
     def summary(self) -> str:
         """The result in words, with cautions and notes on it and on how its records were read."""
         records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
         found = [finding for record in records for finding in record.found]
-        cautions = (f"Caution: {sentence}" for sentence in getattr(self, "cautions", ()))
-        notes = (f"Note: {sentence}" for sentence in getattr(self, "notes", ()))
-        remarks = dict.fromkeys((*cautions, *notes, *said(found, Reader.PYTHON)))
+        remarks = dict.fromkeys((*self.said(Reader.PYTHON), *said(found, Reader.PYTHON)))
         return "\n".join([*self.text_lines(), *remarks])
+
+    def as_json(self) -> dict[str, Any]:
+        """The result as an object for JSON, in SI units."""
+        content: dict[str, Any] = in_json({**self.content(), **self.findings_json})
+        return content
+
+    @property
+    def findings_json(self) -> dict[str, tuple[str, ...]]:
+        """The findings as they are in JSON."""
+        return {key: self.sentences(severities, Reader.FILE) for key, severities in self._stated.items()}
+
+    @property
+    def table(self) -> Table:
+        """The first of its tables."""
+        return next(part for part in self.parts(brief=False) if isinstance(part, Table))
+
+    def to_frame(self) -> pd.DataFrame:
+        """The first of its tables in SI units."""
+        return self.table.frame()
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the first of its tables.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        self.table.save_csv(path)
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What limits the worth of the result, in words."""
+        return self.sentences(CAUTIONS, Reader.PYTHON)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is good to know, in words."""
+        return self.sentences(NOTES, Reader.PYTHON)
+
+    def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
+        """Findings of some severities in words for a reader, without details if they are to be brief."""
+        return tuple(gathered(of_severity(self.all_findings, severities), reader, brief))
+
+    def said(self, reader: Reader, brief: bool = False) -> list[str]:
+        """Cautions and notes in words for a reader, each with what it is."""
+        return said(self.all_findings, reader, brief)
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
@@ -60,22 +125,15 @@ class Result(ABC):
         return f"<p><strong>{heading}</strong></p>{self._overview().to_html(escape=True)}"
 
 
-def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
-    """Cautions and notes in words for a reader, each with what it is."""
-    found = tuple(findings)
-    titles = {"Caution": CAUTIONS, "Note": NOTES}.items()
-    return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
-
-
 class PlottedResult(Result):
     """A result with a plot."""
 
     _grid = (1, 1)  # rows and columns of axes
 
     @property
-    @abstractmethod
     def _size(self) -> tuple[float, float]:
         """Width and height of the plot [inches]."""
+        return 6.4, 4.8
 
     @abstractmethod
     def plot(self, ax: Any = None) -> Any:
@@ -105,33 +163,42 @@ class PlottedResult(Result):
         save_figure(Path(path), figure)
 
 
-class ResultWithFindings(PlottedResult):
-    """A result with `findings`, of which its cautions and notes are made."""
+def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
+    """Cautions and notes in words for a reader, each with what it is."""
+    found = tuple(findings)
+    titles = {"Caution": CAUTIONS, "Note": NOTES}.items()
+    return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
 
-    @property
-    def all_findings(self) -> tuple[Finding, ...]:
-        """The findings, and what is beside them."""
-        return tuple(getattr(self, "findings", ()))
 
-    @property
-    def cautions(self) -> tuple[str, ...]:
-        """What limits the worth of the result, in words."""
-        return self.sentences(CAUTIONS, Reader.PYTHON)
+def in_json(value: Any) -> Any:
+    """What JSON can hold of a value: fields of dataclasses, rows of tables, items of arrays, values of members, text of
+    paths, and null for NaN and infinity.
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What is good to know, in words."""
-        return self.sentences(NOTES, Reader.PYTHON)
+    Examples
+    --------
+    >>> import numpy as np
+    >>> in_json({"force": np.array([1.0, np.nan]), "path": Path("a.csv")})
+    {'force': [1.0, None], 'path': 'a.csv'}
+    """
+    if isinstance(value, Table):
+        return in_json(value.as_json())
+    if is_dataclass(value) and not isinstance(value, type):
+        return {field.name: in_json(getattr(value, field.name)) for field in fields(value)}
+    if isinstance(value, Mapping):
+        return {key: in_json(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [in_json(part) for part in value]
+    if isinstance(value, Enum):
+        return in_json(value.value)
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):  # of NumPy
+        return in_json(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
-    @property
-    def findings_json(self) -> dict[str, tuple[str, ...]]:
-        """Cautions and notes as they are in JSON."""
-        return {"cautions": self.sentences(CAUTIONS, Reader.FILE), "notes": self.sentences(NOTES, Reader.FILE)}
 
-    def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
-        """Findings of some severities in words for a reader, without details if they are to be brief."""
-        return tuple(gathered(of_severity(self.all_findings, severities), reader, brief))
-
-    def remarks(self, reader: Reader, brief: bool = False) -> list[str]:
-        """Cautions and notes in words for a reader, each with what it is."""
-        return said(self.all_findings, reader, brief)
+def _lines(parts: Iterable[str | Table], width: int | None, brief: bool) -> list[str]:
+    lines: list[str] = []
+    for part in parts:
+        lines += part.lines(width, brief) if isinstance(part, Table) else [part]
+    return lines

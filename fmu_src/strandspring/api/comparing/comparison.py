@@ -19,8 +19,8 @@ from ...records.record import Record
 from ...vibration.one_mass.response import FrequencyResponse
 from ..common.given import records_of
 from ..common.model_source import ModelSource, model_of, source_of
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines
+from ..common.result import PlottedResult
+from ..common.table import table_lines
 from ..options import Align, Comparing
 from ..vibration.shared_mass import SharedMass, shared_mass
 from .alignment import aligned, apart, shared_range
@@ -87,7 +87,7 @@ class RecordComparison:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(ResultWithFindings):
+class Comparison(PlottedResult):
     """Two springs against each other.
 
     Attributes

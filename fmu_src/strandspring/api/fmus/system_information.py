@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from ...core.variables import Variable
 from ...fmu.system.system_files import SystemOfFmu, SystemSettings
 from ...fmu.system.system_variables import system_variables
 from ...vibration.bodies.rest import rest
 from ..common.result import Result
+from ..common.table import Table
 from ..common.text import counted
-from ..vibration.system_isolation import IsolatedSystem
-
-if TYPE_CHECKING:
-    import pandas as pd
+from ..vibration.system_isolation import MODES, IsolatedSystem, rest_tables
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,38 +37,37 @@ class SystemInformation(Result):
     isolated: IsolatedSystem
     variables: tuple[Variable, ...]
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - its table is narrow
-        """The FMU, static equilibrium and modes in words."""
+    _stated: ClassVar[Mapping[str, Any]] = {}
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - it is short
+        """The FMU, static equilibrium and modes."""
         options, system = self.settings.options, self.isolated.system
         about = f": {self.description}" if self.description else ""
         author = f", author {options.author}" if options.author else ""
-        return [
-            f"System {self.name}, {self.settings.candidate} ({self.source}){about}",
-            f"  FMI {options.fmi}.0, co-simulation, built by strandspring {self.settings.version}{author}",
-            f"  {counted(len(system.mounts), 'mount')}, models of their axes: "
-            f"{', '.join(dict.fromkeys(axis.model or 'catalogue' for axis in system.axes))}",
-            f"  inputs: {', '.join(self._names('input'))}; {counted(len(self._names('output')), 'output')}",
-            f"  internal step: at most {options.step:g} s; stable up to {options.largest_step:.4g} s",
-            *self.isolated.rest_lines(),
-        ]
+        yield f"System {self.name}, {self.settings.candidate} ({self.source}){about}"
+        yield f"  FMI {options.fmi}.0, co-simulation, built by strandspring {self.settings.version}{author}"
+        models = dict.fromkeys(axis.model or "catalogue" for axis in system.axes)
+        yield f"  {counted(len(system.mounts), 'mount')}, models of their axes: {', '.join(models)}"
+        yield f"  inputs: {', '.join(self._names('input'))}; {counted(len(self._names('output')), 'output')}"
+        yield f"  internal step: at most {options.step:g} s; stable up to {options.largest_step:.4g} s"
+        yield from rest_tables([self.isolated], brief=False)
 
-    def as_json(self) -> dict[str, Any]:
-        """The result as an object for JSON, in SI units."""
+    @property
+    def table(self) -> Table:
+        """One mode in each row."""
+        return Table(MODES, self.isolated.mode_rows)
+
+    def content(self) -> Mapping[str, Any]:
+        """The settings, the names of variables, static equilibrium and modes."""
+        of_candidate = self.isolated.content()
         return {
             "name": self.name,
             "description": self.description,
-            **asdict(self.settings),
+            **vars(self.settings),
             "inputs": self._names("input"),
             "outputs": self._names("output"),
-            **{key: value for key, value in self.isolated.as_json().items() if key in ("static_equilibrium", "modes")},
+            **{key: of_candidate[key] for key in ("static_equilibrium", "modes")},
         }
-
-    def to_frame(self) -> pd.DataFrame:
-        """One mode in each row: frequency [Hz], viscous damping as a share of critical damping, motion in words."""
-        import pandas as pd
-
-        rows = [(mode.frequency, mode.damping, mode.words) for mode in self.isolated.modes]
-        return pd.DataFrame(rows, columns=["frequency", "viscous_damping", "motion"]).rename_axis("mode")
 
     def _names(self, causality: str) -> list[str]:
         return [variable.name for variable in self.variables if variable.causality == causality]

@@ -40,9 +40,9 @@ from ...records.record import Record
 from ..common.given import records_of
 from ..common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
 from ..common.record_findings import effects_of, of_records, removed_effects
-from ..common.result import ResultWithFindings
+from ..common.result import PlottedResult
+from ..common.table import table_lines
 from ..common.text import counted, parameter_lines, verdict_json
-from ..common.text_table import table_lines
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +57,7 @@ _DRAWN = 60  # amplitudes of the modelled line in a plot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Information(ResultWithFindings):
+class Information(PlottedResult):
     """A model's loops, and those of records with the model's between the same turning points.
 
     Attributes

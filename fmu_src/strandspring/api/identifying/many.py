@@ -113,15 +113,21 @@ class ManyResult(PlottedResult):
         more = batch.outlier_count - len(batch.outliers)
         return lines if more <= 0 else [*lines, f"  and {more} more, see the table"]
 
-    @property
-    def cautions(self) -> list[str]:
-        """Cautions of the identifications, each with the number of files."""
-        return self.batch.found.lines(Reader.PYTHON, CAUTIONS)
+    def said(self, reader: Reader, brief: bool = False) -> list[str]:
+        """Cautions and notes in words for a reader, each with what it is."""
+        found = self.batch.found
+        cautions = found.lines(reader, CAUTIONS, brief)
+        return [*map("Caution: {}".format, cautions), *map("Note: {}".format, self.notes)]
 
     @property
-    def notes(self) -> list[str]:
+    def cautions(self) -> tuple[str, ...]:
+        """Cautions of the identifications, each with the number of files."""
+        return tuple(self.batch.found.lines(Reader.PYTHON, CAUTIONS))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
         """What was assumed, each with the number of files."""
-        return [*gathered(self.left_out, Reader.PYTHON), *self.batch.found.lines(Reader.PYTHON, NOTES)]
+        return (*gathered(self.left_out, Reader.PYTHON), *self.batch.found.lines(Reader.PYTHON, NOTES))
 
     def to_frame(self) -> pd.DataFrame:
         """The table, one file in each row.

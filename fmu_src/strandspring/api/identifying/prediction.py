@@ -29,7 +29,7 @@ from ...records.record import Record
 from ..common.given import Source, given_records
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.record_findings import of_records, outside, removed_effects, unrecorded
-from ..common.result import ResultWithFindings
+from ..common.result import PlottedResult
 from ..common.text import brief_fit_lines, fit_lines
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ _COLUMNS = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Prediction(Followed, ResultWithFindings):
+class Prediction(Followed, PlottedResult):
     """Predicted forces of one or more records.
 
     Attributes

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from itertools import product
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
@@ -15,11 +13,10 @@ from ...campaigns.jobs.options import Workers
 from ...campaigns.studies.definition import Study
 from ...core.parameters import SpringParameters
 from ...errors import IsolationError, ModelError, OptionError
-from ...findings import Finding, Outcome
 from ...ground.arguments import numbers
 from ...ground.files import readable
 from ...ground.options import changed, refuse_given, takes
-from ...model.coordinates import counted_from, zero_sentence
+from ...model.coordinates import counted_from
 from ...model.joint import JointCovariance
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
@@ -28,98 +25,16 @@ from ...vibration.one_mass.system import IsolatedMass, free_travel, static_equil
 from ...vibration.options import Part, Run, StudyRun
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from .study_result import AnyStudyResult, executed, records
+from .study_result import StudyResult, executed
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from ...campaigns.studies.varied import Given
     from ...vibration.description.system_file import SystemFile
-    from .system_study import SystemStudyResult
 
 _DEFAULT_SHARE = 0.01  # of the free travel
 _DRAWS = 100
 _CURVE = Curve(points=24)
 _INSTEAD = "; give values of it to {to[vary]}, such as body.box.mass=15 kg:25 kg:5."
-_COUNTED = {Outcome.OUTSIDE_RANGE: "extrapolating", Outcome.PEAK_AT_END: "at_end_of_band"}  # columns of summaries
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(AnyStudyResult[Study]):
-    """Runs of a parameter study and their quantiles.
-
-    The columns of `to_frame` are the attributes of `RunRow`.
-
-    Attributes
-    ----------
-    study : Study
-    known : tuple of Finding  Of the model's identification.
-    model : ModelFile
-    zero : float              Where displacement is counted from [m].
-    """
-
-    _size = (8.0, 5.5)
-    _brief = ("frequency", "transmissibility", "amplitude", "isolation_frequency")
-
-    model: ModelFile
-    zero: float
-
-    @property
-    def headline(self) -> str:
-        """What was run, in words."""
-        planned, refused = self.study, int(self._summaries["refused"].sum())
-        springs = f"{planned.draws} draws (seed {planned.seed})" if planned.draws else "the identified spring"
-        return f"{len(planned)} runs: {springs} at each of {planned.grid_size} grid points, {refused} refused"
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility against frequency at resonance, a line over the masses for each level and stiffness,
-        with bars from 5 to 95 % of the draws.
-
-        Parameters
-        ----------
-        ax : Axes or None   Of matplotlib; those of a new figure if None.
-        """
-        (axes,) = self._axes(ax)
-        known = self._summaries.dropna(subset=["frequency_median", "transmissibility_median"])
-        for level, factor in product(self.study.levels, self.study.stiffness_factors):
-            rows = known[(known["level"] == level) & (known["stiffness_factor"] == factor)]
-            label = f"{self.study.excitation.level_text(level)}, stiffness x {factor:g}"
-            self._bars(axes, rows, {"frequency": 1.0, "transmissibility": 1.0}, label=label, marker="o")
-        axes.set(xlabel="resonance frequency [Hz]", ylabel="transmissibility [-]", title=self.model.name)
-        return axes
-
-    def _head(self, point: dict[str, Any]) -> dict[str, str]:
-        return {
-            "mass kg": f"{point['mass']:g}",
-            "level": self.study.excitation.level_text(point["level"]),
-            "stiffness": f"{point['stiffness_factor']:g}",
-            "refused": str(point["refused"]),
-        }
-
-    def _where(self, point: dict[str, Any]) -> str:
-        mass, level, stiffness, *_ = self._head(point).values()
-        return f"{mass} kg, {level}, stiffness x {stiffness}"
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """Of the model's identification, and of peaks and ranges at each grid point."""
-        spring = self.study.spring
-        ends = ((spring.displacement_min, spring.displacement_max),)
-        found = list(self.known)
-        for point in records(self._summaries):
-            for kind, column in _COUNTED.items():
-                if point[column]:
-                    numbers = {"runs": point[column], "of": point["runs"], "range": ends}
-                    found.append(Finding(kind, numbers, self._where(point)))
-        return tuple(found)
-
-    def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
-        return [*super()._remarks(shown), *filter(None, [zero_sentence(self.zero)])]
-
-    def as_json(self) -> dict[str, Any]:
-        """The result as the command prints it with --json."""
-        excitation = self.study.excitation
-        return {"zero": self.zero, "excitation": excitation.value, "unit": excitation.unit, **super().as_json()}
 
 
 @takes(levels=Levels, mount=Mount, curve=_CURVE, part=Part, run=StudyRun, placing=Workers)
@@ -138,7 +53,7 @@ def study(
     placing: Workers,
     output: str | os.PathLike[str] | None = None,
     progress: Progress = unseen,
-) -> StudyResult | SystemStudyResult:
+) -> StudyResult:
     """Run a model over masses, levels, stiffness factors and springs drawn from its uncertainty, or simulate a
     SYSTEM.toml over a grid of its values.
 
@@ -172,7 +87,7 @@ def study(
 
     Returns
     -------
-    StudyResult or SystemStudyResult
+    StudyResult or StudyResult
 
     Raises
     ------
@@ -242,7 +157,7 @@ def study(
         curve=curve,
     )
     execution = executed(planned, placing, output, progress)
-    return StudyResult(planned, *execution, tuple(cautions_in_use(content.name, content)), content, origin)
+    return StudyResult(planned, *execution, tuple(cautions_in_use(content.name, content)), content.name, origin)
 
 
 def _spread(source: object, spring: SpringParameters, content: ModelFile) -> JointCovariance:

@@ -1,13 +1,12 @@
-"""What studies have in common: where their runs are executed, and their results as text, tables and JSON."""
+"""The result of a study of a spring or of a system, and where its runs are executed."""
 
 from __future__ import annotations
 
 import os
-from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from ...campaigns.jobs.options import Workers
 from ...campaigns.studies.execution import run_study
@@ -16,19 +15,16 @@ from ...campaigns.studies.summaries import QUANTILES, read_results, summaries
 from ...findings import Finding
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
+from ...model.coordinates import zero_sentence
 from ..common.progress import Progress
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines, without_constants
+from ..common.result import PlottedResult
+from ..common.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
 _MOST_SHOWN = 1000  # rows in words
-_DECIMALS = 9  # beyond which a figure is rounding
-_TITLES = {"median": "median", "q05": "5 %", "q95": "95 %"}
-
-Planned = TypeVar("Planned", bound=Runs[Any])
 
 
 def executed(
@@ -59,28 +55,35 @@ def executed(
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class AnyStudyResult(ResultWithFindings, Generic[Planned]):
+class StudyResult(PlottedResult):
     """Runs of a study, and what they say of each candidate at each grid point.
+
+    The columns of `to_frame` are those of the study: of a spring the attributes of `RunRow`, of a system those of the
+    results file. The figures of a candidate are the worst of all cases; margins are shares of a limit that are left.
 
     Attributes
     ----------
-    study : Runs
+    study : Runs              A `Study` of a spring, or a `SystemStudy`.
     output : Path or None     File with one line for each run, if one was asked for.
     known : tuple of Finding  What limits the worth of the result whatever its runs say.
+    name : str                Of the model or the system.
+    zero : float or None      Where displacement of a spring is counted from [m].
     """
 
-    _rows: ClassVar[str] = "grid points"  # what the rows of the table are
-    _brief: ClassVar[Sequence[str]]  # keys of the figures that everybody has to know
+    _size = (8.0, 5.5)
 
-    study: Planned
+    study: Runs[Any]
     _summaries: pd.DataFrame
     output: Path | None
     _frame: pd.DataFrame | None
     known: tuple[Finding, ...]
+    name: str
+    zero: float | None = None
 
     def to_frame(self) -> pd.DataFrame:
-        """One row for each run, in SI units."""
-        return self._frame.copy() if self._frame is not None else read_results(self.study, Path(self.output or ""))
+        """One row for each run, in SI units but for the varied values of a system."""
+        frame = read_results(self.study, Path(self.output or "")) if self._frame is None else self._frame
+        return frame.set_axis(self.study.names, axis="columns")
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each candidate at each grid point: what it is, what was counted, and 5, 50 and 95 % quantiles of
@@ -89,115 +92,87 @@ class AnyStudyResult(ResultWithFindings, Generic[Planned]):
         return self._summaries.copy()
 
     @property
-    @abstractmethod
-    def headline(self) -> str:
-        """What was run, in words."""
-
-    @abstractmethod
-    def _head(self, point: dict[str, Any]) -> dict[str, str]:
-        """The cells before the figures, by heading."""
-
-    @abstractmethod
-    def _where(self, point: dict[str, Any]) -> str:
-        """The grid point and the candidate in words."""
-
-    @property
     def findings(self) -> tuple[Finding, ...]:
         """What limits the worth of the result."""
-        return self.known
+        return (
+            *self.known,
+            *(finding for point in _records(self._summaries) for finding in self.study.findings(point)),
+        )
 
-    def brief(self, width: int | None = None) -> list[str]:
-        """The same with the 5 and 95 % quantiles of a figure as its range, and what all grid points share before."""
-        shown = list(records(self._summaries.head(_MOST_SHOWN)))
-        printed = [figure for figure in self.study.figures if figure.key in self._brief]
-        ends = ("q05", "q95") if self.study.draws and self.study.rows_of_draws else ("median", "median")
-        rows = [
-            [*self._head(point).values(), *(_range(*(_cell(point, figure, end) for end in ends)) for figure in printed)]
-            for point in shown
-        ]
-        figures = [figure.heading for figure in printed]
-        headings = [*(self._head(shown[0]) if shown else ()), *figures]
-        headings, rows, shared = without_constants(headings, rows, {"candidate", "verdict", *figures})
-        of_all = [f"Throughout: {shared}"] if shared else []
-        if ends[0] != ends[1]:
-            of_all.append("Figures are 5 to 95 % of the draws.")
-        table = table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)
-        return [self.headline, *of_all, *table, *self._remarks(shown)]
-
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """What was counted, quantiles and refusals in words, in tables of at most a width."""
-        shown = list(records(self._summaries.head(_MOST_SHOWN)))
-        printed = [figure for figure in self.study.figures if figure.short]
-        titles = _TITLES if self.study.draws and self.study.rows_of_draws else {"median": ""}
-        several = len(titles) > 1
-        rows = []
-        head: dict[str, str] = {}
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its table knows
+        """What was counted, the figures from the 5 to the 95 % quantile, and refusals."""
+        study, shown = self.study, list(_records(self._summaries.head(_MOST_SHOWN)))
+        yield f"{self.name}: {study.headline(self._summaries)}"
+        rows, columns, details = [{**point, **_ranges(point, study.figures)} for point in shown], [*study.head], []
+        for figure in (figure for figure in study.figures if figure.short):
+            columns.append(figure)
+            details += [] if figure.key in study.few else [figure.key]
+            if study.draws and study.rows_of_draws:
+                median = f"{figure.key}_median"
+                columns.append(replace(figure, key=median, short="median", shown=""))
+                details.append(median)
+        if study.draws and study.rows_of_draws:
+            yield "Figures are 5 to 95 % of the draws."
+        varied = {"candidate", "verdict", *(figure.key for figure in study.figures)}
+        yield Table(columns, rows, details=details, varied=varied)
+        runs = len(study) // len(self._summaries)
         for point in shown:
-            head = self._head(point)
-            for end, title in titles.items():
-                first = list(head.values()) if end == "median" else [""] * len(head)
-                rows.append([*first, *([title] if several else []), *(_cell(point, figure, end) for figure in printed)])
-        headings = [*head, *([""] if several else []), *(figure.heading for figure in printed)]
-        table = table_lines(headings, rows, {"candidate", "verdict", "least margin"}, width)
-        return [self.headline, *table, *self._remarks(shown)]
+            if point["refused"]:
+                refused = f"{point['refused']} of {runs} refused, most often: {point['reason']}"
+                yield f"  {study.where(point)}: {refused}"
+        if more := len(self._summaries) - len(shown):
+            yield f"  and {more} more {study.rows_are}, all of them in the results file"
+        if self.zero is not None and (counted := zero_sentence(self.zero)):
+            yield counted
 
-    def _remarks(self, shown: Sequence[dict[str, Any]]) -> list[str]:
-        """What is to be said of the rows that are shown, and of others."""
-        runs = len(self.study) // len(self._summaries)
-        lines = [
-            f"  {self._where(point)}: {point['refused']} of {runs} refused, most often: {point['reason']}"
-            for point in shown
-            if point["refused"]
-        ]
-        more = len(self._summaries) - len(shown)
-        return [*lines, *([f"  and {more} more {self._rows}, all of them in the results file"] if more else [])]
-
-    def as_json(self) -> dict[str, Any]:
-        """The result as the command prints it with --json."""
-        columns = {f"{figure.key}_{end}" for figure in self.study.figures for end in QUANTILES}
-        return {
-            "runs": len(self.study),
-            "draws": self.study.draws,
-            "seed": self.study.seed,
-            **self.findings_json,
-            "points": [
-                {
-                    **{name: value for name, value in point.items() if name not in columns},
-                    "figures": {figure.key: _quantiles(point, figure) for figure in self.study.figures},
-                }
-                for point in records(self._summaries)
-            ],
-        }
+    def content(self) -> Mapping[str, Any]:
+        """What was run, and the quantiles of each candidate at each grid point."""
+        study = self.study
+        quantiles = {f"{figure.key}_{end}" for figure in study.figures for end in QUANTILES}
+        points = []
+        for point in _records(self._summaries):
+            of_figures = {}
+            for figure in study.figures:
+                ends = {end: point[f"{figure.key}_{end}"] for end in QUANTILES}
+                of_figures[figure.key] = None if None in ends.values() else ends
+            of_point = study.stated_point({name: value for name, value in point.items() if name not in quantiles})
+            points.append({**of_point, "figures": of_figures})
+        of = {"name": self.name} if self.zero is None else {"zero": self.zero}
+        counts = {"runs": len(study), "draws": study.draws, "seed": study.seed}
+        return {**of, **study.stated, **counts, "points": points}
 
     def _overview(self) -> pd.DataFrame:
         return self.quantiles()
 
-    def _bars(self, axes: Axes, table: pd.DataFrame, figures: Mapping[str, float], **style: Any) -> None:
-        """Draw medians of two figures, times a factor each, with bars from 5 to 95 %."""
-        x, y = (f * table[[f"{key}_{end}" for end in QUANTILES]].to_numpy(float).T for key, f in figures.items())
-        axes.errorbar(
-            x[1], y[1], xerr=(x[1] - x[0], x[2] - x[1]), yerr=(y[1] - y[0], y[2] - y[1]), elinewidth=0.8, **style
-        )
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw transmissibility over frequency at resonance, or the acceleration over the stroke of systems in the
+        colours of their verdicts, with bars from 5 to 95 % of the draws.
+
+        Parameters
+        ----------
+        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        """
+        (axes,) = self._axes(ax)
+        x, y = (next(figure for figure in self.study.figures if figure.key == key) for key in self.study.drawn)
+        for group, look in self.study.groups(self._summaries):
+            rows = group.dropna(subset=[f"{figure.key}_median" for figure in (x, y)])
+            ends = [f.factor * rows[[f"{f.key}_{end}" for end in QUANTILES]].to_numpy(float).T for f in (x, y)]
+            bars = [(median - low, high - median) for low, median, high in ends]
+            axes.errorbar(ends[0][1], ends[1][1], xerr=bars[0], yerr=bars[1], elinewidth=0.8, **look)
+        axes.set(xlabel=x.label, ylabel=y.label, title=self.name)
         axes.grid(alpha=0.3)
         axes.legend()
+        return axes
 
 
-def records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
+def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
     """The rows of a table, None where a value is unknown."""
     names = table.columns.tolist()
     for row in table.itertuples(index=False, name=None):
         yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
 
 
-def _quantiles(point: dict[str, Any], figure: ResultColumn) -> dict[str, float] | None:
-    quantiles = {end: point[f"{figure.key}_{end}"] for end in QUANTILES}
-    return None if None in quantiles.values() else quantiles
-
-
-def _range(low: str, high: str) -> str:
-    return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
-
-
-def _cell(point: dict[str, Any], figure: ResultColumn, end: str) -> str:
-    value = point[f"{figure.key}_{end}"]
-    return "-" if value is None else f"{round(figure.factor * value, _DECIMALS):.4g}"
+def _ranges(point: Mapping[str, Any], figures: Sequence[ResultColumn]) -> dict[str, tuple[float, float] | None]:
+    """From the 5 to the 95 % quantile of each figure."""
+    ends = {figure.key: (point[f"{figure.key}_q05"], point[f"{figure.key}_q95"]) for figure in figures}
+    return {key: None if None in pair else pair for key, pair in ends.items()}

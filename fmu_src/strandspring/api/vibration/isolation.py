@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
-from html import escape
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -26,14 +26,14 @@ from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.band import band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
 from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
-from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
+from ...vibration.one_mass.response import FrequencyResponse, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
+from ..common.table import Table
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -41,7 +41,9 @@ if TYPE_CHECKING:
     from ...vibration.description.system_file import SystemFile
     from .system_isolation import SystemIsolation
 
-_TABLE = (
+_MODEL = ResultColumn("model", "", "model")
+_PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
+_FIGURES = (
     FREQUENCY,
     ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
     ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
@@ -49,25 +51,34 @@ _TABLE = (
     ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
     ISOLATION_FREQUENCY,
 )
-_DETAILS = ("stiffness", "loss_factor")
-# Headings of the CSV file.
-_HEADINGS = {
-    "frequency": "frequency [Hz]",
-    "transmissibility": "transmissibility [1]",
-    "phase": "phase [deg]",
-    "relative_phase": "relative phase [deg]",
-    "amplitude": "amplitude of the mount [m]",
-    "mean": "mean displacement of a spring [m]",
-    "min": "lowest displacement of a spring [m]",
-    "max": "highest displacement of a spring [m]",
-    "force": "force on the base [N]",
-    "acceleration": "acceleration [m/s^2]",
-    "start_displacement": "displacement of the mount at the crest [m]",
-    "start_speed": "speed of the mount at the crest [m/s]",
-    "start_omega": "omega at the crest [1]",
-    "requested": "requested frequency",
-    "extrapolating": "outside the identified range",
-}
+# Of the curves: keys, units and words.
+_POINT = (
+    ("frequency", "Hz", "frequency"),
+    ("transmissibility", "1", "transmissibility"),
+    ("phase", "deg", "phase"),
+    ("relative", "", "relative motion over"),
+    ("relative_phase", "deg", "relative phase"),
+    ("amplitude", "m", "amplitude of the mount"),
+    ("mean", "m", "mean displacement of a spring"),
+    ("min", "m", "lowest displacement of a spring"),
+    ("max", "m", "highest displacement of a spring"),
+    ("force", "N", "force on the base"),
+    ("acceleration", "m/s^2", "acceleration"),
+    ("start_displacement", "m", "displacement of the mount at the crest"),
+    ("start_speed", "m/s", "speed of the mount at the crest"),
+    ("start_omega", "1", "omega at the crest"),
+    ("stable", "", "stable"),
+    ("requested", "", "requested frequency"),
+    ("extrapolating", "", "outside the identified range"),
+)
+_CHECK = (
+    ResultColumn("model", "", "model", "model"),
+    ResultColumn("level", "", "level", "level"),
+    ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
+    ResultColumn("difference", "1", "difference of the amplitude", "amplitude off by", "%", 100.0, 3),
+    ResultColumn("phase", "deg", "difference of the phase", "phase off by", "deg", digits=3),
+    ResultColumn("verdict", "", "verdict", "verdict"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,39 +107,36 @@ class IsolatedModel:
     def equilibrium_lines(self) -> list[str]:
         """The static equilibrium in words."""
         system, rest = self.system, self.equilibrium
-        springs = (
-            "1 spring"
-            if system.mount.parallel * system.mount.series == 1
-            else f"{system.mount.parallel} x {system.mount.series} springs"
-        )
-        friction = f"{1e3 * rest.min:.4g} to {1e3 * rest.max:.4g} mm with friction"
-        sag = "" if math.isnan(rest.sag) else f", static sag {1e3 * rest.sag:.4g} mm"
+        mount = system.mount
+        springs = "1 spring" if mount.parallel * mount.series == 1 else f"{mount.parallel} x {mount.series} springs"
+        place, low, high = map(_PLACE.text, (rest.displacement, rest.min, rest.max))
+        sag = "" if math.isnan(rest.sag) else f", static sag {_PLACE.text(rest.sag)} mm"
         counted = zero_sentence(self.zero)
         return [
             f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
-            f"  static equilibrium at {1e3 * rest.displacement:.4g} mm of each spring ({friction}){sag}",
+            f"  static equilibrium at {place} mm of each spring ({low} to {high} mm with friction){sag}",
             f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
             *([f"  {counted}"] if counted else []),
         ]
 
-    def as_json(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
-        """The model and its motions as the command prints them with --json."""
+    def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
+        """The model and its motions for JSON."""
         described = {"mass": self.system.mass, **asdict(self.system.mount)}
         return {
             "model": self.source,
             "zero": self.zero,
             "system": {**described, "load": self.system.static_load},
-            "static_equilibrium": asdict(self.equilibrium),
-            "excitation": self.responses[0].excitation.value,
+            "static_equilibrium": self.equilibrium,
+            "excitation": self.responses[0].excitation,
             "levels": [
                 {
                     "level": response.level,
                     "unit": response.excitation.unit,
-                    "resonance": asdict(response.resonance),
+                    "resonance": response.resonance,
                     "extrapolating": response.extrapolating,
-                    "points": [asdict(point) for point in response.points],
+                    "points": response.points,
                     "verification": [
-                        {**asdict(motion.check), "agrees": motion.agrees}
+                        {**vars(motion.check), "agrees": motion.agrees}
                         for motion in checked
                         if motion.response is response
                     ],
@@ -158,14 +166,10 @@ class CheckedMotion:
         """Whether the simulation stays on the computed motion."""
         return self.check.agrees
 
-    @property
-    def sentence(self) -> str:
-        """The comparison in words."""
+    def words(self, several: bool) -> dict[str, str | None]:
+        """The verdict, and of what it is: the model only if there are several."""
         verdict = "agrees" if self.agrees else "DIFFERS: the computed motion is not steady or not stable"
-        return (
-            f"{self.response.level_text}, {self.check.frequency:.4g} Hz: amplitude "
-            f"{100.0 * self.check.difference:+.3f} %, phase {self.check.phase:+.3f} degrees, {verdict}"
-        )
+        return {"model": self.model.label if several else None, "level": self.response.level_text, "verdict": verdict}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -178,6 +182,7 @@ class Isolation(AnyIsolation):
     excitation : Excitation
     levels : tuple of float          [m], [m/s^2] or [N].
     levels_chosen : str              How the levels were chosen; empty if they were given.
+    checked : tuple of CheckedMotion What `verify` found, if it belongs to the result.
 
     Examples
     --------
@@ -197,8 +202,9 @@ class Isolation(AnyIsolation):
     excitation: Excitation
     levels: tuple[float, ...]
     levels_chosen: str = ""
+    checked: tuple[CheckedMotion, ...] = ()
 
-    _resonance = Resonance
+    _details = ("stiffness", "loss_factor")
     _size = (8.0, 8.0)
 
     @property
@@ -212,35 +218,40 @@ class Isolation(AnyIsolation):
         mass = f"{self.models[0].system.mass:g} kg"
         return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
 
-    def _named(self, part: IsolatedModel, response: FrequencyResponse) -> dict[str, Any]:
-        return {"model": part.label, "level": response.level}
+    def _of(self, part: IsolatedModel, response: FrequencyResponse) -> dict[ResultColumn, Any]:
+        return {_MODEL: part.label, ResultColumn("level", self.excitation.unit, "level"): response.level}
 
-    def _columns(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[str, NDArray[Any]]:
-        return response.columns
+    def _curve(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[ResultColumn, NDArray[Any]]:
+        columns = {key: ResultColumn(key, unit, words) for key, unit, words in _POINT}
+        over = ("m/N", "force") if self.excitation is Excitation.FORCE else ("1", "base motion")
+        columns["relative"] = ResultColumn("relative", over[0], f"{columns['relative'].words} {over[1]}")
+        return {columns[key]: values for key, values in response.columns.items()}
 
-    def _csv(self) -> pd.DataFrame:
-        relative = "force [m/N]" if self.excitation is Excitation.FORCE else "base motion [1]"
-        headings = {"level": f"level [{self.excitation.unit}]", "relative": f"relative motion over {relative}"}
-        table = self.to_frame().rename(columns=_HEADINGS | headings)
-        return table if len(self.models) > 1 else table.drop(columns="model")
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all points of the curves, with their model if there are several.
 
-    def brief(self, width: int | None = None) -> list[str]:
-        """The same with fewer figures of each resonance."""
-        return self._lines(width, [column for column in _TABLE if column.key not in _DETAILS])
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        table = self.table
+        replace(table, columns=table.columns[int(len(self.models) == 1) :]).save_csv(path)
 
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """Static equilibrium and resonances in words, in tables of at most a width."""
-        return self._lines(width, _TABLE)
-
-    def _lines(self, width: int | None, columns: Sequence[ResultColumn]) -> list[str]:
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
+        """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
         several = len(self.models) > 1
-        lines: list[str] = []
         for isolated in self.models:
             first, *rest = isolated.equilibrium_lines()
-            lines += [f"{self._name(isolated)}: {first}" if several else first, *rest]
+            yield f"{self._name(isolated)}: {first}" if several else first
+            yield from rest
         if several and self.levels_chosen:
-            lines.append(self.levels_chosen)
-        return [*lines, *self._table(columns, width, attrgetter("resonances"))]
+            yield self.levels_chosen
+        yield self._resonance_table(_FIGURES, attrgetter("resonances"))
+        if self.checked:
+            from ...cosimulation.steady_check import PERIODS
+
+            rows = [{**vars(motion.check), **motion.words(several)} for motion in self.checked]
+            yield Table(_CHECK, rows, f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:")
 
     def _name(self, isolated: IsolatedModel) -> str:
         return isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
@@ -263,15 +274,10 @@ class Isolation(AnyIsolation):
                     found.append(Finding(Outcome.OUTSIDE_RANGE, numbers, where))
         return tuple(found)
 
-    def _repr_html_(self) -> str:
-        text = escape("\n".join(line for isolated in self.models for line in isolated.equilibrium_lines()))
-        return f"<pre>{text}</pre>{self.resonances().to_html(escape=True)}"
-
-    def as_json(self, checked: Sequence[CheckedMotion] = ()) -> dict[str, Any]:
-        """The result as the command prints it with --json: of one model, or a list of them in `models`."""
-        models = [isolated.as_json(checked) for isolated in self.models]
-        content = models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
-        return {**content, **self.findings_json}
+    def content(self) -> Mapping[str, Any]:
+        """Of one model, or a list of them in `models`."""
+        models = [isolated.content(self.checked) for isolated in self.models]
+        return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency, dotted where the motion is unstable.
@@ -286,21 +292,19 @@ class Isolation(AnyIsolation):
         -------
         Axes                  Those of the transmissibility.
         """
-        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, curves_of, draw, fill
+        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, draw_transmissibility
 
         if ax is None:
-            from matplotlib import pyplot as plt
-
-            return fill(plt.figure(figsize=self._size, layout="constrained"), self.curves, self.title)[0]
+            return self._drawn()[0]
         (axes,) = self._axes(ax)
-        draw(axes, curves_of(self.curves), "transmissibility")
+        draw_transmissibility(axes, self.curves)
         axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
         return axes
 
-    def _draw(self, figure: Figure) -> None:
+    def _fill(self, figure: Figure) -> list[Axes]:
         from ...vibration.one_mass.curves_plot import fill
 
-        fill(figure, self.curves, self.title)
+        return [*fill(figure, self.curves, self.title)]
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -336,19 +340,6 @@ class Isolation(AnyIsolation):
                 checked.append(CheckedMotion(isolated, response, check))
         progress("Simulated", total, total)
         return tuple(checked)
-
-
-def verification_lines(checked: Sequence[CheckedMotion]) -> list[str]:
-    """What `Isolation.verify` found, in words; nothing where it was not asked for."""
-    if not checked:
-        return []
-    from ...cosimulation.steady_check import PERIODS
-
-    several = len({motion.model for motion in checked}) > 1
-    return [
-        f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:",
-        *(f"  {f'{motion.model.label}, ' if several else ''}{motion.sentence}" for motion in checked),
-    ]
 
 
 @takes(levels=Levels, mount=Mount, curve=Curve)
@@ -405,7 +396,7 @@ def isolate(
     5 kg on 1 spring, static load 49.03 N
       static equilibrium at 6.129 mm of each spring (4.879 to 7.379 mm with friction), static sag 6.129 mm
       small motion: 13 N/mm, 8.115 Hz
-       level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
+      level   resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
       0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """

@@ -5,41 +5,40 @@ A part is one of those that are compared: a model, or a candidate of a descripti
 
 from __future__ import annotations
 
-import os
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, fields, replace
+from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from numpy.typing import NDArray
 
 from ...campaigns.jobs.threads import in_threads
-from ...ground.files import write_csv
 from ...ground.one_thread import one_thread
-from ...ground.result_columns import ResultColumn, cells
+from ...ground.result_columns import ResultColumn
 from ...vibration.one_mass.options import DEFAULT_SHARES
 from ..common.progress import Progress
-from ..common.result import ResultWithFindings
-from ..common.text_table import table_lines, without_constants
+from ..common.result import PlottedResult
+from ..common.table import Table
 
 if TYPE_CHECKING:
     import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Part = TypeVar("Part", bound=Any)
 
-
-# Figures of every resonance.
+# Of every resonance.
 FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
 ISOLATION_FREQUENCY = ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz")
+_BAND = ResultColumn("band", "", "place in the band", "band")
 
 
-class AnyIsolation(ResultWithFindings):
+class AnyIsolation(PlottedResult):
     """Steady motions of all parts, each with its `label` and its `responses`."""
 
-    _resonance: ClassVar[type[Any]]
+    _details: ClassVar[Sequence[str]] = ()  # keys of the figures that few have to know
 
     @property
     @abstractmethod
@@ -47,16 +46,16 @@ class AnyIsolation(ResultWithFindings):
         """Those that are compared."""
 
     @abstractmethod
-    def _named(self, part: Any, response: Any) -> dict[str, Any]:
-        """What a response is of, the part first."""
+    def _of(self, part: Any, response: Any) -> dict[ResultColumn, Any]:
+        """What a response is of: the part first, and the level last."""
 
     @abstractmethod
-    def _columns(self, part: Any, response: Any) -> Mapping[str, NDArray[Any]]:
+    def _curve(self, part: Any, response: Any) -> Mapping[ResultColumn, NDArray[Any]]:
         """All points of a curve."""
 
     @abstractmethod
-    def _csv(self) -> pd.DataFrame:
-        """What `save_csv` writes."""
+    def _fill(self, figure: Figure) -> list[Axes]:
+        """Draw everything into an empty figure with a constrained layout, and return its axes."""
 
     @property
     def every(self) -> Iterator[tuple[Any, Any]]:
@@ -72,56 +71,56 @@ class AnyIsolation(ResultWithFindings):
         """One row for each resonance: what it is of, and its attributes in SI units."""
         import pandas as pd
 
-        names = [field.name for field in fields(self._resonance)]
         return pd.DataFrame(
             [
-                {**self._named(part, response), **dict(zip(names, astuple(resonance), strict=True))}
+                {**_by_key(self._of(part, response)), **vars(resonance)}
                 for part, response in self.every
                 for resonance in response.resonances
             ]
         )
 
-    def to_frame(self) -> pd.DataFrame:
+    @property
+    def table(self) -> Table:
         """All points of the curves in their order: what they are of, and the figures of each motion."""
-        import pandas as pd
-
-        curves = (pd.DataFrame({**self._named(*pair), **self._columns(*pair)}) for pair in self.every)
-        return pd.concat(curves, ignore_index=True)
-
-    def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all points of the curves, with units in the header.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
-        table = self._csv()
-        write_csv(Path(path), table.columns, table.itertuples(index=False))
-
-    def _table(
-        self,
-        columns: Sequence[ResultColumn],
-        width: int | None,
-        chosen: Callable[[Any], Sequence[Any]],
-        brief: bool = False,
-    ) -> list[str]:
-        """The chosen resonances of each response, the part first if there are several; what all of them share, if it is
-        to be brief, in a line before.
-        """
-        first, rows = int(len(self._parts) == 1), []
+        columns: dict[ResultColumn, None] = {}
+        rows = []
         for part, response in self.every:
-            head = {**self._named(part, response), "level": response.level_text}
-            for resonance in chosen(response):
-                at_end = {} if resonance.inside else {FREQUENCY.key: " (end of band)"}
-                shown = zip(columns, cells(columns, resonance), strict=True)
-                row = [text + at_end.get(column.key, "") for column, text in shown]
-                rows.append([*head.values(), *row][first:])
-        figures = [column.heading for column in columns]
-        headings, shared = [*head, *figures][first:], ""
-        if brief:
-            headings, rows, shared = without_constants(headings, rows, {"level", *figures} - {"motion"})
-        table = table_lines(headings, rows, {"model", "candidate", "excitation", "point", "motion"}, width)
-        return [f"Throughout: {shared}", *table] if shared else table
+            of, curve = self._of(part, response), self._curve(part, response)
+            columns |= dict.fromkeys((*of, *curve))
+            keys = [column.key for column in curve]
+            points = zip(*(values.tolist() for values in curve.values()), strict=True)
+            rows += [{**_by_key(of), **dict(zip(keys, point, strict=True))} for point in points]
+        return Table(tuple(columns), rows)
+
+    def _resonance_table(self, figures: Sequence[ResultColumn], chosen: Callable[[Any], Sequence[Any]]) -> Table:
+        """The chosen resonances of each response; which part it is only if there are several."""
+        columns: dict[str, ResultColumn] = {}
+        rows = []
+        for part, response in self.every:
+            (first, label), *others = self._of(part, response).items()
+            columns = {column.key: replace(column, short=column.words) for column, _ in ((first, label), *others)}
+            of = {first.key: label if len(self._parts) > 1 else None, **_by_key(dict(others))}
+            of["level"] = response.level_text
+            ends = {True: None, False: "at its end"}
+            rows += [{**vars(peak), **of, _BAND.key: ends[peak.inside]} for peak in chosen(response)]
+        varied = {"level", *(column.key for column in figures if column.unit)}
+        return Table((*columns.values(), *figures, _BAND), rows, details=self._details, varied=varied)
+
+    def _overview(self) -> pd.DataFrame:
+        return self.resonances()
+
+    def _draw(self, figure: Figure) -> None:
+        self._fill(figure)
+
+    def _drawn(self) -> list[Axes]:
+        """Everything in a new figure of pyplot."""
+        from matplotlib import pyplot as plt
+
+        return self._fill(plt.figure(figsize=self._size, layout="constrained"))
+
+
+def _by_key(values: Mapping[ResultColumn, Any]) -> dict[str, Any]:
+    return {column.key: value for column, value in values.items()}
 
 
 def default_levels(travels: Sequence[float]) -> tuple[tuple[float, ...], str, int]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from itertools import count
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.progress import Progress, unseen
-from ..common.text_table import table_lines
+from ..common.table import Table
 from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
@@ -37,8 +38,30 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from ...vibration.one_mass.curves_plot import Curve as DrawnCurve
+
 _ORIGIN = (0.0, 0.0, 0.0)
 _SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
+_OF = tuple(ResultColumn(key, "", key, key) for key in ("candidate", "body"))
+_EXCITATION = ResultColumn("excitation", "", "excitation")
+_POINT = (ResultColumn("point", "", "point", "point"), ResultColumn("direction", "", "motion", "motion"))
+_REST = (
+    *_OF,
+    ResultColumn("mass", "kg", "mass", "mass", "kg"),
+    *(ResultColumn(way, "m", f"displacement along {way}", way, "mm", 1e3) for way in DIRECTIONS),
+    ResultColumn("tilt", "rad", "tilt", "tilt", "deg", math.degrees(1.0), 3),
+    ResultColumn("natural", "", "natural frequencies", "natural frequencies Hz"),
+)
+MODES = (
+    ResultColumn("frequency", "Hz", "natural frequency", "mode", "Hz"),
+    ResultColumn("viscous_damping", "1", "viscous damping", "viscous damping", "%", 100.0, 3),
+    ResultColumn("motion", "", "motion", "small motion"),
+)
+_DIGITS = 9  # of metres and radians, beyond which a pose is rounding
+# Of the figure: width of a column, height of both rows, height of a line of the legend [inches]; of a name in it the
+# letters, and their height.
+_WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25
+_LETTERS, _POINTS = 32, 9.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,41 +91,45 @@ class IsolatedSystem:
         motion = SmallMotion(system, pose.pose)
         return cls(label, system, pose, motion, modes(motion, omega=pose.omega))
 
-    def rest_lines(self, brief: bool = False) -> list[str]:
-        """Static equilibrium and modes in words; of the modes their frequencies alone if it is to be brief."""
-        lines = []
-        for body, pose in zip(self.system.bodies, self.rest.coordinates, strict=True):
-            tilt = math.degrees(2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3])))
-            x, y, z = (f"{round(1e3 * way, 6) + 0.0:.4g}" for way in pose[:3].tolist())
-            lines.append(
-                f"  {body.name}, {body.mass:g} kg, rests at x {x}, y {y}, z {z} mm, tilted {round(tilt, 6):.3g} degrees"
-            )
-        if brief:
-            return [*lines, f"  natural frequencies {', '.join(f'{mode.frequency:.3g}' for mode in self.modes)} Hz"]
-        rows = [[f"{mode.frequency:.4g}", f"{100.0 * mode.damping:.3g}", mode.words] for mode in self.modes]
-        return [*lines, *table_lines(["mode Hz", "viscous damping %", "small motion"], rows, left={"small motion"})]
+    @property
+    def mode_rows(self) -> list[dict[str, Any]]:
+        """The modes by keys of JSON."""
+        return [
+            {"frequency": mode.frequency, "viscous_damping": mode.damping, "motion": mode.words, "shape": mode.shape}
+            for mode in self.modes
+        ]
 
-    def as_json(self) -> dict[str, Any]:
-        """The candidate and its motions as the command prints them with --json."""
+    def content(self) -> dict[str, Any]:
+        """The candidate and its motions for JSON."""
         poses = zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True)
         return {
             "name": self.label,
             "cautions": [*gathered(catalogue_cautions(self.system), Reader.FILE)],
             "static_equilibrium": [
-                {"body": body.name, "mass": body.mass, "displacement": moved.tolist(), "rotation": rotation.tolist()}
+                {"body": body.name, "mass": body.mass, "displacement": moved, "rotation": rotation}
                 for body, moved, rotation in poses
             ],
-            "modes": [
-                {
-                    "frequency": mode.frequency,
-                    "viscous_damping": mode.damping,
-                    "motion": mode.words,
-                    "shape": mode.shape.tolist(),
-                }
-                for mode in self.modes
-            ],
-            "responses": [_response_json(response) for response in self.responses],
+            "modes": self.mode_rows,
+            "responses": [_response_content(response) for response in self.responses],
         }
+
+
+def rest_tables(candidates: Sequence[IsolatedSystem], brief: bool) -> Iterator[Table]:
+    """Where the bodies rest, and the modes; of these the frequencies alone if it is to be brief."""
+    rows = []
+    for candidate in candidates:
+        of: dict[str, Any] = {"candidate": candidate.label if len(candidates) > 1 else None}
+        if brief:
+            of["natural"] = ", ".join(f"{mode.frequency:.3g}" for mode in candidate.modes)
+        for body, pose in zip(candidate.system.bodies, candidate.rest.coordinates.tolist(), strict=True):
+            tilt = 2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3]))
+            moved = dict(zip((*DIRECTIONS, "tilt"), np.round([*pose[:3], tilt], _DIGITS).tolist(), strict=True))
+            rows.append({**of, "body": body.name, "mass": body.mass, **moved})
+            of = dict.fromkeys(of, "")
+    yield Table(_REST, rows, "Static equilibrium:")
+    for candidate in () if brief else candidates:
+        title = f"Modes of {candidate.label}:" if len(candidates) > 1 else "Modes:"
+        yield Table(MODES, candidate.mode_rows, title)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -122,17 +149,18 @@ class SystemIsolation(AnyIsolation):
     candidates: tuple[IsolatedSystem, ...]
     levels_chosen: str = ""
 
-    _resonance = PointResonance
+    _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
 
     @property
     def _parts(self) -> tuple[IsolatedSystem, ...]:
         """The candidates."""
         return self.candidates
 
-    def _named(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, Any]:
-        return {"candidate": part.label, "excitation": response.shaking.name, "level": response.level}
+    def _of(self, part: IsolatedSystem, response: SystemResponse) -> dict[ResultColumn, Any]:
+        level = ResultColumn("level", response.shaking.unit, "level")
+        return {_OF[0]: part.label, _EXCITATION: response.shaking.name, level: response.level}
 
-    def _columns(self, part: IsolatedSystem, response: SystemResponse) -> dict[str, NDArray[Any]]:
+    def _curve(self, part: IsolatedSystem, response: SystemResponse) -> dict[ResultColumn, NDArray[Any]]:
         columns: dict[str, NDArray[Any]] = {"frequency [Hz]": response.frequency}
         for p, point in enumerate(response.points):
             for column, values in _series(response):
@@ -146,39 +174,23 @@ class SystemIsolation(AnyIsolation):
             columns[f"lowest displacement of {axis} [m]"] = response.low[:, k]
             columns[f"highest displacement of {axis} [m]"] = response.high[:, k]
         columns |= {"stable": response.stable, "requested frequency": response.requested}
-        return columns | {"outside the identified range": response.extrapolating}
+        columns |= {"outside the identified range": response.extrapolating}
+        return {ResultColumn(heading, "", heading): values for heading, values in columns.items()}
 
     def to_frame(self) -> pd.DataFrame:
-        """All points of the curves as `save_csv` writes them."""
+        """All points of the curves, under the headings of `save_csv`."""
         _, response = next(self.every)
         return super().to_frame().rename(columns={"level": f"level [{response.shaking.unit}]"})
 
-    def _csv(self) -> pd.DataFrame:
-        return self.to_frame()
-
-    def brief(self, width: int | None = None) -> list[str]:
-        """The same without what the modes are."""
-        return self._lines(width, brief=True)
-
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """Static equilibrium, modes and the largest resonance of each point, in tables of at most a width."""
-        return self._lines(width, brief=False)
-
-    def _lines(self, width: int | None, brief: bool) -> list[str]:
-        lines = [f"{self.name} ({self.source})" if self.source is not None else self.name]
-        for candidate in self.candidates:
-            lines += [f"{candidate.label}:", *candidate.rest_lines(brief)]
-        lines += [self.levels_chosen] if self.levels_chosen else []
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """Static equilibrium, modes and the largest resonance of each point."""
+        yield f"{self.name} ({self.source})" if self.source is not None else self.name
+        yield from rest_tables(self.candidates, brief)
+        if self.levels_chosen:
+            yield self.levels_chosen
         _, response = next(self.every)
-        columns = (
-            ResultColumn("point", "", "point", "point"),
-            ResultColumn("direction", "", "motion", "motion"),
-            FREQUENCY,
-            response.gain_column,
-            _SWAY,
-            ISOLATION_FREQUENCY,
-        )
-        return [*lines, *self._table(columns, width, _largest, brief)]
+        figures = (*_POINT, FREQUENCY, response.gain_column, _SWAY, ISOLATION_FREQUENCY)
+        yield self._resonance_table(figures, _largest)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -192,13 +204,10 @@ class SystemIsolation(AnyIsolation):
             ),
         )
 
-    def as_json(self) -> dict[str, Any]:
-        """The result as the command prints it with --json."""
-        return {
-            "name": self.name,
-            "levels_chosen": self.levels_chosen or None,
-            "candidates": [candidate.as_json() for candidate in self.candidates],
-        }
+    def content(self) -> Mapping[str, Any]:
+        """The candidates with their responses."""
+        candidates = [candidate.content() for candidate in self.candidates]
+        return {"name": self.name, "levels_chosen": self.levels_chosen or None, "candidates": candidates}
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
@@ -224,33 +233,80 @@ class SystemIsolation(AnyIsolation):
         -------
         list of Axes
         """
-        from .system_isolation_plot import draw, fill
-
         if ax is None:
-            from matplotlib import pyplot as plt
-
-            return fill(plt.figure(figsize=self._size, layout="constrained"), self.curves, self.name)
+            return self._drawn()
         axes = self._axes(ax)
-        draw(axes, self.curves)
+        self._draw_curves(axes)
         axes[0].legend(fontsize=8)
         return axes
 
     @property
-    def _grid(self) -> tuple[int, int]:  # type: ignore[override]
-        from .system_isolation_plot import grid_of
+    def _excitations(self) -> list[str]:
+        return list(dict.fromkeys(response.shaking.name for _, response in self.every))
 
-        return grid_of(self.curves)
+    @property
+    def _grid(self) -> tuple[int, int]:  # type: ignore[override]
+        return 2, len(self._excitations)
 
     @property
     def _size(self) -> tuple[float, float]:
-        from .system_isolation_plot import size_of
+        width = max(8.0, _WIDTH * len(self._excitations))
+        names = [curve.label for curve in self._curves(self._excitations[0], "sway")]
+        return width, _HEIGHT + _LEGEND * (len(names) // _legend_columns(names, width) + 1)
 
-        return size_of(self.curves)
+    def _fill(self, figure: Figure) -> list[Axes]:
+        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH
 
-    def _draw(self, figure: Figure) -> None:
-        from .system_isolation_plot import fill
+        axes = list(figure.subplots(*self._grid, sharex="col", sharey="row", squeeze=False).flat)
+        self._draw_curves(axes)
+        figure.suptitle(self.name)
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=_legend_columns(labels, figure.get_figwidth()),
+                      fontsize=_POINTS, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
+        return axes
 
-        fill(figure, self.curves, self.name)
+    def _draw_curves(self, axes: Sequence[Axes]) -> None:
+        """Gain above sway, a column for each excitation."""
+        from ...vibration.one_mass.curves_plot import draw
+
+        column = next(self.every)[1].gain_column
+        gain = f"{column.short or 'motion'} [{column.shown or '-'}], largest of x, y and z"
+        below = len(self._excitations)
+        for k, name in enumerate(self._excitations):
+            draw(axes[k], self._curves(name, "gain"), "" if k else gain)
+            draw(axes[below + k], self._curves(name, "sway"), "" if k else "sway [mm]")
+            axes[k].set_title(name, fontsize=10)
+            axes[k].set_xlabel("")
+
+    def _curves(self, excitation: str, quantity: str) -> list[DrawnCurve]:
+        """Of one excitation: colours tell points, or points and candidates, apart, and dashes levels."""
+        from ...report.drawing import shortened
+        from ...vibration.one_mass.curves_plot import COLORS, STYLES
+        from ...vibration.one_mass.curves_plot import Curve as DrawnCurve
+
+        levels = list(dict.fromkeys(response.level for _, response in self.every))
+        curves, colours = [], count()
+        for candidate in self.candidates:
+            of = [shortened(candidate.label, _LETTERS)] if len(self.candidates) > 1 else []
+            for p, (point, colour) in enumerate(zip(candidate.responses[0].points, colours, strict=False)):
+                for response in candidate.responses:
+                    if response.shaking.name != excitation:
+                        continue
+                    gain = response.gain_column.factor * np.abs(response.gain[:, p]).max(axis=1)
+                    values = gain if quantity == "gain" else 1e3 * response.sway[:, p]
+                    name = ", ".join([*of, shortened(point.name, _LETTERS), response.level_text])
+                    style = STYLES[levels.index(response.level) % len(STYLES)]
+                    colour_of = COLORS[colour % len(COLORS)]
+                    curves.append(DrawnCurve(response.frequency, values, response.stable, name, colour_of, style))
+        return curves
+
+
+def _legend_columns(names: Sequence[str], width: float) -> int:
+    """Of a legend as wide as a figure [inches]."""
+    from ...report.drawing import legend_columns
+    from ...vibration.one_mass.curves_plot import LEGEND_COLUMNS
+
+    return min(LEGEND_COLUMNS, legend_columns(names, width, _POINTS, 12))
 
 
 def isolated_bodies(
@@ -379,28 +435,26 @@ def _series(response: SystemResponse) -> tuple[tuple[ResultColumn, NDArray[Any]]
     )
 
 
-def _response_json(response: SystemResponse) -> dict[str, Any]:
+def _response_content(response: SystemResponse) -> dict[str, Any]:
     series = _series(response)
+    ranges = zip(response.axes, response.low.T, response.high.T, strict=True)
     return {
         "excitation": response.shaking.name,
         "direction": response.shaking.direction,
         "level": response.level,
         "unit": response.shaking.unit,
         "gain_unit": response.gain_unit,
-        "resonances": [asdict(resonance) for resonance in response.resonances],
+        "resonances": response.resonances,
         "cautions": [*gathered(response.findings, Reader.FILE)],
-        "errors_against_time_integration": [asdict(error) for error in response.errors],
-        "frequency": response.frequency.tolist(),
+        "errors_against_time_integration": response.errors,
+        "frequency": response.frequency,
         "points": [
-            {"name": point.name, **{column.key: values[:, p].tolist() for column, values in series}}
+            {"name": point.name, **{column.key: values[:, p] for column, values in series}}
             for p, point in enumerate(response.points)
         ],
-        "base_force": np.abs(response.base_force).tolist(),
-        "axes": [
-            {"name": name, "min": response.low[:, k].tolist(), "max": response.high[:, k].tolist()}
-            for k, name in enumerate(response.axes)
-        ],
-        "stable": response.stable.tolist(),
-        "requested": response.requested.tolist(),
-        "extrapolating": response.extrapolating.tolist(),
+        "base_force": np.abs(response.base_force),
+        "axes": [{"name": name, "min": low, "max": high} for name, low, high in ranges],
+        "stable": response.stable,
+        "requested": response.requested,
+        "extrapolating": response.extrapolating,
     }

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
+from itertools import product
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import IsolationError, Reader
+from ...findings import Finding, Outcome
 from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import finite
 from ...model.joint import HYSTERETIC_UNITS, JointCovariance
@@ -98,6 +100,7 @@ _COLUMNS = (
     ResultColumn("extrapolating", "", "beyond the identified range"),
     ResultColumn("outcome", "", "outcome"),
 )
+_COUNTED = {Outcome.OUTSIDE_RANGE: "extrapolating", Outcome.PEAK_AT_END: "at_end_of_band"}  # columns of `sum_up`
 _cells = attrgetter(*(column.key for column in _COLUMNS))
 
 
@@ -129,6 +132,8 @@ class Study(Runs[RunRow]):
     row_type = RunRow
     refusal = IsolationError
     figures = _COLUMNS[9:17]
+    few = ("frequency", "transmissibility", "amplitude", "isolation_frequency")
+    drawn = ("frequency", "transmissibility")
 
     spring: SpringParameters
     excitation: Excitation
@@ -221,6 +226,47 @@ class Study(Runs[RunRow]):
         counts = flags.groupby("group").sum()
         counts.insert(2, "reason", most_frequent(refused["outcome"], refused["group"]))
         return counts, runs[[figure.key for figure in self.figures]].where(is_done).assign(group=runs["group"])
+
+    @property
+    def head(self) -> tuple[ResultColumn, ...]:
+        """See `Runs`."""
+        is_length = self.excitation is Excitation.BASE_DISPLACEMENT
+        shown, factor = ("mm", 1e3) if is_length else (self.excitation.unit, 1.0)
+        return (
+            ResultColumn("mass", "kg", "mass", "mass", "kg", digits=6),
+            ResultColumn("level", self.excitation.unit, "level", "level", shown, factor),
+            ResultColumn("stiffness_factor", "1", "stiffness factor", "stiffness", digits=6),
+            ResultColumn("refused", "", "refused runs", "refused", digits=9),
+        )
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """See `Runs`."""
+        return {"excitation": self.excitation, "unit": self.excitation.unit}
+
+    def headline(self, summaries: pd.DataFrame) -> str:
+        """See `Runs`."""
+        springs = f"{self.draws} draws (seed {self.seed})" if self.draws else "the identified spring"
+        refused = int(summaries["refused"].sum())
+        return f"{len(self)} runs: {springs} at each of {self.grid_size} grid points, {refused} refused"
+
+    def where(self, point: Mapping[str, Any]) -> str:
+        """See `Runs`."""
+        level = self.excitation.level_text(point["level"])
+        return f"{point['mass']:g} kg, {level}, stiffness x {point['stiffness_factor']:g}"
+
+    def findings(self, point: Mapping[str, Any]) -> Iterator[Finding]:
+        """Of peaks at an end of the band, and of motions beyond the identified range."""
+        ends = ((self.spring.displacement_min, self.spring.displacement_max),)
+        for kind, column in _COUNTED.items():
+            if point[column]:
+                yield Finding(kind, {"runs": point[column], "of": point["runs"], "range": ends}, self.where(point))
+
+    def groups(self, summaries: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, dict[str, Any]]]:
+        """A line over the masses for each level and stiffness factor."""
+        for level, factor in product(self.levels, self.stiffness_factors):
+            rows = summaries[(summaries["level"] == level) & (summaries["stiffness_factor"] == factor)]
+            yield rows, {"label": f"{self.excitation.level_text(level)}, stiffness x {factor:g}", "marker": "o"}
 
     def rows(self, runs: Iterable[int]) -> list[RunRow]:
         """Execute runs."""

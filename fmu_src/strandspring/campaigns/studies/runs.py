@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 from ...errors import StrandspringError
+from ...findings import Finding
 from ...ground.result_columns import ResultColumn
 
 if TYPE_CHECKING:
@@ -38,6 +39,9 @@ class Runs(ABC, Generic[Row]):
     figures : tuple of ResultColumn Those with quantiles over the draws.
     draws, seed : int               Draws at each grid point, 0 for none.
     rows_of_draws : bool            Whether each draw is a run of its own.
+    rows_are : str                  What candidates at grid points are called.
+    few : tuple of str              Keys of the figures that everybody has to know.
+    drawn : (str, str)              Keys of the figures of a plot, along x and y.
     """
 
     subject: ClassVar[str]
@@ -45,6 +49,9 @@ class Runs(ABC, Generic[Row]):
     refusal: ClassVar[type[StrandspringError]]
     figures: ClassVar[tuple[ResultColumn, ...]]
     rows_of_draws: ClassVar[bool] = True
+    rows_are: ClassVar[str] = "grid points"
+    few: ClassVar[tuple[str, ...]]
+    drawn: ClassVar[tuple[str, str]]
     draws: int
     seed: int
 
@@ -95,6 +102,41 @@ class Runs(ABC, Generic[Row]):
         counts : DataFrame    "refused" and other columns that stand before the quantiles, with the group as index.
         figures : DataFrame   `figures` of each draw, and its "group".
         """
+
+    @property
+    def names(self) -> list[str]:
+        """Of the columns in a data frame."""
+        return [column.key for column in self.columns]
+
+    @property
+    @abstractmethod
+    def head(self) -> Sequence[ResultColumn]:
+        """What stands before the figures of a row of `summaries` in a table for people."""
+
+    @property
+    @abstractmethod
+    def stated(self) -> Mapping[str, Any]:
+        """What JSON holds of the study."""
+
+    def stated_point(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """A row of `summaries` without its figures, for JSON."""
+        return dict(point)
+
+    @abstractmethod
+    def headline(self, summaries: pd.DataFrame) -> str:
+        """What was run, in words."""
+
+    @abstractmethod
+    def where(self, point: Mapping[str, Any]) -> str:
+        """The grid point and the candidate of a row of `summaries` in words."""
+
+    def findings(self, point: Mapping[str, Any]) -> Iterator[Finding]:  # noqa: ARG002 - of studies that count something
+        """What is to be known of a row of `summaries`."""
+        return iter(())
+
+    @abstractmethod
+    def groups(self, summaries: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, dict[str, Any]]]:
+        """Rows that belong together in a plot, with the look of their line or marks."""
 
     def _check_counts(self, advice: str = "") -> None:
         """Refuse negative counts, and a study without runs or with too many; advice follows a semicolon."""

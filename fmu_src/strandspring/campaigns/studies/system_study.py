@@ -27,6 +27,23 @@ from .runs import DONE, Place, Runs
 from .summaries import most_frequent
 from .varied import Varied, with_texts
 
+# Of verdicts and of candidates in a plot.
+_COLORS = {
+    CaseVerdict.NO_LIMITS: "tab:blue",
+    CaseVerdict.PASSES: "tab:green",
+    CaseVerdict.NOT_TESTED: "tab:cyan",
+    CaseVerdict.UNDECIDED: "tab:olive",
+    CaseVerdict.FAILS: "tab:red",
+    CaseVerdict.OUTSIDE: "tab:purple",
+    CaseVerdict.REFUSED: "tab:gray",
+}
+_MARKERS = "osD^vPX*<>"
+_HEAD = (
+    ResultColumn("candidate", "", "candidate", "candidate"),
+    ResultColumn("verdict", "", "verdict", "verdict"),
+    ResultColumn("least_margin", "", "least margin", "least margin"),
+    ResultColumn("beyond", "1", "draws beyond a limit", "beyond a limit", "%", 100.0, 3),
+)
 # Figures whose margins stand in a row.
 _LIMITED = (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
 # Of the fields of a row after the accelerations.
@@ -147,6 +164,9 @@ class SystemStudy(Runs[SystemRow]):
     row_type = SystemRow
     refusal = MountedSystemError
     rows_of_draws = False
+    rows_are = "rows"
+    few = ("margin",)
+    drawn = ("stroke", "acceleration")
     figures = (  # the worst of all cases; margins are shares of limits that are left
         ResultColumn("margin", "1", "margin", "margin", "%", 100.0),
         FigureKind.ACCELERATION.column,
@@ -253,6 +273,59 @@ class SystemStudy(Runs[SystemRow]):
         counts["reason"] = most_frequent(refused["outcome"], refused["group"])
         counts["least_margin"] = most_frequent(governing, nearest["group"])
         return counts, worst.reset_index()
+
+    @property
+    def names(self) -> list[str]:
+        """The headings of the results file."""
+        return [column.file_heading for column in self.columns]
+
+    @property
+    def head(self) -> tuple[ResultColumn, ...]:
+        """See `Runs`."""
+        headings = (axis.heading for axis in self.varied)
+        return (*(ResultColumn(heading, "", heading, heading, digits=6) for heading in headings), *_HEAD)
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """See `Runs`."""
+        varied = [{"path": axis.path, "unit": axis.unit, "values": axis.values} for axis in self.varied]
+        return {"vary": varied, "cases": [name for _, name in self.cases]}
+
+    def stated_point(self, point: Mapping[str, Any]) -> dict[str, Any]:
+        """See `Runs`; the varied values are a list."""
+        headings = [axis.heading for axis in self.varied]
+        others = {name: value for name, value in point.items() if name not in headings}
+        return {**others, "values": [point[heading] for heading in headings]}
+
+    def headline(self, summaries: pd.DataFrame) -> str:
+        """See `Runs`, with how many candidates at grid points have each verdict."""
+        counts = {verdict.value: int((summaries["verdict"] == verdict.value).sum()) for verdict in CaseVerdict}
+        parts = {"candidate": len(self.candidates), "load case": len(self.cases), "grid point": self.grid_size}
+        candidates, cases, points = (f"{count} {noun}{'' if count == 1 else 's'}" for noun, count in parts.items())
+        verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if count)
+        return (
+            f"{len(self)} runs of {self.draws} draws (seed {self.seed}): {candidates} in {cases} at each of {points}: "
+            f"{verdicts}, {int(summaries['refused'].sum())} runs refused"
+        )
+
+    def where(self, point: Mapping[str, Any]) -> str:
+        """See `Runs`."""
+        return ", ".join(
+            [*(f"{axis.path} {axis.shown(point[axis.heading])}" for axis in self.varied), point["candidate"]]
+        )
+
+    def groups(self, summaries: pd.DataFrame) -> Iterator[tuple[pd.DataFrame, dict[str, Any]]]:
+        """A marker for each candidate in the colour of its verdict, and what most often has the least margin."""
+        several = len(self.candidates) > 1
+        for verdict, color in _COLORS.items():
+            for number, (_, name) in enumerate(self.candidates):
+                rows = summaries[(summaries["verdict"] == verdict.value) & (summaries["candidate"] == name)]
+                label = f"{name}: {verdict.value}" if several else verdict.value
+                deciding = rows["least_margin"].mode()
+                label += f", least margin: {deciding[0]}" if deciding.size else ""
+                marker = _MARKERS[number % len(_MARKERS)]
+                if not rows.empty:
+                    yield rows, {"label": label, "linestyle": "none", "marker": marker, "color": color}
 
     def indices(self, point: int) -> tuple[int, ...]:
         """Of the value of each path at a grid point."""

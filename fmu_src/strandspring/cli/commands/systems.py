@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -80,21 +81,14 @@ def isolate(
     with reporting() as progress:
         isolation: Any = strandspring.isolate(models, candidates=candidates or None, **options, progress=progress)
     files: dict[str, Any] = {"output": ("Curves", output), "plot": ("Plot", plot), "report": ("Report", report)}
-    if is_of_system:
-        save(isolation, output, plot, report)
-        present(as_json, isolation, {"system": isolation.source}, partial(remarks_on, isolation), **files)
-        return
-    from ...api.vibration.isolation import verification_lines
-
-    del files["report"]
-    with reporting() as progress:
-        checked = isolation.verify(progress) if verify else ()
-    save(isolation, output, plot)
-
-    def more() -> list[str]:
-        return [*verification_lines(checked), *remarks_on(isolation)]
-
-    present(as_json, isolation, isolation.as_json(checked), more, **files)
+    if not is_of_system:
+        del files["report"]
+    if verify:
+        with reporting() as progress:
+            isolation = replace(isolation, checked=isolation.verify(progress))
+    save(isolation, output, plot, report)
+    content = {"system": isolation.source} if is_of_system else {}
+    present(as_json, isolation, content, partial(remarks_on, isolation), **files)
 
 
 @click.command(cls=opt.OptionsCommand)

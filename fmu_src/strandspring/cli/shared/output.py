@@ -209,7 +209,7 @@ def present(
 
 def remarks_on(made: Any) -> list[str]:
     """Cautions and notes of a result as lines of it."""
-    return list(made.remarks(Reader.COMMAND_LINE, not is_verbose()))
+    return list(made.said(Reader.COMMAND_LINE, not is_verbose()))
 
 
 def is_verbose() -> bool:

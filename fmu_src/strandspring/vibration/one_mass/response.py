@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import IsolationError
-from ...kernel.arrays import FloatArray
+from ...kernel.arrays import BoolArray, FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import steady_loop
 from .continuation import SteadyMotion, follow, refine_peak, refine_superharmonics
@@ -99,8 +99,12 @@ class FrequencyResponse:
     @property
     def dotted(self) -> NDArray[np.bool_]:
         """Unstable points with their stable neighbours, shape (P,): drawn so, the curve has no gaps."""
-        unstable = self.unstable
-        return np.asarray(unstable | np.append(unstable[1:], False) | np.insert(unstable[:-1], 0, False))
+        return with_neighbours(self.unstable)
+
+
+def with_neighbours(is_marked: BoolArray) -> BoolArray:
+    """Marked points of a curve and those beside them, shape (P,)."""
+    return np.asarray(is_marked | np.append(is_marked[1:], False) | np.insert(is_marked[:-1], 0, False))
 
 
 def frequency_response(

@@ -1,13 +1,90 @@
-"""Tables as text, in full width or folded for a terminal."""
+"""Tables of results: columns are declared once, and text, frame, JSON and CSV are made of them here."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from textwrap import wrap
+from typing import TYPE_CHECKING, Any
+
+from ...ground.files import write_csv
+from ...ground.result_columns import ResultColumn
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _GAP = "  "  # before each column
 _LEAST = 16  # to which text is folded beside other columns
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Rows with declared columns.
+
+    Parameters
+    ----------
+    columns : sequence of ResultColumn   Those without `short` are in files only, and without any value not in text.
+    rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
+                                         units, pairs of them for a range, texts; None or missing where there is none.
+    title : str                          A line before the table, in text.
+    details : collection of str          Keys of the columns that are left out where it is to be brief.
+    varied : collection of str or None   Keys of the columns that stay in brief text though all rows hold the same;
+                                         the other ones with one value are put before the table. None for all.
+    """
+
+    columns: Sequence[ResultColumn]
+    rows: Sequence[Any]
+    title: str = ""
+    details: Collection[str] = ()
+    varied: Collection[str] | None = None
+
+    def lines(self, width: int | None = None, brief: bool = False) -> list[str]:
+        """The table as text, folded to a width; nothing without rows."""
+        if not self.rows:
+            return []
+        columns = [
+            column
+            for column in self.columns
+            if column.short
+            and not (brief and column.key in self.details)
+            and any(_value(row, column.key) is not None for row in self.rows)
+        ]
+        values = [[_value(row, column.key) for column in columns] for row in self.rows]
+        rows = [[column.text(value) for column, value in zip(columns, row, strict=True)] for row in values]
+        headings = [column.heading for column in columns]
+        left = {name for k, name in enumerate(headings) if any(isinstance(row[k], str) for row in values)}
+        lines = [self.title] if self.title else []
+        if brief and self.varied is not None:
+            kept = {column.heading for column in columns if column.key in self.varied}
+            headings, rows, shared = without_constants(headings, rows, kept)
+            lines += [f"Throughout: {shared}"] if shared else []
+        return [*lines, *table_lines(headings, rows, left, width)]
+
+    def as_json(self) -> list[dict[str, Any]]:
+        """The rows as objects for JSON, in SI units."""
+        return [{column.key: _value(row, column.key) for column in self.columns} for row in self.rows]
+
+    def frame(self) -> pd.DataFrame:
+        """The rows in SI units."""
+        import pandas as pd
+
+        return pd.DataFrame(self.as_json(), columns=[column.key for column in self.columns])
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write the rows in SI units.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        headings = [column.file_heading for column in self.columns]
+        write_csv(Path(path), headings, ([_value(row, c.key) for c in self.columns] for row in self.rows))
+
+
+def _value(row: Any, key: str) -> Any:
+    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
 
 
 @dataclass(frozen=True)
