@@ -176,8 +176,8 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.zero_option
 @opt.takes_options(curve=Curve(points=24), run=StudyRun)
 @opt.given("--vary", multiple=True, metavar="PATH=VALUES", callback=_varied, group="System",
-           help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, such "
-           "as '15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
+           help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, "
+           "such as '15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
 @opt.takes_options(part=Part, placing=Workers(None))
 @opt.given("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
