@@ -12,7 +12,7 @@ import pytest
 
 import strandspring
 from springs import EXAMPLES
-from strandspring import Record, Spring, SpringParameters
+from strandspring import Reading, Record, Spring, SpringParameters, identify, predict
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.ground.arguments import flag, limits, number, numbers, whole
 
@@ -55,6 +55,16 @@ def test_methods_of_a_spring_are_the_functions_of_these_names() -> None:
         assert getattr(SPRING, name).__self__ is SPRING
     kinds = {parameter.kind for parameter in signature(SPRING.isolate).parameters.values()}
     assert Parameter.VAR_KEYWORD not in kinds
+
+
+def test_options_are_given_as_such_or_as_keywords() -> None:
+    shown = signature(identify).parameters
+    assert {"units", "reverse", "cycles", "reading", "method", "fitting"} <= set(shown)
+    assert (shown["reverse"].kind, signature(SPRING.study).parameters["points"].default) == (Parameter.KEYWORD_ONLY, 24)
+    as_such = predict(SPRING, X, F, reading=Reading(reverse="force", units={"force": "kN"}))
+    as_keywords = predict(SPRING, X, F, reverse="force", force_unit="kN")
+    for prediction in (as_such, as_keywords):
+        assert prediction.records[0].force.tolist() == (-1e3 * F).tolist()
 
 
 def calls() -> list[Any]:

@@ -143,3 +143,18 @@ def test_help_fits_80_columns_and_has_an_example(terminal: Terminal, monkeypatch
         assert command == ["synthesize"] or "strandspring " in text.split("Example", 1)[1]
     text = terminal("--help")
     assert all(f"  {name}" in text for name in COMMANDS)
+
+
+def test_help_groups_options_and_waits_for_nothing(terminal: Terminal) -> None:
+    text = terminal("identify", "--help")
+    places = [text.index(f"{name} options:") for name in ("Reading", "Fitting", "Rig", "Report", "Output")]
+    assert places == sorted(places)
+    everything = terminal("identify", "--help-all")
+    assert {"--steady", "--label"} & set(re.findall(r"--\w+", text)) == set()
+    assert {"--steady", "--label"} <= set(re.findall(r"--\w+", everything))
+    slow = "print({'numpy', 'scipy', 'pydantic'} & {*sys.modules})"
+    code = f"import atexit, sys, strandspring.cli.main as program; atexit.register(lambda: {slow}); program.main()"
+    for command in COMMANDS:
+        program = [sys.executable, "-c", code, command, "--help"]
+        done = subprocess.run(program, capture_output=True, text=True, check=True)
+        assert done.stdout.splitlines()[-1] == "set()", command

@@ -55,10 +55,10 @@ class _Build(opt.OptionsCommand):
 @opt.name_option("Name of the model identified from records.  [default: from the first record]")
 @opt.given("--description", default="", help="Free text for the model identified from records.")
 @opt.given("--models", default="models", show_default=True, metavar="DIR",
-       help="Folder for the model file identified from records.")  # fmt: skip
+           help="Folder for the model file identified from records.")  # fmt: skip
 @opt.given("--record", multiple=True, metavar="RECORD", group="Reading",
-       help="With a model file: one of the records that it was identified from, read by the options of records, along "
-       "which the FMU is checked.")  # fmt: skip
+           help="With a model file: one of the records that it was identified from, read by the options of records, "
+           "along which the FMU is checked.")  # fmt: skip
 @opt.takes_options(reading=Reading)
 @opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
 @opt.output_options
@@ -197,8 +197,8 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
 @opt.given("--modelica", is_flag=True, help="Write the Modelica library StrandSpring with a record of the spring.")
 @opt.given("--c", is_flag=True, help="Write C sources of the spring for targets without FMI.")
 @opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR|FILE",
-       help="Folder, or file name ending in .ssv or .ssp; the Modelica library and C sources take a folder and keep "
-       "other springs.")  # fmt: skip
+           help="Folder, or file name ending in .ssv or .ssp; the Modelica library and C sources take a folder and "
+           "keep other springs.")  # fmt: skip
 @opt.zero_option
 @opt.json_option
 def export(model: str, ssp: bool, mass: float | None, output: str, as_json: bool, **options: Any) -> None:

@@ -70,7 +70,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
 @opt.name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
 @opt.given("--description", default="", help="Free text for the model file and the FMU.")
 @opt.given("--report", type=REPORT_FILE, metavar="FILE.html",
-       help="Also write a report: a page with all figures to zoom into.")  # fmt: skip
+           help="Also write a report: a page with all figures to zoom into.")  # fmt: skip
 @opt.takes_options(details=ReportDetails)
 @opt.given("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf", help="Also draw the loops as a figure for a paper.")
 @opt.output_options

@@ -36,11 +36,11 @@ _report_option: opt.Decorator = opt.given(
 @opt.zero_option
 @opt.takes_options(levels=Levels)
 @opt.given("--candidate", "candidates", multiple=True, metavar="NAME", group="System",
-       help="Of a SYSTEM.toml: compute only this candidate; repeat for more.")  # fmt: skip
+           help="Of a SYSTEM.toml: compute only this candidate; repeat for more.")  # fmt: skip
 @opt.takes_options(curve=Curve)
 @opt.given("--verify", is_flag=True,
-       help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, and "
-       "compare after 20 periods.")  # fmt: skip
+           help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, "
+           "and compare after 20 periods.")  # fmt: skip
 @opt.written("OUT.csv", "Write all figures to this file.")
 @opt.plot_option("Plot the curves of all models")
 @_report_option
@@ -95,12 +95,12 @@ def isolate(
 @click.argument("system", metavar="SYSTEM.toml")
 @opt.takes_options(part=Part, run=Run)
 @opt.given("--workers", type=click.IntRange(1, 1024), metavar="N", group="Simulation",
-       help="Number of threads.  [default: all cores]")  # fmt: skip
+           help="Number of threads.  [default: all cores]")  # fmt: skip
 @_report_option
 @opt.plot_option("Plot acceleration against stroke, with verdicts")
 @opt.given("--histories", metavar="FOLDER",
-       help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file may "
-       "have tens of megabytes.")  # fmt: skip
+           help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
+           "may have tens of megabytes.")  # fmt: skip
 @opt.written("OUT.csv", "Write all figures to this file.")
 @opt.output_options
 def simulate(
@@ -170,8 +170,8 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.zero_option
 @opt.takes_options(curve=Curve(points=24), run=StudyRun)
 @opt.given("--vary", multiple=True, metavar="PATH=VALUES", callback=_varied, group="System",
-       help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, such as "
-       "'15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
+           help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, "
+           "such as '15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
 @opt.takes_options(part=Part, placing=Workers(None))
 @opt.given("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
