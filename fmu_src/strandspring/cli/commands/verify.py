@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 
 import click
 
@@ -40,7 +40,7 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     others = [replace(one, checks=tuple(each for each in one.checks if each is not first)) for one in verifications]
     present(
         as_json,
-        lambda: {"fmus": list(map(asdict, verifications))},
+        lambda: {"fmus": [verification.as_json() for verification in verifications]},
         lambda width: [line for verification in others for line in verification.text_lines(width)],
     )
     if first is not None:
