@@ -221,13 +221,15 @@ def shaken(
     base = of_base.get(excitation, 0.0)  # amplitude of its acceleration
     strength = level if excitation is Excitation.FORCE else -m * base
 
+    mount = system.mount
+
     def rate(t: float, state: FloatArray) -> list[float]:
         z, v, *rest = state.tolist()
         omegas, stretches = rest[: len(parts)], rest[len(parts) :]
-        x, speed = z / system.series - p.displacement_offset, v / system.series
+        x, speed = z / mount.series - p.displacement_offset, v / mount.series
         force = sum(spring_force(one, x, omega) for one, omega in zip(parts, omegas, strict=True))
         force += sum(b.stiffness * s for b, s in zip(branches, stretches, strict=True))
-        push = system.static_load + strength * math.cos(circular * t) - system.damping * v - system.parallel * force
+        push = system.static_load + strength * math.cos(circular * t) - mount.damping * v - mount.parallel * force
         of_omegas = [rate_of_omega(one, speed, omega) for one, omega in zip(parts, omegas, strict=True)]
         decays = [speed - s / b.time_constant for b, s in zip(branches, stretches, strict=True)]
         return [v, push / m, *of_omegas, *decays]
@@ -236,7 +238,7 @@ def shaken(
     times = period * np.arange(count + 1) / count
     weights, last, agreed = np.exp(-1j * circular * times[:-1]) * 2.0 / count, 0.0j, 0
     state = np.zeros(2 + len(parts) + len(branches))
-    state[0] = system.series * static_equilibrium(system).displacement
+    state[0] = mount.series * static_equilibrium(system).displacement
     for _ in range(2000):
         run = _solved(rate, (0.0, period), state, "LSODA", times, rtol=1e-8, atol=1e-11, max_step=period / 50)
         state = run.y[:, -1]

@@ -25,7 +25,8 @@ class Table:
 
     Parameters
     ----------
-    columns : sequence of ResultColumn   Those without `short` are in files only, and without any value not in text.
+    columns : sequence of ResultColumn   Those without `short` are in files only, those without `words` in text only,
+                                         where columns without any value are left out.
     rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
                                          units, pairs of them for a range, texts; None or missing where there is none.
     title : str                          A line before the table, in text.
@@ -41,36 +42,40 @@ class Table:
     varied: Collection[str] | None = None
 
     def lines(self, width: int | None = None, brief: bool = False) -> list[str]:
-        """The table as text, folded to a width; nothing without rows."""
-        if not self.rows:
+        """The table as text, folded to a width; nothing without rows or columns for people."""
+        shown = (column for column in self.columns if column.short and not (brief and column.key in self.details))
+        values = {column: [_value(row, column.key) for row in self.rows] for column in shown}
+        known = {column: of for column, of in values.items() if any(value is not None for value in of)}
+        texts = {column: [column.text(value) for value in of] for column, of in known.items()}
+        if not texts:
             return []
-        columns = [
-            column
-            for column in self.columns
-            if column.short
-            and not (brief and column.key in self.details)
-            and any(_value(row, column.key) is not None for row in self.rows)
-        ]
-        values = [[_value(row, column.key) for column in columns] for row in self.rows]
-        rows = [[column.text(value) for column, value in zip(columns, row, strict=True)] for row in values]
-        headings = [column.heading for column in columns]
-        left = {name for k, name in enumerate(headings) if any(isinstance(row[k], str) for row in values)}
         lines = [self.title] if self.title else []
-        if brief and self.varied is not None:
-            kept = {column.heading for column in columns if column.key in self.varied}
-            headings, rows, shared = without_constants(headings, rows, kept)
-            lines += [f"Throughout: {shared}"] if shared else []
-        return [*lines, *table_lines(headings, rows, left, width)]
+        if brief and self.varied is not None and len(self.rows) > 1:
+            same = [column for column, of in texts.items() if column.key not in self.varied and len({*of}) == 1]
+            shared = [f"{column.short} {texts.pop(column)[0]} {column.shown}".strip() for column in same]
+            lines += [f"Throughout: {', '.join(shared)}"] if shared else []
+        # Texts of numbers have a unit.
+        left = {c.heading for c in texts if not c.unit and any(isinstance(value, str) for value in known[c])}
+        headings = [column.heading for column in texts]
+        return [*lines, *table_lines(headings, zip(*texts.values(), strict=True), left, width)]
+
+    @property
+    def _in_files(self) -> list[ResultColumn]:
+        return [column for column in self.columns if column.words]
 
     def as_json(self) -> list[dict[str, Any]]:
         """The rows as objects for JSON, in SI units."""
-        return [{column.key: _value(row, column.key) for column in self.columns} for row in self.rows]
+        return [{column.key: _value(row, column.key) for column in self._in_files} for row in self.rows]
 
     def frame(self) -> pd.DataFrame:
         """The rows in SI units."""
         import pandas as pd
 
-        return pd.DataFrame(self.as_json(), columns=[column.key for column in self.columns])
+        rows = self.as_json()
+        frame = pd.DataFrame(rows, columns=[column.key for column in self._in_files])
+        texts = {key for row in rows for key, value in row.items() if isinstance(value, str)}
+        # A column of which nothing is known is one of numbers.
+        return frame.astype({key: float for key in frame if frame[key].dtype == object and key not in texts})
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the rows in SI units.
@@ -79,8 +84,8 @@ class Table:
         ------
         StrandspringError   If the file cannot be written.
         """
-        headings = [column.file_heading for column in self.columns]
-        write_csv(Path(path), headings, ([_value(row, c.key) for c in self.columns] for row in self.rows))
+        headings = [column.file_heading for column in self._in_files]
+        write_csv(Path(path), headings, ([_value(row, c.key) for c in self._in_files] for row in self.rows))
 
 
 def _value(row: Any, key: str) -> Any:
@@ -158,25 +163,6 @@ def table_lines(
             bands.append([title])
         bands[-1].append(column)
     return [line for band in bands for line in ("", *_lines(band))][1:]
-
-
-def without_constants(
-    headings: Sequence[str], rows: Sequence[Sequence[str]], kept: Collection[str] = ()
-) -> tuple[list[str], list[list[str]], str]:
-    """Headings and rows without columns that hold the same in all of several rows, and these in words.
-
-    Examples
-    --------
-    >>> without_constants(["mass kg", "level", "Hz"], [["4", "10 N", "19"], ["6", "10 N", "16"]])
-    (['mass kg', 'Hz'], [['4', '19'], ['6', '16']], 'level 10 N')
-    """
-    constant = [
-        len(rows) > 1 and heading not in kept and len({row[k] for row in rows}) == 1
-        for k, heading in enumerate(headings)
-    ]
-    words = ", ".join(f"{headings[k]} {rows[0][k]}" for k, is_constant in enumerate(constant) if is_constant)
-    varied = [k for k, is_constant in enumerate(constant) if not is_constant]
-    return [headings[k] for k in varied], [[row[k] for k in varied] for row in rows], words
 
 
 def _lines(columns: Sequence[_Column]) -> list[str]:

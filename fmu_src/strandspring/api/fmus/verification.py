@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any, ClassVar
 
 from ...fmu.checks.verification import Check, verify_fmu
+from ...ground.result_columns import ResultColumn
 from ..common.result import Result
+from ..common.table import Table
 
-if TYPE_CHECKING:
-    import pandas as pd
+_CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
 
 
 @dataclass(frozen=True, repr=False)
@@ -27,6 +29,8 @@ class Verification(Result):
     path: str
     checks: tuple[Check, ...]
 
+    _stated: ClassVar[Mapping[str, Any]] = {}
+
     @property
     def problems(self) -> tuple[Check, ...]:
         """Checks that speak against the FMU."""
@@ -37,15 +41,15 @@ class Verification(Result):
         """Whether nothing speaks against the FMU."""
         return not self.problems
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """All checks in words."""
-        return [self.path, *(f"  {check.about}: {check.text}" for check in self.checks)]
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - all checks are worth a line
+        """All checks in words, and as a table of files."""
+        yield self.path
+        yield from (f"  {check.about}: {check.text}" for check in self.checks)
+        yield Table(_CHECKS, self.checks)
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each check."""
-        import pandas as pd
-
-        return pd.DataFrame([asdict(check) for check in self.checks])
+    def content(self) -> Mapping[str, Any]:
+        """The path and the checks."""
+        return vars(self)
 
 
 def verify(fmu: str | os.PathLike[str]) -> Verification:

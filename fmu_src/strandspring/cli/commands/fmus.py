@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
@@ -181,7 +181,9 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
     # The first problem is the refusal, and is said once.
     others = [replace(one, checks=tuple(each for each in one.checks if each is not first)) for one in verifications]
     lines = [line for verification in others for line in verification.text_lines(None)]
-    made = SimpleNamespace(as_json=lambda: {"fmus": list(map(asdict, verifications))}, text_lines=lambda _: lines)
+    made = SimpleNamespace(
+        as_json=lambda: {"fmus": [verification.as_json() for verification in verifications]}, text_lines=lambda _: lines
+    )
     present(as_json, made, {})
     if first is not None:
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
