@@ -3,11 +3,72 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
+from ..errors import Reader
+from ..findings import gathered
+from ..loops.cycles import Cycle, measured_loops
 from ..records.given import Source, given_records
+from ..records.record import Record
+from ..report.record_page import overview
+from .common.result import Result
+from .common.table import Table
+from .common.text import counted, loop_table
+
+
+class Overview(Result):
+    """What was detected in records: strokes, cycles, loops, and samples that are left out.
+
+    Parameters
+    ----------
+    records : sequence of Record
+    """
+
+    _stated: ClassVar = {}  # beside each record
+
+    def __init__(self, records: Sequence[Record]) -> None:
+        self.records = tuple(records)
+        self._seen = tuple((record, overview(record), measured_loops([record])) for record in records)
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows
+        """A line of each record, and its loops."""
+        for record, seen, _ in self._seen:
+            left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
+            yield (
+                f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
+                f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
+            )
+        yield loop_table(list(chain.from_iterable(loops for _, _, loops in self._seen)))
+
+    def content(self) -> dict[str, Any]:
+        """Of each record what was detected, with its cycles as `cycles` counts them."""
+        return {
+            "records": [
+                {
+                    "path": record.path,
+                    "samples": len(record),
+                    "strokes": seen.strokes,
+                    "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
+                    "loops": loop_table(loops, in_files=True),
+                    "left_out": {reason: samples.size for reason, samples in seen.left_out.items()},
+                    "notes": tuple(gathered(record.findings, Reader.FILE)),
+                }
+                for record, seen, loops in self._seen
+            ]
+        }
+
+
+def _cycle(number: int, cycle: Cycle) -> dict[str, Any]:
+    return {
+        "number": number,
+        "first_sample": cycle.first_sample,
+        "last_sample": cycle.last_sample,
+        "amplitude": cycle.figures.amplitude,
+        "frequency": cycle.frequency,
+    }
 
 
 def show(

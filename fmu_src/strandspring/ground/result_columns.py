@@ -16,7 +16,7 @@ class ResultColumn:
     ----------
     key : str        Attribute of what holds it, key of JSON, and column of data frames, in SI units.
     unit : str       In SI.
-    words : str      In sentences and plots.
+    words : str      In sentences and plots; empty where it is in tables for a terminal only.
     short : str      In headings of tables for a terminal; empty where it is not in them.
     shown : str      Unit for people; empty for a pure number.
     factor : float   From SI to that unit.
@@ -59,7 +59,10 @@ class ResultColumn:
         if isinstance(value, tuple):
             low, high = map(self.text, value)
             return low if low == high else f"{low}{' to ' if low.startswith('-') else '-'}{high}"
-        return f"{sign}{value * self.factor:.{self.digits}g}" if math.isfinite(value) else "-"
+        if not math.isfinite(value):
+            return "-"
+        shown = f"{value * self.factor:.{self.digits}g}"
+        return sign + (f"{float(shown):.0f}" if "e+0" in shown else shown)
 
 
 def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:

@@ -8,10 +8,11 @@ from typing import Any
 from ..core.parameters import SpringParameters
 from ..ground.result_columns import ResultColumn
 from ..identification.figures import RecordFit
+from ..loops.cycles import MeasuredLoop
 from ..loops.loop import PANELS, LoopFigures
 from ..model.joint import HYSTERETIC_PARAMETERS, NORMAL_95
 from ..model.stated_figures import energy_ratio
-from .charts.engineering import KINDS, NAMES, AmplitudeComparison, EngineeringFigures, MeasuredFigures
+from .charts.engineering import KINDS, NAMES, AmplitudeComparison, EngineeringFigures
 from .charts.evaluation import Evaluation
 from .content.blocks import PageTable
 from .content.chart import Axis
@@ -60,13 +61,9 @@ def _of_amplitude(row: AmplitudeComparison, factors: list[float], smallest: floa
     yield "difference", [percent(a / b - 1.0, sign=True) if b else "–" for a, b in pairs]
 
 
-def _source(measured: MeasuredFigures) -> str:
-    text = f"measured, {measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
-    if measured.frequencies:
-        low, high = measured.frequencies
-        ends = number(low, 2) if high < 1.1 * low else f"{number(low, 2)} to {number(high, 2)}"
-        text += f", {ends} Hz"
-    return text
+def _source(measured: MeasuredLoop) -> str:
+    rate = "" if measured.frequency is None else f", {number(measured.frequency, 2)} Hz"
+    return f"measured, {measured.cycles} cycle{'s' if measured.cycles > 1 else ''}{rate}"
 
 
 def parameters(evaluation: Evaluation) -> PageTable:

@@ -25,7 +25,8 @@ class Table:
 
     Parameters
     ----------
-    columns : sequence of ResultColumn   Those without `short` are in files only.
+    columns : sequence of ResultColumn   Those without `short` are in files only, those without `words` in text only,
+                                         where columns without any value are left out.
     rows : sequence                      Mappings by the columns' keys, or objects with such attributes: numbers in SI
                                          units, pairs of them for a range, texts; None or missing where there is none.
     title : str                          A line before the table, in text.
@@ -44,11 +45,17 @@ class Table:
         """The table as text, folded to a width; nothing without rows."""
         if not self.rows:
             return []
-        columns = [column for column in self.columns if column.short and not (brief and column.key in self.details)]
+        shown = (column for column in self.columns if column.short and not (brief and column.key in self.details))
+        columns = [column for column in shown if any(_value(row, column.key) is not None for row in self.rows)]
         values = [[_value(row, column.key) for column in columns] for row in self.rows]
         rows = [[column.text(value) for column, value in zip(columns, row, strict=True)] for row in values]
         headings = [column.heading for column in columns]
-        left = {name for k, name in enumerate(headings) if any(isinstance(row[k], str) for row in values)}
+        # Texts of numbers have a unit.
+        left = {
+            column.heading
+            for k, column in enumerate(columns)
+            if not column.unit and any(isinstance(row[k], str) for row in values)
+        }
         lines = [self.title] if self.title else []
         if brief and self.varied is not None:
             kept = {column.heading for column in columns if column.key in self.varied}
@@ -56,15 +63,23 @@ class Table:
             lines += [f"Throughout: {shared}"] if shared else []
         return [*lines, *table_lines(headings, rows, left, width)]
 
+    @property
+    def _in_files(self) -> list[ResultColumn]:
+        return [column for column in self.columns if column.words]
+
     def as_json(self) -> list[dict[str, Any]]:
         """The rows as objects for JSON, in SI units."""
-        return [{column.key: _value(row, column.key) for column in self.columns} for row in self.rows]
+        return [{column.key: _value(row, column.key) for column in self._in_files} for row in self.rows]
 
     def frame(self) -> pd.DataFrame:
         """The rows in SI units."""
         import pandas as pd
 
-        return pd.DataFrame(self.as_json(), columns=[column.key for column in self.columns])
+        rows = self.as_json()
+        frame = pd.DataFrame(rows, columns=[column.key for column in self._in_files])
+        texts = {key for row in rows for key, value in row.items() if isinstance(value, str)}
+        # A column of which nothing is known is one of numbers.
+        return frame.astype({key: float for key in frame if frame[key].dtype == object and key not in texts})
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write the rows in SI units.
@@ -73,8 +88,8 @@ class Table:
         ------
         StrandspringError   If the file cannot be written.
         """
-        headings = [column.file_heading for column in self.columns]
-        write_csv(Path(path), headings, ([_value(row, c.key) for c in self.columns] for row in self.rows))
+        headings = [column.file_heading for column in self._in_files]
+        write_csv(Path(path), headings, ([_value(row, c.key) for c in self._in_files] for row in self.rows))
 
 
 def _value(row: Any, key: str) -> Any:

@@ -8,14 +8,10 @@ from typing import Any
 
 import click
 
-from ...api.common.text import counted
+from ...api.showing import Overview
 from ...api.showing import show as write_page
-from ...errors import Reader
-from ...findings import gathered
 from ...ground.files import user_cache
-from ...loops.cycles import Cycle
-from ...records.record import Record
-from ...report.record_page import RecordOverview, overview, record_warnings
+from ...report.record_page import record_warnings
 from ..shared.cautions import note_records
 from ..shared.option_types import output_options
 from ..shared.options import read_records, record_files, record_options
@@ -52,46 +48,9 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, **options:
     page = user_cache() / "record.html" if output is None else Path(output)
     with working("Drawing the page"):
         write_page(group, page)
-    seen = [(record, overview(record)) for record in group]
+    seen = Overview(group)
     for warning in (warning for record in group for warning in record_warnings(record)):
         note(f"Caution: {warning}")
-    present(
-        as_json,
-        lambda: {"records": [_record(*both) for both in seen]},
-        lambda _: [_sentence(*both) for both in seen],
-        page=("Page", page),
-    )
+    present(as_json, seen.as_json, seen.brief, seen.text_lines, page=("Page", page))
     if output is None:
         webbrowser.open(page.resolve().as_uri())
-
-
-def _sentence(record: Record, seen: RecordOverview) -> str:
-    """What was detected in a record."""
-    left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
-    return (
-        f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
-        f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
-    )
-
-
-def _record(record: Record, seen: RecordOverview) -> dict[str, Any]:
-    """The same for JSON."""
-    return {
-        "path": record.path,
-        "samples": len(record),
-        "strokes": seen.strokes,
-        "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
-        "left_out": {reason: int(samples.size) for reason, samples in seen.left_out.items()},
-        "notes": list(gathered(record.findings, Reader.FILE)),
-    }
-
-
-def _cycle(number: int, cycle: Cycle) -> dict[str, Any]:
-    """A cycle for JSON, numbered as --cycles counts them."""
-    return {
-        "number": number,
-        "first_sample": cycle.first_sample,
-        "last_sample": cycle.last_sample,
-        "amplitude": cycle.figures.amplitude,
-        "frequency": cycle.frequency,
-    }

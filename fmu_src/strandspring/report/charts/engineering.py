@@ -14,8 +14,8 @@ from ...findings import Outcome
 from ...identification.identified import IdentifiedModel
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
-from ...loops.cycles import Cycle, FigureSpread, spread_of
-from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop
+from ...loops.cycles import MeasuredLoop
+from ...loops.loop import PANELS, LoopFigures, group_by_amplitude, steady_loop
 from ...model.joint import NORMAL_95, JointCovariance
 from ..content.chart import Axis, Chart, ChartForm, Role, Trace, evenly
 from ..content.quantities import NUMBER, number, percent, unit_of
@@ -34,24 +34,6 @@ _MOST = 12  # amplitudes in the table
 
 
 @dataclass(frozen=True)
-class MeasuredFigures:
-    """Cycles of about one amplitude.
-
-    Attributes
-    ----------
-    figures : LoopFigures          Of the mean cycle.
-    spread : FigureSpread or None  From cycle to cycle; None for a single one.
-    cycles : int
-    frequencies : tuple of float   Least and greatest [Hz]; empty without times.
-    """
-
-    figures: LoopFigures
-    spread: FigureSpread | None
-    cycles: int
-    frequencies: tuple[float, ...]
-
-
-@dataclass(frozen=True)
 class AmplitudeComparison:
     """One amplitude.
 
@@ -60,14 +42,14 @@ class AmplitudeComparison:
     low, high : float                  Turning points [m].
     model : LoopFigures                The model's steady loop between them.
     reach : tuple of float or None     Half of the 95 % interval of the model's `NAMES`; None if unknown.
-    measured : MeasuredFigures or None None where nothing was measured.
+    measured : MeasuredLoop or None None where nothing was measured.
     """
 
     low: float
     high: float
     model: LoopFigures
     reach: tuple[float, ...] | None
-    measured: MeasuredFigures | None
+    measured: MeasuredLoop | None
 
 
 class EngineeringFigures:
@@ -82,17 +64,16 @@ class EngineeringFigures:
         self._evaluation = evaluation
 
     @cached_property
-    def measured(self) -> tuple[MeasuredFigures, ...]:
-        """All amplitudes measured, rising; cycles of all records whose turning points agree are one."""
-        cycles = (cycle for view in self._evaluation.views for cycle in view.measured_cycles)
-        return tuple(map(_together, group_by_amplitude(cycles)))
+    def measured(self) -> tuple[MeasuredLoop, ...]:
+        """The full cycles of all records, by amplitude and rate."""
+        return tuple(loop for loop in self._evaluation.identification.recorded if loop.cycles)
 
     @cached_property
     def table(self) -> tuple[AmplitudeComparison, ...]:
         """The measured amplitudes, evenly chosen of many, and quarters of the identified range where none is near."""
         p = self._evaluation.identification.parameters
         chosen = [self.measured[k] for k in evenly(len(self.measured), _MOST)]
-        rows: list[tuple[float, float, MeasuredFigures | None]] = [
+        rows: list[tuple[float, float, MeasuredLoop | None]] = [
             (row.figures.low, row.figures.high, row) for row in chosen
         ]
         half = 0.5 * (p.displacement_max - p.displacement_min)
@@ -159,12 +140,6 @@ class EngineeringFigures:
 def _figures(solver: PathSolver, ends: list[tuple[float, float]]) -> FloatArray:
     loops = [steady_loop(solver, *pair).figures for pair in ends]
     return np.array([[getattr(figures, name) for name in NAMES] for figures in loops])
-
-
-def _together(group: list[Cycle]) -> MeasuredFigures:
-    frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
-    ends = (min(frequencies), max(frequencies)) if frequencies else ()
-    return MeasuredFigures(mean_figures(group), spread_of(group), len(group), ends)
 
 
 def over_amplitude(evaluation: Evaluation, figures: EngineeringFigures) -> tuple[Chart, ...]:
