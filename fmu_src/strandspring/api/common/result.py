@@ -10,7 +10,7 @@ from dataclasses import fields, is_dataclass
 from enum import Enum
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...errors import Reader, StrandspringError
 from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severity
@@ -33,7 +33,7 @@ class Result:
     """
 
     # The findings of some severities that JSON holds, by their keys.
-    _stated: Mapping[str, Collection[Severity]] = {"cautions": CAUTIONS, "notes": NOTES}
+    _stated: ClassVar[Mapping[str, Collection[Severity]]] = {"cautions": CAUTIONS, "notes": NOTES}
 
     def parts(self, brief: bool) -> Iterable[str | Table]:  # noqa: ARG002 - of classes that have parts
         """Lines and tables in their order; if brief, what everybody has to know. The first table is that of `to_frame`
@@ -60,8 +60,7 @@ class Result:
 
     def summary(self) -> str:
         """The result in words, with cautions and notes on it and on how its records were read."""
-        records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
-        found = [finding for record in records for finding in record.found]
+        found = [finding for record in getattr(self, "records", ()) for finding in record.found]
         remarks = dict.fromkeys((*self.said(Reader.PYTHON), *said(found, Reader.PYTHON)))
         return "\n".join([*self.text_lines(), *remarks])
 
