@@ -40,7 +40,7 @@ _MISTAKEN = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(Followed):
     """An identified spring, its figures and its origin.
 
