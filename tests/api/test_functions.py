@@ -11,7 +11,19 @@ import pytest
 
 import strandspring
 from springs import MOUNT
-from strandspring import Record, Spring, identify, isolate, predict, simulate, synthesize
+from strandspring import (
+    Outcome,
+    Record,
+    Spring,
+    SpringParameters,
+    identify,
+    info,
+    isolate,
+    predict,
+    simulate,
+    synthesize,
+)
+from strandspring.api.overview import Overview
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.one_mass.options import Excitation
@@ -118,3 +130,24 @@ def test_records_are_identified_and_their_cautions_are_warnings(tmp_path: Path) 
     assert [str(one.message) for one in said] == list(identify(path).cautions)
     assert built.name == "a_loop.fmu"
     assert strandspring.verify(built).ok
+
+
+@pytest.mark.parametrize("first", [0.005, 0.025])
+def test_a_record_has_the_same_loops_wherever_they_are_counted(first: float) -> None:
+    cycles = np.linspace(0.0, 8.0, 801)
+    path = np.interp(cycles, [0.0, 5.0, 8.0], [first, 0.025, 0.025]) * np.sin(2.0 * np.pi * cycles)
+    spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.03, 0.03))
+    record = Record(path, spring.response(path), cycles)
+    found = identify(record, method="two-stage")
+    (shown,) = Overview([record]).as_json()["records"]
+    counts = [
+        len(shown["cycles"]),
+        sum(loop["cycles"] for loop in shown["loops"]),
+        info(found.spring(), record).to_frame()["cycles"].sum(),
+        sum(loop.cycles for loop in found.recorded),
+    ]
+    assert counts == [counts[0]] * 4
+    # They are the loops that the spring was identified from.
+    smaller = replace(record, displacement=0.1 * path)
+    kinds = [{finding.kind for finding in predict(found.spring(), one).findings} for one in (record, smaller)]
+    assert [Outcome.OTHER_AMPLITUDES in of for of in kinds] == [False, True]

@@ -86,8 +86,8 @@ def error(name: str, found: Identification, figure: str) -> float:
     if figure == "rms":
         return 1.0 - found.rnl
     if figure == "energy":
-        loop = max(found.recorded, key=lambda loop: loop.measured)
-        return abs(loop.predicted / case.get("energy", loop.measured) - 1.0)
+        loop = max(found.recorded, key=lambda loop: loop.figures.energy_per_cycle)
+        return abs(loop.predicted.energy_per_cycle / case.get("energy", loop.figures.energy_per_cycle) - 1.0)
     if figure == "steady":
         amplitude, n = case["table1"]
         clean = synthesize("ni", 1e-3 * amplitude, exponent=n, noise=0.0)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from strandspring import Record, RecordError, SpringParameters
+from strandspring import Record, RecordError, Spring, SpringParameters, info
 from strandspring.kernel.path import PathSolver
 from strandspring.kernel.steady import steady_omega
 from strandspring.loops.campaign import (
@@ -79,7 +79,7 @@ def test_a_loop_drawn_by_hand() -> None:
     # A parallelogram: 1000 N/m, 3 N up at once after the low and down at once after the high turning point.
     x = np.concatenate([np.linspace(-0.01, 0.01, 41), np.linspace(0.01, -0.01, 41)])
     r = 1000.0 * x + np.repeat([3.0, -3.0], 41)
-    (loop,) = measured_loops(Record(np.tile(x, 2), np.tile(r, 2), path="hand"))
+    (loop,) = measured_loops([Record(np.tile(x, 2), np.tile(r, 2), path="hand")])
     figures = loop.figures
     assert (figures.low, figures.high, figures.amplitude) == (-0.01, 0.01, 0.01)
     assert (figures.force_low, figures.force_high) == pytest.approx((-13.0, 13.0))
@@ -90,16 +90,16 @@ def test_a_loop_drawn_by_hand() -> None:
     assert (figures.min_force, figures.max_force) == pytest.approx((-13.0, 13.0))
     assert (loop.path, loop.cycles, loop.frequency, loop.spread) == ("hand", 1, None, None)
     for path in (np.tile([-1.0, -0.5, 0.0, 0.5, 1.0, 0.5, 0.0, -0.5], 4), np.array([0.0, 0.5, 1.0, 0.5, 0.0])):
-        (flat,) = measured_loops(Record(path, 100.0 * path))
+        (flat,) = measured_loops([Record(path, 100.0 * path)])
         assert (flat.figures.energy_per_cycle, flat.gap) == (0.0, 0.0)
     # A drift of 1 N over one cycle from trough to trough leaves the loop open by it.
     turns = np.arange(401) / 400 + 0.75
     path = 0.01 * np.sin(2.0 * np.pi * turns)
-    (opened,) = measured_loops(Record(path, 1000.0 * path + 3.0 * np.cos(2.0 * np.pi * turns) + turns))
+    (opened,) = measured_loops([Record(path, 1000.0 * path + 3.0 * np.cos(2.0 * np.pi * turns) + turns)])
     assert opened.gap * opened.figures.height == pytest.approx(1.0, rel=1e-9)
     for path in (np.linspace(0.0, 1.0, 50), np.array([0.0, 1.0, 0.2, 0.6, 0.5, 0.5]), np.full(20, 0.3)):
         with pytest.raises(RecordError, match=r"short\.csv: no full cycle"):
-            measured_loops(Record(path, path, path="short.csv"))
+            info(Spring(spring_of(1.0, 1.0)), Record(path, path, path="short.csv"))
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_record_has_the_figures_of_its_model(
     n: float, sigma: float, cycles: int, samples: int, noise: float, rel: float
 ) -> None:
     parameters = spring_of(n, sigma)
-    (loop,) = measured_loops(record_of(parameters, sine(cycles, samples), noise, seed=3))
+    (loop,) = measured_loops([record_of(parameters, sine(cycles, samples), noise, seed=3)])
     expected = loop_of(parameters, AMPLITUDE)
     assert (loop.figures.low, loop.figures.high) == pytest.approx((expected.low, expected.high), rel=1e-12)
     for name in ("secant_stiffness", "energy_per_cycle", *FIGURES[:: 1 if noise == 0.0 else 6]):
@@ -130,7 +130,7 @@ def test_a_record_has_the_figures_of_its_model(
 def test_amplitudes_within_three_percent_about_one_mean_are_one_group() -> None:
     parameters = spring_of(1.0, 1.0)
     path = np.concatenate([sine(4, 2001, amplitude)[:-1] for amplitude in (0.020, 0.01025, 0.010, 0.0101)])
-    small, large = measured_loops(record_of(parameters, path))
+    small, large = measured_loops([record_of(parameters, path)])
     assert large.figures.amplitude == pytest.approx(0.020, rel=1e-12)
     assert small.figures.amplitude == pytest.approx(0.0101, rel=0.01)
     assert (small.cycles, large.cycles) == (11, 3)
@@ -138,7 +138,7 @@ def test_amplitudes_within_three_percent_about_one_mean_are_one_group() -> None:
     assert small.figures.energy_per_cycle == pytest.approx(expected, rel=0.01)
     assert small.spread.energy_per_cycle > 0.002 * expected  # 10, 10.1 and 10.25 mm have different energies
     path = np.concatenate([sine(3, 901, 0.008) - 0.01, sine(3, 901, 0.008) + 0.01])
-    loops = measured_loops(record_of(parameters, path))
+    loops = measured_loops([record_of(parameters, path)])
     assert sorted(round(loop.figures.low, 6) for loop in loops) == [0.032, 0.052]
 
 

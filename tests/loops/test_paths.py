@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from springs import MOUNT
-from strandspring import Finding, Outcome, Record, Spring, SpringParameters, select
+from strandspring import Finding, Outcome, Record, Spring, SpringParameters, info, select
 from strandspring.errors import RecordError
 from strandspring.kernel.arrays import FloatArray
 from strandspring.loops.cycles import find_cycles, measured_loops
@@ -126,7 +126,7 @@ def test_windows_cut_what_cycles_leave_and_ranges_keep_the_path() -> None:
     # Loops are those inside the range.
     path = MIDDLE + np.where(TIME < 5.0, 0.01, 0.025) * np.sin(2.0 * np.pi * TIME)
     record = Record(path, Spring(MOUNT).response(path), TIME)
-    (loop,) = measured_loops(select(record, displacement=(0.035, 0.065)))
+    (loop,) = measured_loops([select(record, displacement=(0.035, 0.065))])
     assert loop.figures.amplitude == pytest.approx(0.01, rel=1e-3)
     with pytest.raises(RecordError, match=r"no full cycle .* lies within the selected displacements"):
-        measured_loops(select(record, displacement=(0.045, 0.055)))
+        info(Spring(MOUNT), select(record, displacement=(0.045, 0.055)))

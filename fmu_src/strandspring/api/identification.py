@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
-from pathlib import Path, PurePath
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
 from ..errors import Reader
-from ..findings import Finding, Outcome, detailed
+from ..findings import NOTES, Finding, Outcome, detailed
 from ..ground.options import takes
 from ..identification.identified import IdentifiedModel
 from ..identification.identify import identify_records
 from ..identification.options import Method
 from ..loops.reading import Reading
-from ..model.joint import HYSTERETIC_UNITS
+from ..model.joint import ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
 from .common.result import PlottedResult
-from .common.text import brief_fit_lines, brief_parameter_lines, counted, fit_lines, parameter_lines
+from .common.table import Table
+from .common.text import fit_table, loop_table, parameter_table, shape_of
 from .options import Fitting
 from .spring import Spring
 
@@ -47,7 +48,7 @@ class Identification(IdentifiedModel, PlottedResult):
     '1/m'
     """
 
-    _size = (6.4, 4.8)
+    _stated: ClassVar = {"notes": NOTES}  # cautions are outcomes
 
     @property
     def all_findings(self) -> tuple[Finding, ...]:
@@ -68,42 +69,34 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         return Spring.from_model(self.model_file(name, description))
 
-    def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """The verdict, figures of each record by the saved spring alone, those of the fit where they differ, and
-        parameters.
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """The verdict, how well the spring alone follows each record, and the fit where it differs, parameters; then
+        the loops, what the spring misses, what is known of small loops, and what the rig added.
         """
-        return [
-            *self._verdict,
-            *brief_fit_lines(self.figures, self.fits, self.fitted),
-            *brief_parameter_lines(self.parameters, self.uncertainty),
-        ]
-
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """The verdict, figures of the saved spring alone, those of the fit where they differ, parameters with errors,
-        what the spring misses, what is known of small loops, and what the rig added.
-        """
-        alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
-        lines = [
-            *self._verdict,
-            f"Identified by the {self.method} method: {in_words(self.figures)}{alone}",
-            *fit_lines(self.fits, self.fitted),
-            *parameter_lines(self.parameters, self.uncertainty),
-        ]
+        if self.verdict is not None:
+            yield str(self.verdict)
+        if not brief:
+            alone = " (the saved spring alone)" if differ(self.figures, self.fitted_figures) else ""
+            yield f"Identified by the {self.method} method: {in_words(self.figures)}{alone}"
+        yield fit_table(self.figures, self.fits, self.fitted)
+        yield parameter_table(self.parameters, self.uncertainty, brief)
+        yield f"  {shape_of(self.parameters)}"
+        if brief:
+            return
+        if interval := ForceInterval.from_uncertainty(self.uncertainty):
+            yield f"  {interval.sentence}"
+        yield from (f"  {sentence}" for sentence in self.uncertainty.get("indistinct") or ())
+        yield loop_table(self.recorded)
         if self.certainty is not None:
             lack, unrecorded = self.certainty.lack, self.certainty.unrecorded
             missed = detailed(Outcome.LACK_OF_FIT, lack.numbers, Reader.PYTHON)
-            lines.append(f"  {missed if lack.is_structured else 'nothing but noise is left'}")
-            lines.append(f"  {detailed(Outcome.SMALL_LOOPS, unrecorded.numbers, Reader.PYTHON)}")
+            yield f"  {missed if lack.is_structured else 'nothing but noise is left'}"
+            yield f"  {detailed(Outcome.SMALL_LOOPS, unrecorded.numbers, Reader.PYTHON)}"
         if removed := effects_in_words(self.effects):
-            lines.append(f"  removed as the rig's: {'; '.join(map(' '.join, removed.items()))}")
-        return lines
+            yield f"  removed as the rig's: {'; '.join(map(' '.join, removed.items()))}"
 
-    @property
-    def _verdict(self) -> list[str]:
-        return [] if self.verdict is None else [str(self.verdict)]
-
-    def as_json(self) -> dict[str, Any]:
-        """The result as an object for JSON, in SI units."""
+    def content(self) -> dict[str, Any]:
+        """Method, parameters with their uncertainty, and what the model file holds of the fit."""
         return {
             "method": self.method,
             "options": self.options,
@@ -115,28 +108,16 @@ class Identification(IdentifiedModel, PlottedResult):
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
-            "notes": self.findings_json["notes"],
         }
+
+    @property
+    def table(self) -> Table:
+        """The parameters with unit, value, standard error and 95 % interval, one in each row; NaN where unknown."""
+        return parameter_table(self.parameters, self.uncertainty, in_files=True)
 
     def to_frame(self) -> pd.DataFrame:
-        """The parameters with unit, value, standard error and 95 % interval, one in each row; NaN where unknown."""
-        import pandas as pd
-
-        numbers, known = self.parameters.as_dict(), self.uncertainty
-        interval = known.get("interval_95", {})
-        rows: dict[str, list[Any]] = {
-            name: [unit, numbers[name], known.get(name), *interval.get(name, (None, None))]
-            for name, unit in HYSTERETIC_UNITS.items()
-        }
-        for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
-            errors = known.get(name) or [None] * len(numbers.get(name, ()))
-            for k, (value, error) in enumerate(zip(numbers.get(name, ()), errors, strict=True)):
-                rows[f"{name}[{k}]"] = [unit.format(k), value, error, None, None]
-        frame = pd.DataFrame.from_dict(
-            rows, orient="index", columns=["unit", "value", "standard_error", "low_95", "high_95"]
-        )
-        numeric = frame.columns[1:]
-        return frame.astype(dict.fromkeys(numeric, float)).rename_axis("parameter")
+        """The same with the parameters' names as the index."""
+        return self.table.frame().set_index("parameter")
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the measured and predicted loops into axes of matplotlib, those of a new figure if None.
@@ -171,19 +152,6 @@ class Identification(IdentifiedModel, PlottedResult):
         from ..report.identification_page import write_report
 
         write_report(path, self, self.model_file(name), details)
-
-    def __repr__(self) -> str:
-        p = self.parameters
-        shape = f"FE spline of {len(p.FE_knots)} knots" if p.FE_knots else f"FE of degree {len(p.kE) - 1}"
-        files = ", ".join(PurePath(record.path).name for record in self.records[:3])
-        more = f" and {len(self.records) - 3} more" if len(self.records) > 3 else ""
-        return (
-            f"<Identification of {files}{more} by the {self.method} method\n"
-            f" {in_words(self.figures)}\n"
-            f" kappa_omega {p.kappa_omega:.4g} N, rho {p.rho:.4g} 1/m, sigma {p.sigma:.4g}, n {p.n:.4g}, {shape}, "
-            f"FA of degree {len(p.kA) - 1}\n"
-            f" {counted(len(self.cautions), 'caution')}, {counted(len(self.notes), 'note')}: see .summary()>"
-        )
 
 
 @takes(reading=Reading, fitting=Fitting)

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 from ..errors import Reader
 from ..findings import gathered
 from ..ground.options import takes
+from ..loops.cycles import Cycle, measured_loops
 from ..loops.reading import Reading
 from ..records.record import Record
 from .common.given import Source, given_records
-from .common.text import counted
-
-if TYPE_CHECKING:
-    from ..report.record_page import RecordOverview
+from .common.result import Result
+from .common.table import Table
+from .common.text import counted, loop_table
 
 
 @takes(reading=Reading)
@@ -61,51 +61,56 @@ def show(
     return target
 
 
-@dataclass(frozen=True)
-class Overview:
-    """What was detected in records, and the page's warnings."""
+class Overview(Result):
+    """What was detected in records: strokes, cycles, loops, and samples that are left out.
 
-    seen: tuple[tuple[Record, RecordOverview], ...]
-    warnings: tuple[str, ...]
+    Parameters
+    ----------
+    records : sequence of Record
+    """
 
-    @classmethod
-    def of(cls, records: Sequence[Record]) -> Overview:
-        """Of some records."""
+    _stated: ClassVar = {}  # beside each record
+
+    def __init__(self, records: Sequence[Record]) -> None:
         from ..report.record_page import overview, record_warnings
 
-        seen = tuple((record, overview(record)) for record in records)
-        return cls(seen, tuple(warning for record in records for warning in record_warnings(record)))
+        self.records = tuple(records)
+        self.warnings = tuple(warning for record in records for warning in record_warnings(record))
+        self._seen = tuple((record, overview(record), measured_loops([record])) for record in records)
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """In words."""
-        return [
-            f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
-            f"{counted(len(seen.cycles), 'whole cycle')}"
-            + "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
-            for record, seen in self.seen
-        ]
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows
+        """A line of each record, and its loops."""
+        for record, seen, _ in self._seen:
+            left_out = "".join(f", {samples.size} {reason}" for reason, samples in seen.left_out.items())
+            yield (
+                f"{record.path}: {len(record)} samples, {counted(seen.strokes, 'stroke')}, "
+                f"{counted(len(seen.cycles), 'whole cycle')}{left_out}"
+            )
+        yield loop_table(list(chain.from_iterable(loops for _, _, loops in self._seen)))
 
-    def as_json(self) -> dict[str, Any]:
-        """The same for JSON."""
-        return {"records": [_record(*both) for both in self.seen]}
+    def content(self) -> dict[str, Any]:
+        """Of each record what was detected, with its cycles as `cycles` of `Reading` counts them."""
+        return {
+            "records": [
+                {
+                    "path": record.path,
+                    "samples": len(record),
+                    "strokes": seen.strokes,
+                    "cycles": [_cycle(*numbered) for numbered in enumerate(seen.cycles, 1)],
+                    "loops": loop_table(loops, in_files=True),
+                    "left_out": {reason: samples.size for reason, samples in seen.left_out.items()},
+                    "notes": tuple(gathered(record.findings, Reader.FILE)),
+                }
+                for record, seen, loops in self._seen
+            ]
+        }
 
 
-def _record(record: Record, seen: RecordOverview) -> dict[str, Any]:
-    """For JSON; cycles are numbered as `cycles` of `Reading` counts them."""
+def _cycle(number: int, cycle: Cycle) -> dict[str, Any]:
     return {
-        "path": record.path,
-        "samples": len(record),
-        "strokes": seen.strokes,
-        "cycles": [
-            {
-                "number": number,
-                "first_sample": cycle.first_sample,
-                "last_sample": cycle.last_sample,
-                "amplitude": cycle.figures.amplitude,
-                "frequency": cycle.frequency,
-            }
-            for number, cycle in enumerate(seen.cycles, 1)
-        ],
-        "left_out": {reason: int(samples.size) for reason, samples in seen.left_out.items()},
-        "notes": list(gathered(record.findings, Reader.FILE)),
+        "number": number,
+        "first_sample": cycle.first_sample,
+        "last_sample": cycle.last_sample,
+        "amplitude": cycle.figures.amplitude,
+        "frequency": cycle.frequency,
     }

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..campaigns.planning.figures import ENERGY, PARAMETER, STIFFNESS, pace_of
+from ..campaigns.planning.figures import pace_of
 from ..campaigns.planning.limits import Limits
 from ..campaigns.planning.planned import Planned, PlannedBlock, planned
 from ..campaigns.planning.prior import Prior, prior_of_model, prior_of_stiffness
@@ -18,26 +18,50 @@ from ..ground.arguments import number
 from ..ground.files import write_csv
 from ..ground.one_thread import one_thread
 from ..ground.options import takes
+from ..ground.result_columns import ResultColumn
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
-from ..loops.cycles import find_cycles
+from ..loops.cycles import MeasuredLoop
 from ..loops.reading import Reading
 from ..model.modelfile import ModelFile, is_model_path
-from ..records.record import Record
 from .common.given import Source, given_records
 from .common.model_source import ModelSource, model_of
 from .common.result import PlottedResult
-from .common.table import table_lines
+from .common.table import Table
 from .identification import identify
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
 
 _LARGEST_STIFFNESS = 1e15  # [N/m]
 _QUIET = 4.0  # time of the largest loop where no velocity is known [s]
 _UNDECIDED = 0.995  # interval from which nothing is known, below which two digits say it
+_INTERVALS = (
+    ResultColumn("before", "1", "half of the 95 % interval before, over the value"),
+    ResultColumn("after", "1", "half of the 95 % interval after, over the value"),
+    ResultColumn("now", "1", "", "now", "%"),
+    ResultColumn("then", "1", "", "then", "%"),
+)
+_BLOCKS = (
+    ResultColumn("block", "", "", "block"),
+    ResultColumn("kind", "", "kind"),
+    ResultColumn("amplitude", "m", "amplitude", "+-", "mm", 1e3, 3),
+    ResultColumn("centre", "m", "centre", "at", "mm", 1e3),
+    ResultColumn("cycles", "1", "cycles"),
+    ResultColumn("velocity", "m/s", "mean velocity"),
+    ResultColumn("frequency", "Hz", "frequency"),
+    ResultColumn("rest", "s", "rest"),
+    ResultColumn("begin", "s", "begin"),
+    ResultColumn("duration", "s", "duration", "time", "s", digits=3),
+    ResultColumn("decides", "", "what it decides most", "decides most"),
+    *_INTERVALS,
+)
+_FIGURES = (
+    ResultColumn("quantity", "", "quantity", "figure"),
+    ResultColumn("of", "", "of what", "of"),
+    *_INTERVALS,
+)
 _RATES = (RateVerdict.INDEPENDENT, RateVerdict.LITTLE, RateVerdict.DEPENDENT)
 
 
@@ -84,28 +108,17 @@ class TestPlan(PlottedResult):
         rows = zip(time.tolist(), (1e3 * displacement).tolist(), strict=True)
         write_csv(Path(path), ["time [s]", "displacement [mm]"], (map(_rounded, row) for row in rows))
 
-    def text_lines(self, width: int | None = None) -> list[str]:
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - all of it is short
         """The blocks with what they decide, and the intervals before and after."""
         plan = self.plan
         low, high = (1e3 * end for end in self._ends)
         fastest = 1e3 * max(block.velocity for block in plan.blocks)
-        return [
+        yield (
             f"Test for {plan.name}: {plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to {fastest:.3g} mm/s, "
-            f"{plan.force[0]:.3g} to {plan.force[1]:.3g} N",
-            *table_lines(
-                ["block", "mm", "at mm", "s", "decides most", "+-%", "then"], [_row(block) for block in plan.blocks],
-                {"block", "decides most"}, width,
-            ),
-            *table_lines(
-                ["95 % intervals, +-%", "energy", "then", "stiffness", "then"], self._intervals(),
-                {"95 % intervals, +-%"}, width,
-            ),
-            "  " + ", ".join(
-                f"{figure.of} {_percent(before)} then {_percent(after)}"
-                for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
-                if figure.quantity == PARAMETER
-            ),
-        ]  # fmt: skip
+            f"{plan.force[0]:.3g} to {plan.force[1]:.3g} N"
+        )
+        yield Table(_BLOCKS, [_row(block) for block in plan.blocks])
+        yield self._figures
 
     @property
     def _ends(self) -> tuple[float, float]:
@@ -113,40 +126,31 @@ class TestPlan(PlottedResult):
         ends = [end for leg in self.plan.legs for end in (leg.start, leg.end)]
         return min(ends), max(ends)
 
-    def _intervals(self) -> list[list[str]]:
-        """Rows of the table of loops."""
-        rows: dict[str, list[str]] = {}
-        for quantity in (ENERGY, STIFFNESS):
-            for figure, before, after in zip(self.plan.figures, self.plan.before, self.plan.after, strict=True):
-                if figure.quantity == quantity:
-                    rows.setdefault(figure.of, [figure.of]).extend([_percent(before), _percent(after)])
-        return list(rows.values())
+    @property
+    def _figures(self) -> Table:
+        """How well the figures of the spring are known, and will be."""
+        plan = self.plan
+        rows = [
+            {"quantity": figure.quantity, "of": figure.of, **_known(float(before), float(after))}
+            for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
+        ]
+        return Table(_FIGURES, rows, "Half of the 95 % intervals, now and after the test:")
 
-    def as_json(self) -> dict[str, Any]:
-        """The plan as an object for JSON, in SI units."""
+    def content(self) -> dict[str, Any]:
+        """The plan with its blocks and figures."""
         plan = self.plan
         return {
             "for": plan.name,
             "duration": plan.duration,
-            "displacement": list(self._ends),
+            "displacement": self._ends,
             "velocity": max(block.velocity for block in plan.blocks),
             "acceleration": max(leg.acceleration for leg in plan.legs),
-            "force": list(plan.force),
+            "force": plan.force,
             "sample_rate": plan.limits.sample_rate,
             "speeds": {pace_of(speed): speed for speed in plan.speeds},
-            "blocks": [_json(block) for block in plan.blocks],
-            "figures": [
-                {"quantity": figure.quantity, "of": figure.of, "before": float(before), "after": float(after)}
-                for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
-            ],
-            **self.findings_json,
+            "blocks": self.table,
+            "figures": self._figures,
         }
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row for each block, in SI units."""
-        import pandas as pd
-
-        return pd.DataFrame([_json(block) for block in self.plan.blocks])
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw displacement over time into axes of matplotlib, those of a new figure if None."""
@@ -242,51 +246,39 @@ def _of_identified(identified: IdentifiedModel) -> Prior:
     rate = campaign_verdicts(identified.records)[0]
     rates = rate is not None and rate.verdict in _RATES
     names = ", ".join(PurePath(record.path).name for record in identified.records)
-    prior = prior_of_model(identified.model_file("spring"), rates, _velocity(identified.records))
+    prior = prior_of_model(identified.model_file("spring"), rates, _velocity(identified.recorded))
     return replace(prior, name=names)
 
 
-def _velocity(records: Sequence[Record]) -> float | None:
-    """Largest mean velocity of the cycles [m/s]; None without times."""
-    velocities = [
-        4.0 * cycle.figures.amplitude * cycle.frequency
-        for record in records
-        for cycle in find_cycles(record)
-        if cycle.frequency is not None
-    ]
-    return max(velocities, default=None)
+def _velocity(loops: Sequence[MeasuredLoop]) -> float | None:
+    """Largest mean velocity of the loops [m/s]; None without times."""
+    return max((4.0 * loop.figures.amplitude * loop.frequency for loop in loops if loop.frequency), default=None)
 
 
-def _row(planned_block: PlannedBlock) -> list[str]:
-    block = planned_block.block
-    kind = "loops" if block.speed == 1.0 else f"{pace_of(block.speed)} loops"
-    count = f"{block.cycles}+{block.cycles}" if block.is_beside_usual else f"{block.cycles}"
-    return [
-        f"rests of {block.rest:.3g} s" if block.rest else f"{count} {kind}",
-        f"{1e3 * planned_block.amplitude:.3g}",
-        f"{1e3 * planned_block.centre:.4g}",
-        f"{planned_block.duration:.3g}",
-        planned_block.decides,
-        _percent(planned_block.before),
-        _percent(planned_block.after),
-    ]
-
-
-def _json(block: PlannedBlock) -> dict[str, Any]:
+def _row(block: PlannedBlock) -> dict[str, Any]:
+    """Of the table of blocks."""
+    of_block = block.block
+    kind = "loops" if of_block.speed == 1.0 else f"{pace_of(of_block.speed)} loops"
+    count = f"{of_block.cycles}+{of_block.cycles}" if of_block.is_beside_usual else f"{of_block.cycles}"
     return {
-        "kind": block.block.kind,
+        "block": f"rests of {of_block.rest:.3g} s" if of_block.rest else f"{count} {kind}",
+        "kind": of_block.kind,
         "amplitude": block.amplitude,
         "centre": block.centre,
-        "cycles": block.block.cycles,
+        "cycles": of_block.cycles,
         "velocity": block.velocity,
         "frequency": block.frequency or None,
-        "rest": block.block.rest,
+        "rest": of_block.rest,
         "begin": block.begin,
         "duration": block.duration,
         "decides": block.decides,
-        "before": block.before,
-        "after": block.after,
+        **_known(block.before, block.after),
     }
+
+
+def _known(before: float, after: float) -> dict[str, Any]:
+    """Half-widths of 95 % intervals, also in percent."""
+    return {"before": before, "after": after, "now": _percent(before), "then": _percent(after)}
 
 
 def _rounded(value: float) -> float:

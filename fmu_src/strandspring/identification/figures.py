@@ -5,9 +5,10 @@ residuals say of the noise in it: how much of them is white, how alike they are,
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,9 @@ import numpy as np
 from ..errors import RecordError
 from ..kernel.arrays import BoolArray, FloatArray
 from ..kernel.path import PathSolver
-from ..loops.strokes import LEAST_STROKE, noise_level
+from ..loops.cycles import Cycle, MeasuredLoop, find_cycles, measured_loops
+from ..loops.loop import LoopFigures
+from ..loops.strokes import LEAST_STROKE, find_strokes, noise_level
 from ..model.stated_figures import NAMES
 from ..records.record import Record
 from .refusals import FULL, SURE, Strokes, clipped_samples
@@ -243,51 +246,60 @@ def overall_figures(fits: Sequence[RecordFit]) -> dict[str, float]:
     return dict(zip(NAMES, (math.sqrt(squared / count), 1.0 - math.sqrt(squared / power), *works), strict=True))
 
 
-@dataclass(frozen=True)
-class LoopEnergy:
-    """Loops of about one amplitude."""
+def recorded_loops(records: Sequence[Record], fits: Sequence[RecordFit]) -> tuple[MeasuredLoop, ...]:
+    """The loops of the samples compared, with those predicted along the same path, in ascending order of amplitude.
 
-    amplitude: float  # mean [m]
-    measured: float  # mean energy of a cycle [J]
-    predicted: float  # likewise of the saved spring along the same path
-    error: float  # standard error of the measured one by the noise of the force [J]
-
-
-def recorded_energies(
-    solver: PathSolver, records: Sequence[Record], fits: Sequence[RecordFit]
-) -> tuple[LoopEnergy, ...]:
-    """Energies of the loops of some records as recorded, the largest amplitude first, and of the saved spring."""
-    rows = [_cycles(solver, record, fit) for record, fit in zip(records, fits, strict=True)]
-    amplitude, measured, predicted, variance = np.concatenate(rows, axis=1)
-    order, energies = np.argsort(-amplitude, kind="stable"), []
-    while order.size:
-        group = order[amplitude[order] >= FULL * amplitude[order[0]]]
-        order = order[group.size :]
-        error = float(np.sqrt(variance[group].sum())) / group.size
-        means = [float(of[group].mean()) for of in (amplitude, measured, predicted)]
-        energies.append(LoopEnergy(means[0], means[1], means[2], error))
-    return tuple(energies)
+    A record without a full cycle stands as one of 0 cycles, from its one end to the other. Where many strokes belong to
+    no cycle, as in a sweep of the amplitude, they stand beside, without energy.
+    """
+    parts, predicted, others = [], [], []
+    for record, fit in zip(records, fits, strict=True):
+        # The first sample compared is the one behind a reversal, with which a cycle begins.
+        compared = np.arange(len(record)) >= fit.first_sample - 1
+        part = replace(record, compared=compared if record.compared is None else compared & record.compared)
+        if cycles := find_cycles(part):
+            parts.append(part)
+            # Clipped forces make no difference.
+            predicted.append(np.where(clipped_samples(record.force), record.force, fit.predicted))
+        else:
+            others.append(_as_one(record, fit))
+        others += _lone_strokes(part, cycles)
+    loops = (*measured_loops(parts, predicted), *others)
+    return tuple(sorted(loops, key=lambda loop: loop.figures.amplitude))
 
 
-def _cycles(solver: PathSolver, record: Record, fit: RecordFit) -> FloatArray:
-    """Of each closed cycle, shape (4, C): amplitude [m], work measured and predicted [J], its variance by noise."""
-    strokes, path = Strokes(record), record.displacement
-    ends, first = path[strokes.turning], int(np.searchsorted(strokes.turning, fit.first_sample))
-    closed = np.abs(ends[:-2] - ends[2:]) <= LEAST_STROKE * strokes.length[:-1]
-    begins: list[int] = []
-    for k in range(first, closed.size):
-        begins += [k] if closed[k] and (not begins or k >= begins[-1] + 2) else []
-    begins = begins or list(range(min(first, strokes.length.size - 1), max(strokes.length.size - 1, first + 1), 2))
-    used = chosen_samples(record, fit.first_sample)
-    counted = used[1:] & used[:-1]
-    noise = (strokes.noise * np.diff(path)) ** 2
-    steps = [steps_of_work(solver, path, course) for course in (record.force, fit.predicted)]
-    sums = [np.append(0.0, np.cumsum(np.where(counted, values, 0.0))) for values in (*steps, noise)]
-    start = np.array(begins)
-    stop = np.minimum(start + 2, strokes.turning.size - 1)
-    a, b = strokes.turning[start], strokes.turning[stop]
-    amplitude = 0.5 * np.maximum(strokes.length[start], strokes.length[stop - 1])
-    return np.stack([amplitude, *(total[b] - total[a] for total in sums)])
+def _lone_strokes(record: Record, cycles: Sequence[Cycle]) -> Iterator[MeasuredLoop]:
+    """Strokes within a record that belong to no cycle, where these are more than a quarter: one for each amplitude."""
+    turning = find_strokes(record.displacement).turning[1:-1]
+    used = np.ones(len(record), bool) if record.compared is None else record.compared
+    strokes = [(int(a), int(b)) for a, b in pairwise(turning) if used[a : b + 1].all()]
+    lone = [
+        (a, b) for a, b in strokes if not any(cycle.first_sample <= a and b <= cycle.last_sample for cycle in cycles)
+    ]
+    x, force, least = record.displacement, record.force, math.inf
+    for a, b in sorted(lone, key=lambda ends: -abs(x[ends[1]] - x[ends[0]])) if 4 * len(lone) > len(strokes) else ():
+        if abs(x[b] - x[a]) >= least:
+            continue
+        least = FULL * abs(x[b] - x[a])
+        low, high = (a, b) if x[a] < x[b] else (b, a)
+        ends = (float(x[low]), float(x[high]), float(force[low]), float(force[high]))
+        figures = LoopFigures(*ends, math.nan, min(ends[2:]), max(ends[2:]), math.nan)
+        yield MeasuredLoop(record.path, figures, None, 0, None)
+
+
+def _as_one(record: Record, fit: RecordFit) -> MeasuredLoop:
+    """A record as if it were one loop, with the work of forces without FE as its energy."""
+    x, used = record.displacement, chosen_samples(record, fit.first_sample)
+    places = np.flatnonzero(used)[[np.argmin(x[used]), np.argmax(x[used])]]
+    low, high = x[places].tolist()
+    measured, predicted = (
+        LoopFigures(low, high, float(force[places[0]]), float(force[places[1]]), float(force[used].mean()),
+                    float(force[used].min()), float(force[used].max()), energy)
+        for force, energy in ((record.force, fit.energy), (fit.predicted, fit.predicted_energy))
+    )  # fmt: skip
+    steps = np.diff(x)[used[1:] & used[:-1]]
+    noise = Strokes(record).noise * float(np.linalg.norm(steps))
+    return MeasuredLoop(record.path, measured, None, 0, None, noise=noise, predicted=predicted)
 
 
 # -- noise

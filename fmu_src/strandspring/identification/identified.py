@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -14,12 +15,13 @@ from .._version import __version__
 from ..core.parameters import SpringParameters
 from ..errors import Reader
 from ..findings import Finding, Outcome, gathered
+from ..loops.cycles import MeasuredLoop
 from ..model.certificate import ForceRange
 from ..model.modelfile import ModelFile
 from ..model.names import identifier
 from ..records.record import Record
 from .certainty import Certainty
-from .figures import Followed, LoopEnergy, RecordFit, began_at_rest, overall_figures
+from .figures import Followed, RecordFit, began_at_rest, overall_figures
 from .options import RefinedOptions
 from .refusals import Strokes
 from .rig import unknown_effects
@@ -38,7 +40,7 @@ _MISTAKEN = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(Followed):
     """An identified spring, its figures and its origin.
 
@@ -54,7 +56,7 @@ class IdentifiedModel(Followed):
     certainty : Certainty or None   Errors, intervals, ranges and the lack of fit, likewise.
     effects : dict                  Sizes of what the rig added, found or given, by name, in SI units; empty without
                                     any. `parameters` are those of the spring alone.
-    recorded : tuple of LoopEnergy  Energies of the recorded loops, measured and of the saved spring, by amplitude.
+    recorded : tuple of MeasuredLoop   The recorded loops by amplitude, with those of the saved spring.
     method : str
     options : dict                  The options and what the method settled beside them, for the provenance.
     certificate : ForceRange        Of the recorded force, which the spring keeps to.
@@ -68,7 +70,7 @@ class IdentifiedModel(Followed):
     verdict: Verdict | None
     certainty: Certainty | None
     effects: dict[str, Any]
-    recorded: tuple[LoopEnergy, ...]
+    recorded: tuple[MeasuredLoop, ...]
     method: str
     options: dict[str, Any]
     certificate: ForceRange
@@ -174,10 +176,7 @@ class IdentifiedModel(Followed):
                 **self.judgement,
                 "outcomes": [finding.in_folder.as_json() for finding in self.findings],
                 **({"effects": self.effects} if self.effects else {}),
-                "recorded_loops": [
-                    {"amplitude": loop.amplitude, "energy": loop.measured, "predicted_energy": loop.predicted}
-                    for loop in self.recorded
-                ],
+                "recorded_loops": [_loop_json(loop) for loop in self.recorded],
                 "records": [
                     {"file": PurePath(fit.path).name, "first_sample": fit.first_sample, **fit.as_json(fitted)}
                     for fit, fitted in zip(self.fits, self.fitted, strict=True)
@@ -207,3 +206,13 @@ class IdentifiedModel(Followed):
                 at_rest=began_at_rest(self.records[0]),
             ),
         )
+
+
+def _loop_json(loop: MeasuredLoop) -> dict[str, Any]:
+    """A recorded loop beside the model's, as model files hold it; null where a figure has no value."""
+    measured, predicted = loop.figures, loop.predicted
+    content = {"amplitude": measured.amplitude, "frequency": loop.frequency, "cycles": loop.cycles}
+    for key, name in (("secant_stiffness", "secant_stiffness"), ("energy", "energy_per_cycle")):
+        content[key] = getattr(measured, name)
+        content[f"predicted_{key}"] = None if predicted is None else getattr(predicted, name)
+    return {key: None if value is None or math.isnan(value) else value for key, value in content.items()}

@@ -20,19 +20,19 @@ from ..findings import Finding, IdentificationError, Outcome, by_harm
 from ..ground.one_thread import one_thread
 from ..kernel.arrays import BoolArray
 from ..kernel.path import PathSolver
+from ..loops.cycles import MeasuredLoop
 from ..model.certificate import Driven, ForceRange, shortcoming
 from ..records.record import Record
 from ..records.spikes import spikes_of
 from .figures import (
     WITH_RIG,
-    LoopEnergy,
     RecordFit,
     chosen_samples,
     figures_of,
     is_one_period,
     overall_figures,
     predict_record,
-    recorded_energies,
+    recorded_loops,
     rmse,
     twice,
 )
@@ -84,7 +84,7 @@ def identify_records(
     solver = PathSolver(fitted.parameters)
     with_rig = _with_rig(solver, fitted, group, prepared, fits)
     # A spring is not judged by what is the rig's.
-    recorded = recorded_energies(solver, group, with_rig)
+    recorded = recorded_loops(group, with_rig)
     found += [*fitted.findings, *_of_saved(group, fits, with_rig, recorded)]
     explained = {Outcome.SPIKES} if refined.robust else set()
     if fitted.parameters.branches and all(finding.kind is not Outcome.LACK_OF_FIT for finding in found):
@@ -200,7 +200,7 @@ def _with_rig(
 
 
 def _of_saved(
-    group: Sequence[Record], fits: Sequence[RecordFit], with_rig: Sequence[RecordFit], recorded: Sequence[LoopEnergy]
+    group: Sequence[Record], fits: Sequence[RecordFit], with_rig: Sequence[RecordFit], recorded: Sequence[MeasuredLoop]
 ) -> Iterator[Finding]:
     """What the saved spring alone gives along the records, where it differs from these or from the fit."""
     columns = []
@@ -216,17 +216,20 @@ def _of_saved(
         yield Finding(Outcome.SPRING_ALONE, {"alone": alone, "fitted": fitted})
     differences: dict[float, float] = {}
     unrecorded: list[float] = []
-    for loop in recorded:
+    for loop in reversed(recorded):
+        if loop.predicted is None:
+            continue
+        energy, of_model = loop.figures.energy_per_cycle, loop.predicted.energy_per_cycle
         # A path that is not closed may take no energy at all, and JSON has no infinity.
-        difference = math.inf if loop.predicted > 0.0 else 0.0
-        if known := loop.measured > 0.0:
-            difference = loop.predicted / loop.measured - 1.0
+        difference = math.inf if of_model > 0.0 else 0.0
+        if known := energy > 0.0:
+            difference = of_model / energy - 1.0
         # 2 % are named, if they are three standard errors.
-        if abs(difference) > max(3.0 * loop.error / max(loop.measured, 1e-300), 0.02):
+        if abs(difference) > max(3.0 * loop.noise / max(energy, 1e-300), 0.02):
             if known:
-                differences[loop.amplitude] = difference
+                differences[loop.figures.amplitude] = difference
             else:
-                unrecorded.append(loop.amplitude)
+                unrecorded.append(loop.figures.amplitude)
     if differences or unrecorded:
         numbers = {"difference": tuple(differences.values()), "amplitude": tuple(differences)}
         yield Finding(Outcome.LOOP_ENERGY, {**numbers, "unrecorded": tuple(unrecorded)})

@@ -8,9 +8,9 @@ from enum import Enum
 
 import numpy as np
 
-from ..kernel.arrays import FloatArray, IntArray
+from ..kernel.arrays import FloatArray
 from ..records.record import Record
-from .cycles import Cycle, find_cycles
+from .cycles import Cycle, by_rate, find_cycles
 from .loop import Loop, group_by_amplitude, mean_figures
 
 _CELLS = 40  # on each branch compared
@@ -78,14 +78,10 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
         return RateIndependence(RateVerdict.NO_TIMES)
     compared, ends = [], []
     for group in group_by_amplitude(timed):
-        frequencies = np.array([cycle.frequency for cycle in group])
-        least: list[float] = []  # of each class; those within a tenth count as one
-        for frequency in np.sort(frequencies).tolist():
-            if not least or frequency > 1.1 * least[-1]:
-                least.append(frequency)
-        if len(least) > 1:
-            compared.append(_rate_difference(group, np.searchsorted(least, frequencies, side="right") - 1))
-            ends += [least[0], float(frequencies.max())]
+        rates = by_rate(group)
+        if len(rates) > 1:
+            compared.append(_rate_difference(rates))
+            ends += [cycle.frequency for cycle in (rates[0][0], rates[-1][-1]) if cycle.frequency is not None]
     if not compared:
         return RateIndependence(RateVerdict.ONE_FREQUENCY)
     to_noise, to_height = np.sqrt(np.mean(np.square(compared), axis=0)).tolist()
@@ -94,8 +90,11 @@ def rate_independence(cycles: Sequence[Cycle]) -> RateIndependence:
     return RateIndependence(verdict, (min(ends), max(ends)), len(compared), to_noise, to_height)
 
 
-def _rate_difference(cycles: Sequence[Cycle], of_class: IntArray) -> tuple[float, float]:
-    """rms difference between the mean loops of two classes, relative to its noise and to the loop height."""
+def _rate_difference(rates: Sequence[Sequence[Cycle]]) -> tuple[float, float]:
+    """rms difference between the mean loops of rates, relative to its noise and to the loop height."""
+    cycles = [cycle for group in rates for cycle in group]
+    sizes = np.array(list(map(len, rates)))
+    of_class = np.repeat(np.arange(sizes.size), sizes)
     low = max(cycle.figures.low for cycle in cycles)
     high = min(cycle.figures.high for cycle in cycles)
     shares = np.linspace(0.2, 1.0 - _END, _CELLS)  # unequal turning points show right after a reversal
@@ -106,7 +105,6 @@ def _rate_difference(cycles: Sequence[Cycle], of_class: IntArray) -> tuple[float
         rows.append(np.concatenate([loading, unloading]))
         sampling.append(cycle.noise**2 * np.mean(1.0 / np.concatenate([up, down])))
     profiles = np.stack(rows) - np.mean(rows, axis=1, keepdims=True)
-    sizes = np.bincount(of_class)
     means = np.stack([profiles[of_class == k].mean(axis=0) for k in range(sizes.size)])
     between = float(np.mean(np.var(means, axis=0, ddof=1)))
     freedom = max(len(cycles) - sizes.size, 1)  # single cycles do not scatter about themselves

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import RecordError
 from ..kernel.arrays import FloatArray
 from ..records.record import Record
 from .loop import ALIKE, Loop, LoopBranch, LoopFigures, group_by_amplitude, mean_figures
@@ -136,17 +136,20 @@ class FigureSpread:
 
 @dataclass(frozen=True)
 class MeasuredLoop:
-    """Cycles of one amplitude in a record.
+    """Cycles that are alike: of one amplitude and, where times are known, of one rate.
 
     Attributes
     ----------
-    path : str                     Of the record.
-    figures : LoopFigures          Of the mean cycle.
-    spread : FigureSpread or None  None for a single cycle.
-    cycles : int                   Number of cycles.
-    frequency : float or None      Mean of the cycles' frequencies [Hz]; None without times.
-    gap : float                    Force at the end of the loop less that at its beginning, over the loop's height [-];
-                                   0 for closed loops. Where a loop is open, as in a first loading, so are the figures.
+    path : str                       Of the record; of several the first one's.
+    figures : LoopFigures            Of the mean cycle.
+    spread : FigureSpread or None    None for a single cycle.
+    cycles : int                     Number of cycles.
+    frequency : float or None        Mean of the cycles' frequencies [Hz]; None without times.
+    gap : float                      Force at the end of the loop less that at its beginning, over the loop's height
+                                     [-]; 0 for closed loops. Where a loop is open, as in a first loading, so are the
+                                     figures.
+    noise : float                    Standard error that the noise of the force gives the energy [J].
+    predicted : LoopFigures or None  Of the mean cycle with the force that a model predicts along the same path.
     """
 
     path: str
@@ -155,33 +158,64 @@ class MeasuredLoop:
     cycles: int
     frequency: float | None
     gap: float = 0.0
+    noise: float = 0.0
+    predicted: LoopFigures | None = None
 
 
-def measured_loops(record: Record) -> tuple[MeasuredLoop, ...]:
-    """Figures of the loops in a record in ascending order of amplitude.
+def measured_loops(records: Iterable[Record], predictions: Sequence[FloatArray] = ()) -> tuple[MeasuredLoop, ...]:
+    """The loops of records in ascending order of amplitude and rate; none of records without a full cycle.
 
-    Cycles that agree within 3 % are averaged, open ones only where none is closed. Energies are trapezoidal sums over
-    the samples of the closed loop; peak forces are sampled and include noise.
+    Cycles whose turning points agree within 3 % of the amplitude, and whose frequencies within 10 %, are averaged, open
+    ones only where none is closed. Energies are trapezoidal sums over the samples of the closed loop; peak forces are
+    sampled and include noise.
 
-    Raises
-    ------
-    RecordError   If the record has no full cycle.
+    Parameters
+    ----------
+    records : iterable of Record
+    predictions : sequence of ndarrays   Force that a model predicts along each record [N], shape (K,) each.
     """
-    cycles = find_cycles(record)
-    if not cycles:
-        selected = "lies within the selected displacements; select a range that holds one"
-        where = "was found; record at least one full cycle" if record.compared is None else selected
-        raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
-    return tuple(_measured(record.path, group) for group in group_by_amplitude(cycles))
+    record_of: dict[Cycle, Record] = {}
+    predicted: dict[Cycle, Cycle] = {}
+    for number, record in enumerate(records):
+        cycles = find_cycles(record)
+        record_of.update(dict.fromkeys(cycles, record))
+        if predictions:
+            predicted.update(zip(cycles, find_cycles(replace(record, force=predictions[number])), strict=True))
+    groups = (group for alike in group_by_amplitude(record_of) for group in by_rate(alike))
+    return tuple(_measured(group, record_of, predicted) for group in groups)
 
 
-def _measured(path: str, cycles: Sequence[Cycle]) -> MeasuredLoop:
+def by_rate(cycles: Sequence[Cycle]) -> list[list[Cycle]]:
+    """Cycles of rising frequency, those within a tenth together; those without times are one group."""
+    groups: list[list[Cycle]] = []
+    for cycle in sorted(cycles, key=lambda cycle: cycle.frequency or 0.0):
+        first = groups[-1][0].frequency or 0.0 if groups else -1.0
+        if groups and (cycle.frequency or 0.0) <= 1.1 * first:
+            groups[-1].append(cycle)
+        else:
+            groups.append([cycle])
+    return groups
+
+
+def _measured(
+    cycles: Sequence[Cycle], record_of: Mapping[Cycle, Record], predicted: Mapping[Cycle, Cycle]
+) -> MeasuredLoop:
     group = [cycle for cycle in cycles if cycle.gap == 0.0] or cycles
     frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
     # Over the peak-to-peak force where the branches have no distance.
     gaps = [c.gap / (c.figures.height or c.figures.max_force - c.figures.min_force) if c.gap else 0.0 for c in group]
-    frequency = float(np.mean(frequencies)) if frequencies else None
-    return MeasuredLoop(path, mean_figures(group), spread_of(group), len(group), frequency, float(np.mean(gaps)))
+    steps = (np.diff(record_of[c].displacement[c.first_sample : c.last_sample + 1]) for c in group)
+    variances = [c.noise**2 * float(np.sum(step**2)) for c, step in zip(group, steps, strict=True)]
+    return MeasuredLoop(
+        record_of[group[0]].path,
+        mean_figures(group),
+        spread_of(group),
+        len(group),
+        float(np.mean(frequencies)) if frequencies else None,
+        float(np.mean(gaps)),
+        math.sqrt(sum(variances)) / len(group),
+        mean_figures([predicted[cycle] for cycle in group]) if predicted else None,
+    )
 
 
 def spread_of(group: Sequence[Cycle]) -> FigureSpread | None:

@@ -20,8 +20,8 @@ from ..identification.figures import WITH_RIG, RecordFit, chosen_samples
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray, IndexArray
 from ..kernel.path import PathSolver
-from ..loops.cycles import Cycle, FigureSpread, find_cycles, spread_of
-from ..loops.loop import PANELS, LoopFigures, group_by_amplitude, mean_figures, steady_loop
+from ..loops.cycles import Cycle, MeasuredLoop, find_cycles
+from ..loops.loop import PANELS, LoopFigures, steady_loop
 from ..loops.strokes import Strokes, find_strokes
 from ..model.joint import NORMAL_95, JointCovariance
 from ..model.stated_figures import differ
@@ -135,31 +135,6 @@ class RecordView:
 
 
 @dataclass(frozen=True)
-class MeasuredFigures:
-    """Cycles of about one amplitude.
-
-    Attributes
-    ----------
-    figures : LoopFigures          Of the mean cycle.
-    spread : FigureSpread or None  From cycle to cycle; None for a single one.
-    cycles : int
-    frequencies : tuple of float   Least and greatest [Hz]; empty without times.
-    """
-
-    figures: LoopFigures
-    spread: FigureSpread | None
-    cycles: int
-    frequencies: tuple[float, ...]
-
-    @classmethod
-    def of(cls, group: list[Cycle]) -> MeasuredFigures:
-        """Of cycles of about one amplitude."""
-        frequencies = [cycle.frequency for cycle in group if cycle.frequency is not None]
-        ends = (min(frequencies), max(frequencies)) if frequencies else ()
-        return cls(mean_figures(group), spread_of(group), len(group), ends)
-
-
-@dataclass(frozen=True)
 class AmplitudeComparison:
     """One amplitude.
 
@@ -168,14 +143,14 @@ class AmplitudeComparison:
     low, high : float                  Turning points [m].
     model : LoopFigures                The model's steady loop between them.
     reach : tuple of float             Half of the 95 % intervals of the model's `PANELS`; NaN if unknown.
-    measured : MeasuredFigures or None None where nothing was measured.
+    measured : MeasuredLoop or None None where nothing was measured.
     """
 
     low: float
     high: float
     model: LoopFigures
     reach: tuple[float, ...]
-    measured: MeasuredFigures | None
+    measured: MeasuredLoop | None
 
     @property
     def amplitude(self) -> float:
@@ -270,10 +245,9 @@ class Evaluation:
     # Engineering figures.
 
     @cached_property
-    def measured(self) -> tuple[MeasuredFigures, ...]:
-        """All amplitudes measured, rising; cycles of all records whose turning points agree are one."""
-        cycles = (cycle for view in self.views for cycle in view.measured_cycles)
-        return tuple(map(MeasuredFigures.of, group_by_amplitude(cycles)))
+    def measured(self) -> tuple[MeasuredLoop, ...]:
+        """The full cycles of all records, by amplitude and rate."""
+        return tuple(loop for loop in self.identification.recorded if loop.cycles)
 
     @cached_property
     def smallest_measured(self) -> float:
@@ -284,7 +258,7 @@ class Evaluation:
     def amplitudes(self) -> tuple[AmplitudeComparison, ...]:
         """The measured amplitudes, evenly chosen of many, and quarters of the identified range where none is near."""
         chosen = [self.measured[k] for k in evenly(len(self.measured), _MOST_AMPLITUDES)]
-        rows: list[tuple[float, float, MeasuredFigures | None]] = [
+        rows: list[tuple[float, float, MeasuredLoop | None]] = [
             (row.figures.low, row.figures.high, row) for row in chosen
         ]
         for low, high in map(self._about_middle, (0.25, 0.5, 0.75, 1.0)):
@@ -315,7 +289,7 @@ class Evaluation:
         middle, half = 0.5 * (p.displacement_max + p.displacement_min), 0.5 * (p.displacement_max - p.displacement_min)
         return middle - share * half, middle + share * half
 
-    def _compared(self, rows: list[tuple[float, float, MeasuredFigures | None]]) -> tuple[AmplitudeComparison, ...]:
+    def _compared(self, rows: list[tuple[float, float, MeasuredLoop | None]]) -> tuple[AmplitudeComparison, ...]:
         ends = [(low, high) for low, high, _ in rows]
         return tuple(
             AmplitudeComparison(low, high, steady_loop(self.solver, low, high).figures, tuple(of_row), measured)

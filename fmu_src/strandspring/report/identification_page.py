@@ -248,11 +248,11 @@ def _of_amplitude(row: AmplitudeComparison, factors: list[float], smallest: floa
         yield "model, extrapolated" if row.amplitude < smallest else "model only", cells(row.model, row.reach)
         return
     of_cycles = (float("nan") if measured.spread is None else getattr(measured.spread, column.key) for column in PANELS)
-    text = f"measured, {measured.cycles} cycle{'s' if measured.cycles > 1 else ''}"
-    if measured.frequencies:
-        low, high = measured.frequencies
-        text += f", {number(low, 2) if high < 1.1 * low else f'{number(low, 2)} to {number(high, 2)}'} Hz"
-    yield text, cells(measured.figures, tuple(of_cycles))
+    rate = "" if measured.frequency is None else f", {number(measured.frequency, 2)} Hz"
+    yield (
+        f"measured, {measured.cycles} cycle{'s' if measured.cycles > 1 else ''}{rate}",
+        cells(measured.figures, tuple(of_cycles)),
+    )
     yield "model", cells(row.model, row.reach)
     pairs = [(getattr(row.model, column.key), getattr(measured.figures, column.key)) for column in PANELS]
     yield "difference", [percent(a / b - 1.0, sign=True) if b else "–" for a, b in pairs]

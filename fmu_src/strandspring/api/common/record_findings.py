@@ -11,7 +11,7 @@ from ...findings import Finding, Outcome
 from ...ground.quoting import printable
 from ...identification.refusals import Strokes, backwards, clipped_samples
 from ...kernel.arrays import FloatArray
-from ...loops.strokes import find_strokes
+from ...loops.cycles import measured_loops
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import stated_amplitudes, stated_effects
 from ...records.record import Record
@@ -19,7 +19,7 @@ from ...records.record import Record
 # Share of the identified range by which rounding may take a sample beyond its ends.
 _ROUNDING = 1e-9
 _ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
-_FEW = 0.05  # share of strokes that hardly counts
+_FEW = 0.05  # share of cycles that hardly counts
 
 
 def of_records(records: Iterable[Record]) -> Iterator[Finding]:
@@ -32,13 +32,14 @@ def of_records(records: Iterable[Record]) -> Iterator[Finding]:
 
 
 def unrecorded(source: str, model: ModelFile, record: Record) -> Iterator[Finding]:
-    """Loops of a record of no amplitude that the model was identified from."""
+    """Loops of a record, or all of it without a full cycle, of no amplitude that the model was identified from."""
     known = np.array(sorted(stated_amplitudes(model)))
-    amplitudes = 0.5 * find_strokes(record.displacement).length[1:-1]
-    if not known.size or not amplitudes.size:
+    loops = [(loop.figures.amplitude, loop.cycles) for loop in measured_loops([record])]
+    amplitudes, cycles = np.array(loops or [(0.5 * float(np.ptp(record.displacement)), 1)]).T
+    if not known.size or not amplitudes.all():
         return
     alike = np.abs(np.log(amplitudes[:, None] / known)).min(axis=1) <= _ALIKE
-    if np.mean(~alike) > _FEW:
+    if cycles[~alike].sum() > _FEW * cycles.sum():
         ends = (float(amplitudes[~alike].min()), float(amplitudes[~alike].max()))
         numbers = {"model": source, "known": tuple(known.tolist()), "recorded": (ends,)}
         yield Finding(Outcome.OTHER_AMPLITUDES, numbers, record.path)

@@ -60,8 +60,7 @@ class Result:
 
     def summary(self) -> str:
         """The result in words, with cautions and notes on it and on how its records were read."""
-        records = (getattr(entry, "record", entry) for entry in getattr(self, "records", ()))
-        found = [finding for record in records for finding in record.found]
+        found = [finding for record in getattr(self, "records", ()) for finding in record.found]
         remarks = dict.fromkeys((*self.said(Reader.PYTHON), *said(found, Reader.PYTHON)))
         return "\n".join([*self.text_lines(), *remarks])
 

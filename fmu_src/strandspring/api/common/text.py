@@ -1,26 +1,53 @@
-"""Figures and parameters in words and as JSON."""
+"""Tables that several results have: how well records are followed, the parameters of a spring, and loops."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
 
-from ...core.branch_variables import OF_BRANCH
 from ...core.parameters import SIGMA_RANGE, SpringParameters
-from ...ground.quoting import printable
-from ...identification.figures import WITH_RIG
-from ...model.joint import HYSTERETIC_PARAMETERS, ForceInterval
-from ...model.stated_figures import Figures, differ, in_words
+from ...ground.result_columns import ResultColumn, values
+from ...loops.loop import LOOP_FIGURES, Loop
+from ...model.joint import HYSTERETIC_PARAMETERS, further_columns
+from ...model.stated_figures import Figures, differ, energy_ratio
+from .table import Table
 
 if TYPE_CHECKING:
     from ...identification.figures import RecordFit
     from ...loops.campaign import Overlap, RateIndependence
+    from ...loops.cycles import MeasuredLoop
 
-_DIGITS = 6  # of a value at most
 _ROUNDING = 1e-9  # of the range
 _AT_BOUND = 1.001  # an end of an interval that is less than this times a bound is the bound itself
+_FITS = (
+    ResultColumn("record", "", "record", "record"),
+    ResultColumn("rmse", "N", "rms error", "rmse", "N"),
+    ResultColumn("rnl", "1", "RNL", "RNL"),
+    ResultColumn("energy", "1", "loop energy over that measured", "energy", "%", 100.0),
+    ResultColumn("fitted_rnl", "1", "RNL as fitted", "RNL as fitted"),
+    ResultColumn("fitted_energy", "1", "loop energy as fitted over that measured", "energy as fitted", "%", 100.0),
+    ResultColumn("samples", "1", "samples compared", "samples", digits=12),
+    ResultColumn("compared", "", "what is compared", "compared"),
+)
+_PARAMETERS = (
+    ResultColumn("parameter", "", "parameter", "parameter"),
+    ResultColumn("unit", "", "unit", "unit"),
+    ResultColumn("value", "", "value", "value", digits=5),
+    ResultColumn("standard_error", "", "standard error", "+-", digits=2),
+    ResultColumn("low_95", "", "lower end of the 95 % interval"),
+    ResultColumn("high_95", "", "upper end of the 95 % interval"),
+    ResultColumn("interval", "", "", "95 %", digits=3),
+)
+LOOPS = (
+    ResultColumn("source", "", "source", "loop of"),
+    *LOOP_FIGURES,
+    ResultColumn("cycles", "1", "cycles", "cycles"),
+    ResultColumn("frequency", "Hz", "frequency", "rate", "Hz", digits=3),
+    ResultColumn("from", "", "between the turning points of"),
+)
+_OF_SOME_LOOPS = ("low", "high", "damping_ratio", "mean_force", "min_force", "max_force")
 
 
 def counted(count: int, noun: str) -> str:
@@ -41,83 +68,112 @@ def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] |
     return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
 
 
-def fit_lines(fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...] = ()) -> list[str]:
-    """One line for each record with the figures of the spring alone; a second one where those of the fit differ."""
-    lines = []
+def names_of_paths(paths: Sequence[str]) -> dict[str, str]:
+    """File names of paths; the path itself where several files have one name."""
+    name_of = {path: PurePath(path).name for path in paths}
+    names = list(name_of.values())
+    return {path: name if names.count(name) == 1 else path for path, name in name_of.items()}
+
+
+def fit_table(overall: Figures, fits: Sequence[RecordFit], fitted: Sequence[RecordFit] = ()) -> Table:
+    """How well the spring alone follows each record, and all if there are several; the fit where it differs."""
+    names = names_of_paths([fit.path for fit in fits])
+    rows: list[dict[str, Any]] = []
     for fit, other in zip(fits, fitted or fits, strict=True):
-        lines.append(f"  {fit.path}: {in_words(fit.figures)} over {fit.samples} samples ({fit.compared})")
-        if differ(fit.figures, other.figures):
-            lines.append(f"    {WITH_RIG}: {in_words(other.figures, False)}")
-    return lines
+        of_fit = _fit_figures(other.figures) if differ(fit.figures, other.figures) else {}
+        row = {"record": names[fit.path], **_fit_figures(fit.figures), "samples": fit.samples, "compared": fit.compared}
+        rows.append({**row, **{f"fitted_{name}": value for name, value in of_fit.items()}})
+    if len(fits) > 1:
+        rows.append({"record": "all records", **_fit_figures(overall)})
+    return Table(_FITS, rows, details=("samples", "compared"))
 
 
-def brief_fit_lines(overall: Figures, fits: tuple[RecordFit, ...], fitted: tuple[RecordFit, ...] = ()) -> list[str]:
-    """The same without the samples and folders, and the figures of all records if there are several."""
-    names = [PurePath(fit.path).name for fit in fits]
-    lines = []
-    for name, fit, other in zip(names, fits, fitted or fits, strict=True):
-        lines.append(f"{name if names.count(name) == 1 else fit.path}: {in_words(fit.figures)}")
-        if differ(fit.figures, other.figures):
-            lines.append(f"  {WITH_RIG}: {in_words(other.figures, False)}")
-    return [*lines, f"All records: {in_words(overall)}"] if len(fits) > 1 else lines
+def _fit_figures(figures: Figures) -> dict[str, Any]:
+    return {"rmse": figures.get("rmse"), "rnl": figures.get("rnl"), "energy": energy_ratio(figures)}
 
 
-def brief_parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The hysteretic parameters with their standard errors, and the degrees of the others with their range."""
-    elastic = "a spline" if p.FE_knots else f"degree {len(p.kE) - 1}"
-    low, high = 1e3 * p.displacement_min, 1e3 * p.displacement_max
-    shape = f"  FE {elastic}, FA degree {len(p.kA) - 1}, valid from {low:.4g} to {high:.4g} mm"
-    return [*hysteretic_lines(p, uncertainty), shape, *_added_lines(p, uncertainty)]
+def parameter_table(
+    p: SpringParameters, uncertainty: Mapping[str, Any], brief: bool = False, in_files: bool = False
+) -> Table:
+    """The parameters with what is known of them, in text without an FE as a table; if brief without FE and FA."""
+    rows = [_parameter_row(column, p, uncertainty) for column in HYSTERETIC_PARAMETERS]
+    further = uncertainty.get("further") or {}
+    for column in further_columns(p):
+        known = further.get(column.key) or {}
+        low, high = known.get("interval_95") or (None, None)
+        rows.append(_row(column.key, column.unit, _further(p, column.key), known.get("standard_error"), low, high))
+    if not brief:
+        rows += _coefficients(p, uncertainty, in_files)
+    return Table(_PARAMETERS, rows)
 
 
-def hysteretic_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The hysteretic parameters, rounded by their standard errors where these are known."""
-    return [
-        f"  {column.key:<12} {_with_error(column.key, getattr(p, column.key), uncertainty, column.shown)}".rstrip()
-        for column in HYSTERETIC_PARAMETERS
-    ]
+def _parameter_row(column: ResultColumn, p: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[str, Any]:
+    name, ends = column.key, bounds_95(column.key, uncertainty)
+    interval = (uncertainty.get("interval_95") or {}).get(name, (None, None))
+    row = _row(name, column.unit, getattr(p, name), uncertainty.get(name), *interval)
+    if ends is not None and None in ends:
+        low, high = ends
+        side = f"< {high:.2g}" if low is None and high is not None else f"> {low:.2g}" if low is not None else ""
+        row["interval"] = side or "not bounded"
+    return row
 
 
-def _added_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The second mechanism and the Maxwell branches, if there are any, rounded by their standard errors."""
-    known, lines = uncertainty.get("further") or {}, []
-
-    def shown(name: str, value: float) -> str:
-        return with_error(value, known.get(name, {}).get("standard_error"))
-
-    if p.second is not None:
-        hysteretic = ", ".join(
-            f"{column.key} {shown(f'second.{column.key}', getattr(p.second, column.key))} {column.shown}".rstrip()
-            for column in HYSTERETIC_PARAMETERS
-        )
-        coefficients = ", ".join(shown(f"second.kA[{k}]", value) for k, value in enumerate(p.second.kA))
-        lines.append(f"  second mechanism: {hysteretic}, FA degree {len(p.second.kA) - 1}, kA: {coefficients}  1/m^i")
-    for j, branch in enumerate(p.branches):
-        stiffness, time = (shown(f"branches[{j}].{name}", getattr(branch, name)) for name in OF_BRANCH)
-        lines.append(f"  Maxwell branch: stiffness {stiffness} N/m, time constant {time} s")
-    return lines
+def _row(
+    name: str, unit: str, value: float, error: float | None, low: float | None = None, high: float | None = None
+) -> dict[str, Any]:
+    interval = None if low is None or high is None else (low, high)
+    values = (name, unit, value, error, low, high, interval)
+    return dict(zip((column.key for column in _PARAMETERS), values, strict=True))
 
 
-def parameter_lines(p: SpringParameters, uncertainty: dict[str, Any]) -> list[str]:
-    """The parameters, with their standard errors where known, from a model file's `uncertainty`."""
-    lines = hysteretic_lines(p, uncertainty)
-    if p.FE_knots:
-        low, high = min(p.FE_forces), max(p.FE_forces)
-        lines.append(f"  FE a spline through {len(p.FE_knots)} knots, {low:.6g} to {high:.6g} N, see the model file")
-    else:
-        lines.append(f"  FE degree {len(p.kE) - 1}, kE: {', '.join(f'{c:.6g}' for c in p.kE)}  N/m^i")
-    lines.append(f"  FA degree {len(p.kA) - 1}, kA: {', '.join(f'{c:.6g}' for c in p.kA)}  1/m^i")
-    lines += _added_lines(p, uncertainty)
+def _further(p: SpringParameters, key: str) -> float:
+    owner, _, name = key.partition(".")
+    part: Any = p.second if owner == "second" else p.branches[int(owner.removeprefix("branches[").removesuffix("]"))]
+    return float(getattr(part, name))
+
+
+def _coefficients(p: SpringParameters, uncertainty: Mapping[str, Any], has_knots: bool) -> Iterator[dict[str, Any]]:
+    """Rows of the coefficients of FE and FA, and of the knots of an FE if they are asked for."""
+    numbers = p.as_dict()
+    for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
+        given = () if name.startswith("FE") and not has_knots else numbers.get(name) or ()
+        errors = uncertainty.get(name) or [None] * len(given)
+        for k, (value, error) in enumerate(zip(given, errors, strict=False)):
+            yield _row(f"{name}[{k}]", unit.format(k), value, error)
+    further = uncertainty.get("further") or {}
+    for k, value in enumerate(() if p.second is None else p.second.kA):
+        name = f"second.kA[{k}]"
+        yield _row(name, f"1/m^{k}", value, (further.get(name) or {}).get("standard_error"))
+
+
+def shape_of(p: SpringParameters) -> str:
+    """The degrees of FE and FA, and the identified range, in words."""
+    elastic = f"a spline through {len(p.FE_knots)} knots" if p.FE_knots else f"of degree {len(p.kE) - 1}"
     low, high, middle = (1e3 * v for v in (p.displacement_min, p.displacement_max, p.displacement_offset))
     middle = 0.0 if abs(middle) < _ROUNDING * (high - low) else middle
-    lines.append(
-        f"  valid from {low:.6g} to {high:.6g} mm, {'FA' if p.FE_knots else 'polynomials'} about {middle:.6g} mm"
-    )
-    interval = ForceInterval.from_uncertainty(uncertainty)
-    if interval is not None:
-        lines.append(f"  {interval.sentence}")
-    lines += [f"  {printable(sentence)}" for sentence in uncertainty.get("indistinct") or ()]
-    return [line.rstrip() for line in lines]
+    return f"FE {elastic}, FA of degree {len(p.kA) - 1}, about {middle:.6g} mm; valid from {low:.6g} to {high:.6g} mm"
+
+
+def loop_table(
+    measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), title: str = "", in_files: bool = False
+) -> Table:
+    """Loops of a model and of records, these with their scatter from cycle to cycle and the model's beside.
+
+    In files every path is whole, and there is no scatter.
+    """
+    names = names_of_paths([loop.path for loop in measured])
+    rows: list[dict[str, Any]] = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in modelled]
+    for loop in measured:
+        source = loop.path if in_files else names[loop.path]
+        counts = {"cycles": loop.cycles, "frequency": loop.frequency}
+        rows.append({"source": source, **values(LOOP_FIGURES, loop.figures), **counts})
+        if loop.spread is not None and not in_files:
+            scatter = {name: float(f"{value:.2g}") for name, value in asdict(loop.spread).items()}
+            rows.append({"source": "  +- by cycle", **scatter})
+        if loop.predicted is not None:
+            model = "model" if in_files else "  model"
+            rows.append({"source": model, **values(LOOP_FIGURES, loop.predicted), "from": loop.path})
+    return Table(LOOPS, rows, title, details=_OF_SOME_LOOPS)
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:
@@ -128,30 +184,3 @@ def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, 
     low, high = ends
     is_least = name == "sigma" and low is not None and low <= SIGMA_RANGE[0] * _AT_BOUND
     return None if is_least else low, high
-
-
-def with_error(value: float, error: float | None) -> str:
-    """A value rounded to the second digit of its standard error, of at most six digits.
-
-    Examples
-    --------
-    >>> with_error(1152.71, 107.0), with_error(0.99737, 0.0067), with_error(2.0, None)
-    ('1150 +- 110', '0.9974 +- 0.0067', '2')
-    """
-    if error is None or not error > 0.0:
-        return f"{value:.6g}"
-    decimals = 1 - int(f"{error:.1e}".partition("e")[2])
-    shown = f"{round(value, decimals):.{max(decimals, 0)}f}"
-    if decimals < -_DIGITS or sum(map(str.isdigit, shown.lstrip("-0."))) > _DIGITS:
-        return f"{value:.{_DIGITS}g} +- {error:.2g}"
-    return f"{shown} +- {round(error, decimals):.{max(decimals, 0)}f}"
-
-
-def _with_error(name: str, value: float, uncertainty: dict[str, Any], unit: str) -> str:
-    """A parameter with its error, or with the end of its interval where the records bound one side or none."""
-    low, high = bounds_95(name, uncertainty) or (0.0, 0.0)
-    if low is not None and high is not None:
-        return f"{with_error(value, uncertainty.get(name))} {unit}"
-    if low is None and high is None:
-        return f"{value:.4g} {unit}".rstrip() + ", not bounded by these records"
-    return f"{value:.4g} {f'> {low:.2g}' if high is None else f'< {high:.2g}'} {unit}".rstrip() + " (95 %)"

@@ -3,42 +3,45 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ...errors import OptionError, StrandspringError
 from ...findings import Finding
 from ...ground.options import takes
+from ...ground.result_columns import ResultColumn
 from ...identification.figures import RecordFit, predict_record
 from ...kernel.path import PathSolver
 from ...loops.loop import PANELS, Loop, steady_loop
 from ...loops.reading import Reading
 from ...model.modelfile import ModelFile
 from ...records.record import Record
-from ...vibration.one_mass.response import FrequencyResponse
 from ..common.given import records_of
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import PlottedResult
-from ..common.table import table_lines
+from ..common.table import Table
 from ..options import Align, Comparing
 from ..vibration.shared_mass import SharedMass, shared_mass
-from .alignment import aligned, apart, shared_range
-from .common_form import common_form, in_form
-from .comparison_findings import comparison_findings
 from .comparison_words import (
     ComparisonVerdict,
+    aligned,
+    apart,
+    comparison_findings,
     difference_table,
     joint_sentence,
     percent,
+    shared_range,
     verdict_sentence,
 )
 from .differences import (
     FIGURES,
     HysteresisTest,
     SpringDifference,
+    common_form,
     drawn,
     figure_differences,
+    in_form,
     judged,
     loop_figures,
     parameter_differences,
@@ -54,36 +57,14 @@ _SHARES = (0.25, 0.5, 0.75, 1.0)  # of the shared half range
 _SLACK = 1e-3  # share of the shared range by which an amplitude may pass it, as cycles differ by as much
 _AS_WELL = 0.05  # records are followed equally well if the errors differ by less
 _COLORS = ("C0", "C3")
-
-
-@dataclass(frozen=True, eq=False)
-class RecordComparison:
-    """How well both springs follow a record.
-
-    Attributes
-    ----------
-    record : Record
-    a, b : RecordFit
-    """
-
-    record: Record
-    a: RecordFit
-    b: RecordFit
-
-    @property
-    def better(self) -> str:
-        """A or B; empty if the errors differ by less than 5 %."""
-        least, most = sorted((self.a.rmse, self.b.rmse))
-        return "" if most - least <= _AS_WELL * most else "A" if self.a.rmse < self.b.rmse else "B"
-
-    @property
-    def sentence(self) -> str:
-        """The errors in words."""
-        which = f"{self.better} follows it better" if self.better else "both follow it equally well"
-        return (
-            f"{self.record.path}: {which}, rmse {self.a.rmse:.4g} N by A and {self.b.rmse:.4g} N by B, "
-            f"RNL {self.a.rnl:.4f} and {self.b.rnl:.4f}"
-        )
+_FOLLOWED = (
+    ResultColumn("record", "", "record", "record"),
+    ResultColumn("better", "", "followed better by", "followed better by"),
+    ResultColumn("a_rmse", "N", "rms error of A", "rmse of A", "N"),
+    ResultColumn("b_rmse", "N", "rms error of B", "of B", "N"),
+    ResultColumn("a_rnl", "1", "RNL of A", "RNL of A"),
+    ResultColumn("b_rnl", "1", "RNL of B", "of B"),
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +89,8 @@ class Comparison(PlottedResult):
                                            (2, amplitudes, 4): secant stiffness, energy, loss factor, mean force.
     loops : (Loop, Loop)                   Steady loops over the shared range.
     mass : SharedMass                      Transmissibility of a mass on either spring.
-    records : tuple of RecordComparison
+    records : tuple of Record
+    followed : tuple of (RecordFit, RecordFit)   How well A and B follow each record.
     findings : tuple of Finding
     """
 
@@ -129,7 +111,8 @@ class Comparison(PlottedResult):
     bands: tuple[Any, Any] | None
     loops: tuple[Loop, Loop]
     mass: SharedMass
-    records: tuple[RecordComparison, ...]
+    records: tuple[Record, ...]
+    followed: tuple[tuple[RecordFit, RecordFit], ...]
     findings: tuple[Finding, ...]
 
     @property
@@ -142,13 +125,28 @@ class Comparison(PlottedResult):
         """The verdict in words."""
         return verdict_sentence(self.verdict, self.unknown, self.figures, self.parameters, self.test)
 
-    def _head(self) -> list[str]:
-        """What is compared, and the verdict."""
-        names = [
-            f"{label}: {model.name} ({source})"
-            for label, model, source in zip("AB", self.models, self.sources, strict=True)
-        ]
-        ends = f"{1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm"
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """What is compared, the verdict, the differences (if brief at the largest amplitude), and which spring follows
+        the records better.
+        """
+        for label, model, source in zip("AB", self.models, self.sources, strict=True):
+            yield f"{label}: {model.name} ({source})"
+        yield self.sentence
+        figures = self.figures
+        if brief:
+            largest = max(difference.amplitude or 0.0 for difference in figures)
+            figures = tuple(difference for difference in figures if difference.amplitude == largest)
+        else:
+            yield self._compared
+            yield difference_table("parameter", self.parameters)
+        yield difference_table("figure", figures)
+        if not brief:
+            yield from self._beside
+        yield Table(_FOLLOWED, [_followed(*fits) for fits in self.followed])
+
+    @property
+    def _compared(self) -> str:
+        """Over which range, and by which draws."""
         centring = "" if self.align == "record" else ", each counted from the middle of its own range"
         of_each = (
             f"; {self.draws} springs drawn of each, seed {self.seed}; * beyond the uncertainty (single parameters and "
@@ -156,42 +154,22 @@ class Comparison(PlottedResult):
             if self.bands
             else ""
         )
-        return [*names, self.sentence, f"Compared over the shared range {ends}{centring}{of_each}."]
+        return f"Compared over the shared range {1e3 * self.low:.6g} to {1e3 * self.high:.6g} mm{centring}{of_each}."
 
-    def _tail(self) -> list[str]:
-        """Joint test, loops, transmissibility and records in words."""
-        lines = [
-            f"{difference.quantity}: {difference.reason}."
-            for difference in self.parameters
-            if difference.reason and not self.unknown
-        ]
+    @property
+    def _beside(self) -> Iterator[str]:
+        """Joint test, loops and transmissibility."""
+        for difference in self.parameters:
+            if difference.reason and not self.unknown:
+                yield f"{difference.quantity}: {difference.reason}."
         if self.test is not None:
-            lines.append(joint_sentence(self.test))
+            yield joint_sentence(self.test)
         rms, share = self.loop_difference
-        lines.append(
+        yield (
             f"Along the loop over the shared range the forces differ by {rms:.3g} N (rms), {percent(share)} % of "
             "the loop's height."
         )
-        return [*lines, *self.mass.lines(), *(record.sentence for record in self.records)]
-
-    def brief(self, width: int | None = None) -> list[str]:
-        """The verdict, the figures at the largest amplitude, and who follows the records better."""
-        largest = max(difference.amplitude or 0.0 for difference in self.figures)
-        figures = [difference for difference in self.figures if difference.amplitude == largest]
-        return [
-            *self._head()[:-1],
-            *table_lines(*difference_table("figure", figures), left=["figure"], width=width),
-            *(record.sentence for record in self.records),
-        ]
-
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """All of it in words and tables of at most a width."""
-        return [
-            *self._head(),
-            *table_lines(*difference_table("parameter", self.parameters), left=["parameter"], width=width),
-            *table_lines(*difference_table("figure", self.figures), left=["figure"], width=width),
-            *self._tail(),
-        ]
+        yield from self.mass.lines()
 
     def to_frame(self) -> pd.DataFrame:
         """A parameter, or a figure of one amplitude, in each row, in SI units: fields of `SpringDifference`, and p."""
@@ -200,8 +178,8 @@ class Comparison(PlottedResult):
         frame = pd.DataFrame([difference.as_json() for difference in (*self.parameters, *self.figures)])
         return frame.drop(columns="words").astype({"amplitude": float, "differs": "boolean"})
 
-    def as_json(self) -> dict[str, Any]:
-        """The result as JSON, all in SI units."""
+    def content(self) -> dict[str, Any]:
+        """All of it."""
         rms, share = self.loop_difference
         return {
             "a": {"model": self.sources[0], "name": self.models[0].name},
@@ -213,28 +191,54 @@ class Comparison(PlottedResult):
             "draws": self.draws if self.bands else 0,
             "seed": self.seed,
             "parameters": [difference.as_json() for difference in self.parameters],
-            "hysteresis_test": None if self.test is None else asdict(self.test),
+            "hysteresis_test": self.test,
             "figures": [difference.as_json() for difference in self.figures],
             "loop": {"rms_difference": rms, "share_of_height": share},
             "transmissibility": self.mass.as_json(),
             "records": [
-                {
-                    "path": compared.record.path,
-                    "a": compared.a.figures,
-                    "b": compared.b.figures,
-                    "better": compared.better or None,
-                }
-                for compared in self.records
+                {"path": a.path, "a": a.figures, "b": b.figures, "better": _better(a, b)} for a, b in self.followed
             ],
-            **self.findings_json,
         }
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw loops, the difference of force along them, secant stiffness, energy and loss factor over the amplitude
         with their 5 to 95 % bands, and transmissibility; returns the six axes, those of a new figure if None.
         """
+        from ...vibration.one_mass.curves_plot import decimal_ticks  # loads matplotlib
+
         panels = self._axes(ax)
-        draw(panels, self.loops, self.figures, self.bands, self.mass.responses)
+        top, difference, *middle, last = panels
+        for side, style in (("loading", "-"), ("unloading", "--")):
+            a, b = branches = [getattr(loop, side) for loop in self.loops]
+            for label, color, branch in zip("AB", _COLORS, branches, strict=True):
+                top.plot(1e3 * branch.displacement, branch.force, color, label=f"{label}, {side}", ls=style)
+            difference.plot(1e3 * a.displacement, b.force - a.force, "k", ls=style, label=side)
+        top.set(xlabel="displacement [mm]", ylabel="force [N]", title="steady loops over the shared range")
+        difference.axhline(0.0, color="0.7", lw=0.8)
+        difference.set(xlabel="displacement [mm]", ylabel="force of B less that of A [N]", title="difference of force")
+        for axis, column in zip(middle, PANELS, strict=True):
+            rows = [row for row in self.figures if row.quantity == column.key]
+            amplitudes = [1e3 * (row.amplitude or 0.0) for row in rows]
+            for side, color, band in zip("ab", _COLORS, self.bands or (None, None), strict=True):
+                axis.plot(amplitudes, [column.factor * getattr(row, side) for row in rows], f"{color}o-", ms=4)
+                if band is not None:
+                    low, high = column.factor * band[:, :, [*FIGURES].index(column.key)]
+                    axis.fill_between(amplitudes, low, high, color=color, alpha=0.2, lw=0.0)
+            axis.set(xlabel="amplitude [mm]", ylabel=column.label, title="5 to 95 % shaded" if self.bands else "")
+        last.set(xlabel="frequency [Hz]", ylabel="transmissibility [-]", title="mass on the spring")
+        if self.mass.responses:
+            for label, color, response in zip("AB", _COLORS, self.mass.responses, strict=True):
+                last.plot(response.column("frequency"), response.column("transmissibility"), color, label=label)
+            last.set(xscale="log", yscale="log")
+            decimal_ticks(last.xaxis, *last.get_xlim())
+            decimal_ticks(last.yaxis, *last.get_ylim())
+            last.axhline(1.0, color="0.7", lw=0.8)
+        else:
+            last.text(0.5, 0.5, "not compared", ha="center", transform=last.transAxes)
+        for axis in panels:
+            axis.grid(True, which="both", color="0.93")
+        for axis in (top, difference, *([last] if self.mass.responses else [])):
+            axis.legend()
         return panels
 
 
@@ -333,15 +337,14 @@ def compare(
         verdict = ComparisonVerdict.DIFFERENT if beyond else ComparisonVerdict.NOT_FOUND
     loops = (steady_loop(PathSolver(springs[0]).slow, low, high), steady_loop(PathSolver(springs[1]).slow, low, high))
     solvers = [PathSolver(model.parameters) for model in models]  # each in the coordinates of its own records
-    followed = tuple(
-        RecordComparison(record, *(predict_record(solver, record) for solver in solvers)) for record in records
-    )
+    followed = tuple((predict_record(solvers[0], record), predict_record(solvers[1], record)) for record in records)
     return Comparison(
         (source_of(a), source_of(b)), models, align, low, high, verdict, unknown, draws, seed,
         tuple(parameters), test, tuple(figures),
         None if scatter is None else (quantiles(scatter[0]), quantiles(scatter[1])),
         loops,
         shared_mass(springs, low, high, comparing.mass),
+        tuple(records),
         followed,
         tuple(comparison_findings(models, records, align, loops, verdict)),
     )  # fmt: skip
@@ -358,60 +361,13 @@ def _amplitudes(given: Any, most: float) -> list[float]:
     return reaches
 
 
-def draw(
-    panels: Sequence[Axes],
-    loops: Sequence[Loop],
-    figures: Sequence[SpringDifference],
-    bands: tuple[Any, Any] | None,
-    responses: Sequence[FrequencyResponse],
-) -> None:
-    """Draw loops, their difference, three figures over the amplitude, and transmissibility into six axes."""
-    from ...vibration.one_mass.curves_plot import decimal_ticks  # loads matplotlib
-
-    top, difference, *middle, last = panels
-    for label, color, loop in zip("AB", _COLORS, loops, strict=True):
-        for branch in (loop.loading, loop.unloading):
-            top.plot(
-                1e3 * branch.displacement, branch.force, color, lw=1.3, label=label if branch is loop.loading else None
-            )
-    top.set(xlabel="displacement [mm]", ylabel="force [N]", title="steady loops over the shared range")
-    top.legend()
-    for side, style in (("loading", "-"), ("unloading", "--")):
-        a, b = (getattr(loop, side) for loop in loops)
-        difference.plot(1e3 * a.displacement, b.force - a.force, f"k{style}", lw=1.2, label=side)
-    difference.axhline(0.0, color="0.7", lw=0.8)
-    difference.set(xlabel="displacement [mm]", ylabel="force of B less that of A [N]", title="difference of force")
-    difference.legend()
-    for axis, column in zip(middle, PANELS, strict=True):
-        _figure(axis, [row for row in figures if row.quantity == column.key], bands, column.factor)
-        axis.set(xlabel="amplitude [mm]", ylabel=column.label, title="5 to 95 % shaded" if bands else "")
-    for label, color, response in zip("AB", _COLORS, responses, strict=False):
-        last.plot(response.column("frequency"), response.column("transmissibility"), color, lw=1.3, label=label)
-    last.set(xlabel="frequency [Hz]", ylabel="transmissibility [-]", title="mass on the spring")
-    if responses:
-        last.set(xscale="log", yscale="log")
-        decimal_ticks(last.xaxis, *last.get_xlim())
-        decimal_ticks(last.yaxis, *last.get_ylim())
-        last.axhline(1.0, color="0.7", lw=0.8)
-        last.legend()
-    else:
-        last.text(0.5, 0.5, "not compared", ha="center", transform=last.transAxes)
-    for axis in panels:
-        axis.grid(True, which="both", color="0.93")
+def _better(a: RecordFit, b: RecordFit) -> str | None:
+    """A or B, by the errors along a record; None if these differ by less than 5 %."""
+    least, most = sorted((a.rmse, b.rmse))
+    return None if most - least <= _AS_WELL * most else "A" if a.rmse < b.rmse else "B"
 
 
-def _figure(axis: Axes, differences: Sequence[SpringDifference], bands: tuple[Any, Any] | None, factor: float) -> None:
-    amplitudes = [1e3 * (difference.amplitude or 0.0) for difference in differences]
-    place = [*FIGURES].index(differences[0].quantity)
-    for k, (side, color) in enumerate(zip("ab", _COLORS, strict=True)):
-        if bands is not None:
-            low, high = factor * bands[k][:, :, place]
-            axis.fill_between(amplitudes, low, high, color=color, alpha=0.2, lw=0.0)
-        axis.plot(
-            amplitudes,
-            [factor * getattr(difference, side) for difference in differences],
-            f"{color}",
-            marker="o",
-            ms=4,
-            lw=1.2,
-        )
+def _followed(a: RecordFit, b: RecordFit) -> dict[str, Any]:
+    """A row of the table of records."""
+    of_both = {"a_rmse": a.rmse, "b_rmse": b.rmse, "a_rnl": a.rnl, "b_rnl": b.rnl}
+    return {"record": a.path, "better": _better(a, b) or "both alike", **of_both}

@@ -1,18 +1,43 @@
-"""Two springs compared, in words and tables."""
+"""What a comparison of two springs says: where they are compared, the verdict in words, tables, and findings."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from enum import Enum
+from typing import Any
 
+import numpy as np
+
+from ...core.parameters import SpringParameters
+from ...errors import StrandspringError
+from ...findings import Finding, Outcome
 from ...ground.result_columns import ResultColumn
-from ...loops.loop import LOOP_FIGURES
+from ...kernel.path import PathSolver
+from ...loops.loop import LOOP_FIGURES, Loop, relaxed_branches, steady_loop
+from ...model.coordinates import counted_from
 from ...model.joint import HYSTERETIC_PARAMETERS
-from .differences import FIGURES, HysteresisTest, SpringDifference
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import stated_cautions
+from ...records.record import Record
+from ..common.record_findings import effects_of, of_records, outside
+from ..common.table import Table
+from ..options import Align
+from .differences import FIGURES, HysteresisTest, SpringDifference, common_form, form_of, form_words
 
-_COLUMNS = {column.key: column for column in (*HYSTERETIC_PARAMETERS, *LOOP_FIGURES)}
+_LEAST_SHARED = 0.5  # of the narrower range, below which ranges are not compared where they lie
+_SHIFTED = 0.02  # distance of the middles, share of the shared range, from which a moved zero is mentioned
 _LEAST_P = 1e-12  # beyond which a probability is no more than small
+_COLUMNS = {column.key: column for column in (*HYSTERETIC_PARAMETERS, *LOOP_FIGURES)}
+# Texts, since each row has a unit of its own.
+_DIFFERENCES = (
+    ResultColumn("amplitude", "m", "amplitude", "at", "mm", 1e3),
+    ResultColumn("a", "1", "A", "A"),
+    ResultColumn("b", "1", "B", "B"),
+    ResultColumn("change", "1", "B - A", "B - A"),
+    ResultColumn("interval", "1", "5 to 95 %", "5 to 95 %"),
+    ResultColumn("z", "1", "z", "z"),
+)
 
 
 class ComparisonVerdict(Enum):
@@ -73,31 +98,26 @@ def joint_sentence(test: HysteresisTest) -> str:
     )
 
 
-def difference_table(title: str, differences: Sequence[SpringDifference]) -> tuple[list[str], list[list[str]]]:
-    """Headings and rows of parameters, or of figures of loops."""
-    rows = []
-    for difference in differences:
-        column = _COLUMNS.get(difference.quantity) or _column_of(difference)
-        at = [] if difference.amplitude is None else [f"{1e3 * difference.amplitude:.4g}"]
-        z = "-" if math.isnan(difference.z) else f"{difference.z:.2f}"
-        rows.append(
-            [
-                column.heading,
-                *at,
-                *map(column.text, (difference.a, difference.b)),
-                _signed(difference),
-                _between(difference),
-                f"{z}*" if difference.differs else z,
-            ]
-        )
-    at = ["at mm"] if differences[0].amplitude is not None else []
-    return [title, *at, "A", "B", "B - A", "5 to 95 %", "z"], rows
+def difference_table(title: str, differences: Sequence[SpringDifference]) -> Table:
+    """Parameters, or figures of loops, each in its own unit."""
+    columns = (ResultColumn("quantity", "", title, title), *_DIFFERENCES)
+    return Table(columns, [_difference_row(difference) for difference in differences])
 
 
-def _column_of(difference: SpringDifference) -> ResultColumn:
-    """That of a parameter which only wider classes have."""
-    unit = difference.unit.removesuffix("1") if difference.unit == "1" else difference.unit
-    return ResultColumn(difference.quantity, difference.unit, difference.words, difference.quantity, unit)
+def _difference_row(difference: SpringDifference) -> dict[str, Any]:
+    column = _COLUMNS.get(difference.quantity) or ResultColumn(
+        difference.quantity, difference.unit, difference.words, difference.quantity, difference.unit.removesuffix("1")
+    )
+    z = "-" if math.isnan(difference.z) else f"{difference.z:.2f}"
+    return {
+        "quantity": column.heading,
+        "amplitude": difference.amplitude,
+        "a": column.text(difference.a),
+        "b": column.text(difference.b),
+        "change": _signed(difference),
+        "interval": _between(difference),
+        "z": f"{z}*" if difference.differs else z,
+    }
 
 
 def percent(share: float) -> str:
@@ -158,3 +178,95 @@ def _millimetres(amplitude: float | None) -> str:
 
 def _listed(words: list[str]) -> str:
     return ", ".join(words[:-1]) + (" and " if len(words) > 1 else "") + "".join(words[-1:])
+
+
+def aligned(models: tuple[ModelFile, ModelFile], align: Align) -> tuple[SpringParameters, SpringParameters]:
+    """Both springs with their displacements counted as asked."""
+    a, b = (model.parameters for model in models)
+    return (a, b) if align == "record" else (counted_from(middle_of(a), a), counted_from(middle_of(b), b))
+
+
+def shared_range(springs: tuple[SpringParameters, SpringParameters], align: Align) -> tuple[float, float]:
+    """The displacements [m] that both springs were identified for.
+
+    Raises
+    ------
+    StrandspringError   If that is less than half of the narrower range, where displacements are those of the records.
+    """
+    low = max(p.displacement_min for p in springs)
+    high = min(p.displacement_max for p in springs)
+    narrower = min(p.displacement_max - p.displacement_min for p in springs)
+    if align == "record" and high - low < _LEAST_SHARED * narrower:
+        ranges = [f"{1e3 * p.displacement_min:.6g} to {1e3 * p.displacement_max:.6g} mm" for p in springs]
+        raise StrandspringError(
+            "A was identified from {of_a} and B from {of_b}, which share less than half of the narrower range; if the "
+            "zero of displacement was moved between the tests, align them by their middles ({to[align=middle]}), else "
+            "identify both over one range.",
+            of_a=ranges[0],
+            of_b=ranges[1],
+        )
+    return low, high
+
+
+def apart(a: Loop, b: Loop) -> tuple[float, float]:
+    """rms difference of force between two loops of one range [N], and its share of their mean height."""
+    squares = [
+        np.mean((getattr(b, side).force - getattr(a, side).force) ** 2) for side in ("loading", "unloading")
+    ]  # fmt: skip
+    rms = float(np.sqrt(np.mean(squares)))
+    return rms, rms / max(0.5 * (a.figures.height + b.figures.height), 1e-300)
+
+
+def middle_of(p: SpringParameters) -> float:
+    """The middle of the identified range [m]."""
+    return 0.5 * (p.displacement_min + p.displacement_max)
+
+
+def comparison_findings(
+    models: tuple[ModelFile, ModelFile],
+    records: Sequence[Record],
+    align: Align,
+    loops: tuple[Loop, Loop],
+    verdict: ComparisonVerdict,
+) -> Iterator[Finding]:
+    """What could make the result wrong (the records, the identifications, a zero that was moved), different forms, and
+    what the uncertainty does not hold.
+    """
+    yield from of_records(records)
+    for label, model in zip("AB", models, strict=True):
+        for record in records:
+            yield from outside(f"Model {label}, {record.path}", record.displacement, model.parameters)
+        yield from stated_cautions(model, f"Of the identification of {label}")
+    yield from next(filter(None, (relaxed_branches(model.parameters) for model in models)), ())
+    effects = [effects_of(model) or "nothing" for model in models]
+    if effects[0] != effects[1]:
+        yield Finding(Outcome.RIGS_DIFFER, {"of_a": effects[0], "of_b": effects[1]})
+    digests = [_digests(model) for model in models]
+    if digests[0] & digests[1]:
+        yield Finding(Outcome.SAME_RECORD)
+    if align != "middle":
+        yield from _moved_zero(models, loops)
+    forms = [form_of(model.parameters) for model in models]
+    if forms[0] != forms[1] and all(model.parameters.is_plain for model in models):
+        common = common_form(models[0].parameters, models[1].parameters)
+        named = zip(("of_a", "of_b", "common"), map(form_words, (*forms, common)), strict=True)
+        yield Finding(Outcome.FORMS_DIFFER, dict(named))
+    if verdict in (ComparisonVerdict.DIFFERENT, ComparisonVerdict.NOT_FOUND):
+        yield Finding(Outcome.SCATTER)
+
+
+def _moved_zero(models: tuple[ModelFile, ModelFile], loops: tuple[Loop, Loop]) -> Iterator[Finding]:
+    """Ranges whose middles are not the same."""
+    moved = aligned(models, "middle")
+    low, high = shared_range(moved, "middle")
+    distance = middle_of(models[1].parameters) - middle_of(models[0].parameters)
+    if abs(distance) > _SHIFTED * (high - low):
+        from_middles = apart(*(steady_loop(PathSolver(p).slow, low, high) for p in moved))[1]
+        yield Finding(Outcome.ZERO_MOVED, {"distance": distance, "apart": apart(*loops)[1], "aligned": from_middles})
+
+
+def _digests(model: ModelFile) -> set[str]:
+    """SHA-256 of the records that a model was identified from; its provenance is free JSON."""
+    records = model.provenance.get("records")
+    entries = records if isinstance(records, list) else []
+    return {str(entry["sha256"]) for entry in entries if isinstance(entry, dict) and entry.get("sha256")}

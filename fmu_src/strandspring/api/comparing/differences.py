@@ -7,8 +7,10 @@ judged together, d'*C^-1*d with the differences d of their logarithms and the su
 chi-square distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset,
 which two models place differently: it is compared as kappa_omega*FA at one displacement.
 
-Where the forms of the models differ, only what remains in a common form counts, see `common_form`. Of wider classes
-nothing is judged then.
+Where the forms of the models differ, only what remains in a common form counts: the same degrees of FE and FA. They are
+chosen from noisy records, and another choice shifts the figures of one and the same spring by more than its uncertainty
+says: a smaller loop, which no record holds, by 10 % and more. A model is put into a simpler form by identifying the
+record that it gives itself. Of wider classes nothing is judged then.
 
 All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them). Of 150
 pairs of records of one spring (2 % noise, 1500 samples in 3 cycles of one amplitude, degrees chosen from each record),
@@ -26,15 +28,18 @@ from typing import Any
 import numpy as np
 
 from ...core.parameters import SpringParameters
-from ...errors import ModelError
+from ...errors import ModelError, StrandspringError
 from ...ground.result_columns import ResultColumn
+from ...identification.identify import identify_records
+from ...identification.options import RefinedOptions
 from ...kernel.arrays import FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import LOOP_FIGURE, steady_loop
 from ...model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns, names_of
 from ...model.modelfile import ModelFile
+from ...records.record import Record
 from ..common.text import bounds_95
-from .common_form import class_of
+from ..identifying.synthesis import synthesize
 
 LEVEL = 0.05  # error of all judgements together
 # Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
@@ -44,6 +49,8 @@ _NORMAL_90 = NormalDist().inv_cdf(0.95)
 # records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
 _OF_CHOICE = 1.15
 _MOST_LOG = 700.0  # whose exponential is still a number
+_CYCLES, _SAMPLES = 2, 500
+_OF_TABLES = 5  # degree of FE where it is a table in both
 _RANK = 1e-9  # eigenvalue of the correlation of the logarithms up to which it counts as 0
 
 
@@ -354,3 +361,58 @@ def judged(
         difference = differences[place]
         result[place] = replace(difference, differs=differs, seen_from=reach * difference.seen_from)
     return result, None if test is None else replace(test, differs=beyond[-1])
+
+
+def form_of(p: SpringParameters) -> tuple[int | None, int]:
+    """Degrees of FE, None for a table, and of FA."""
+    return None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1
+
+
+def form_words(form: tuple[int | None, int]) -> str:
+    """A form in words."""
+    return f"{'FE as a table' if form[0] is None else f'FE of degree {form[0]}'} and FA of degree {form[1]}"
+
+
+def class_of(p: SpringParameters) -> tuple[int, int]:
+    """How many friction mechanisms and Maxwell branches a spring has."""
+    return len(p.mechanisms), len(p.branches)
+
+
+def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int]:
+    """The form that both can be put into: the lower degree of FE and of FA.
+
+    Raises
+    ------
+    StrandspringError   If they differ in class, or are of a wider class and differ in form.
+    """
+    forms, classes = (form_of(a), form_of(b)), (class_of(a), class_of(b))
+    if forms[0] == forms[1] and classes[0] == classes[1]:
+        return forms[0]
+    if not (a.is_plain and b.is_plain):
+        both = [
+            f"{form_words(form)}, {mechanisms} mechanism{'s' * (mechanisms > 1)} and {branches} Maxwell "
+            f"branch{'es' * (branches != 1)}"
+            for form, (mechanisms, branches) in zip(forms, classes, strict=True)
+        ]
+        raise StrandspringError(
+            f"A has {both[0]}, B {both[1]}; identify both with the same `degrees`, `mechanisms` and `branches`."
+        )
+    degrees = [degree for degree, _ in forms if degree is not None]
+    # The identification takes no FE of degree 0, which a model file may have.
+    return max(min(degrees, default=_OF_TABLES), 1), min(degree for _, degree in forms)
+
+
+def in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParameters:
+    """A spring as it would have been identified with these degrees, from a record over its whole range.
+
+    Raises
+    ------
+    StrandspringError   If no physically possible spring of this form follows it.
+    """
+    degree, amplifier = form
+    if form_of(p) == form or degree is None:
+        return p
+    record = synthesize(ModelFile("spring", p), cycles=_CYCLES, samples=_SAMPLES)
+    # Without times, so that no delay is looked for.
+    path_only = Record(record.displacement, record.force, path=record.path)
+    return identify_records([path_only], RefinedOptions(degrees=(degree, amplifier))).parameters

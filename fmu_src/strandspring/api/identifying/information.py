@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import PurePath
 from typing import TYPE_CHECKING, Any
@@ -13,17 +12,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core.parameters import SpringParameters
-from ...errors import OptionError
+from ...errors import OptionError, RecordError
 from ...findings import Finding, Outcome
 from ...ground.arguments import numbers
 from ...ground.options import refuse_given, takes
 from ...ground.quoting import printable
-from ...ground.result_columns import ResultColumn, cells, values
+from ...ground.result_columns import values
 from ...kernel.path import PathSolver
 from ...loops.campaign import Overlap, RateIndependence, campaign_verdicts
 from ...loops.cycles import MeasuredLoop, measured_loops
 from ...loops.loop import (
-    LOOP_FIGURE,
     LOOP_FIGURES,
     PANELS,
     Loop,
@@ -33,6 +31,7 @@ from ...loops.loop import (
 )
 from ...loops.reading import Reading
 from ...model.coordinates import counted_from, zero_sentence
+from ...model.joint import ForceInterval
 from ...model.modelfile import ModelFile, is_fmu
 from ...model.stated_cautions import stated_cautions
 from ...model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
@@ -41,17 +40,15 @@ from ..common.given import records_of
 from ..common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
 from ..common.record_findings import effects_of, of_records, removed_effects
 from ..common.result import PlottedResult
-from ..common.table import table_lines
-from ..common.text import counted, parameter_lines, verdict_json
+from ..common.table import Table
+from ..common.text import loop_table, parameter_table, shape_of, verdict_json
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
 
     from ..fmus.system_information import SystemInformation
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
-_BRIEF = ("amplitude", "secant_stiffness", "energy_per_cycle", "loss_factor", "mean_force")
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 _DRAWN = 60  # amplitudes of the modelled line in a plot
 
@@ -68,7 +65,7 @@ class Information(PlottedResult):
     parameters : SpringParameters           The model's, counted from that zero.
     records : tuple of Record               Counted likewise.
     modelled : tuple of Loop                The model's loops of the amplitudes asked for.
-    pairs : tuple of (MeasuredLoop, Loop)   Loops of the records, each with the model's.
+    loops : tuple of MeasuredLoop           Loops of the records, each with the model's steady one as the predicted one.
     rate_independence : RateIndependence or None   Whether the force depends on the frequency.
     overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
     findings : tuple of Finding             Those of the identification; loops that run backwards, are open or leave
@@ -83,7 +80,7 @@ class Information(PlottedResult):
     parameters: SpringParameters
     records: tuple[Record, ...]
     modelled: tuple[Loop, ...]
-    pairs: tuple[tuple[MeasuredLoop, Loop], ...]
+    loops: tuple[MeasuredLoop, ...]
     rate_independence: RateIndependence | None
     overlap: Overlap | None
     findings: tuple[Finding, ...]
@@ -93,17 +90,19 @@ class Information(PlottedResult):
         """The sentences on rate and overlap, as far as there are any."""
         return tuple(verdict.sentence for verdict in (self.rate_independence, self.overlap) if verdict is not None)
 
-    def brief(self, width: int | None = None) -> list[str]:
-        """The same with fewer figures of each loop."""
-        return self._lines([column for column in LOOP_FIGURES if column.key in _BRIEF], width)
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """The model, its parameters, its loops beside those of the records, and the verdicts."""
+        yield from self._model_lines()
+        yield parameter_table(self.parameters, self.model.uncertainty, brief)
+        yield loop_table(self.loops, self.modelled)
+        yield from self.verdicts
 
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """The model, the table of loops, and the verdicts; the table at most of a width."""
-        return self._lines(LOOP_FIGURES, width)
-
-    def _lines(self, columns: Sequence[ResultColumn], width: int | None) -> list[str]:
-        headings = [*(column.heading for column in columns), "source"]
-        return [*self._model_lines(), *table_lines(headings, self._cells(columns), ["source"], width), *self.verdicts]
+    @property
+    def table(self) -> Table:
+        """One loop in each row: source ("model" or a record's path), the figures of `LoopFigures`, and cycles and
+        frequency of measured loops; "from" is the record between whose turning points a loop of the model runs.
+        """
+        return loop_table(self.loops, self.modelled, in_files=True)
 
     def _model_lines(self) -> list[str]:
         """The model file in words; fit and provenance are free JSON, of which any part may be missing."""
@@ -111,7 +110,10 @@ class Information(PlottedResult):
         lines = [f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")]
         if verdict := stated_verdict(model):
             lines.append(f"  {verdict}")
-        lines += parameter_lines(self.parameters, model.uncertainty)
+        lines.append(f"  {shape_of(self.parameters)}")
+        if interval := ForceInterval.from_uncertainty(model.uncertainty):
+            lines.append(f"  {interval.sentence}")
+        lines += [f"  {printable(sentence)}" for sentence in model.uncertainty.get("indistinct") or ()]
         origin = model.provenance
         method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
         lines += list(_fit_lines(model, f"  identified{method}: "))
@@ -125,52 +127,20 @@ class Information(PlottedResult):
             lines.append(f"  {sentence}")
         return lines
 
-    def _loops(self) -> Iterator[tuple[LoopFigures, MeasuredLoop | None, str]]:
-        """Figures of each loop, the measured loop that they are of, and the record with whose loop the model's goes."""
-        for loop in self.modelled:
-            yield loop.figures, None, ""
-        for measured, loop in self.pairs:
-            yield measured.figures, measured, ""
-            yield loop.figures, None, measured.path
-
-    def as_json(self) -> dict[str, Any]:
-        """The result as an object for JSON, in SI units."""
+    def content(self) -> dict[str, Any]:
+        """Parameters, what the file states of the fit, and the loops."""
         return {
             "name": self.model.name,
             "parameters": self.parameters.as_dict(),
             "zero": self.zero,
             "fit": stated_json(self.model),
-            "loops": [_loop_json(figures, measured) for figures, measured, _ in self._loops()],
+            "loops": [
+                *({"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in self.modelled),
+                *chain.from_iterable(map(_loop_json, self.loops)),
+            ],
             "rate_independence": verdict_json(self.rate_independence),
             "overlap": verdict_json(self.overlap),
-            **self.findings_json,
         }
-
-    def to_frame(self) -> pd.DataFrame:
-        """One loop in each row, in SI units: source ("model" or a record's path), the figures of `LoopFigures` and, of
-        measured loops, cycles and frequency; "from" is the record between whose turning points a loop of the model
-        runs, empty without one.
-        """
-        import pandas as pd
-
-        columns = ["source", *LOOP_FIGURE, "cycles", "frequency", "from"]
-        rows = [{**_loop_json(figures, measured), "from": path} for figures, measured, path in self._loops()]
-        return pd.DataFrame(rows, columns=columns).astype({"cycles": float, "frequency": float}).rename_axis("loop")
-
-    def _cells(self, columns: Sequence[ResultColumn]) -> Iterator[list[str]]:
-        """Rows of the table: the model's loops, then each measured loop with its scatter and the model's."""
-        names = Counter(PurePath(path).name for path in {measured.path for measured, _ in self.pairs})
-        for figures, measured, _ in self._loops():
-            source = "model"
-            if measured is not None:
-                frequency = "" if measured.frequency is None else f", {measured.frequency:.3g} Hz"
-                name = PurePath(measured.path).name
-                source = (
-                    f"{name if names[name] == 1 else measured.path} ({counted(measured.cycles, 'cycle')}{frequency})"
-                )
-            yield [*cells(columns, figures), source]
-            if measured is not None and measured.spread is not None:
-                yield [*cells(columns, measured.spread, "+-"), "  from cycle to cycle (standard deviation)"]
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
@@ -178,15 +148,15 @@ class Information(PlottedResult):
         """
         panels = self._axes(ax)
         solver = PathSolver(self.parameters)
-        given = [*(measured.figures for measured, _ in self.pairs), *(loop.figures for loop in self.modelled)]
+        given = [*(loop.figures for loop in self.loops), *(loop.figures for loop in self.modelled)]
         widest = max(given, key=lambda figures: figures.amplitude)
         middle = 0.5 * (widest.low + widest.high)
         reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
         line = [steady_loop(solver, middle - reach, middle + reach).figures for reach in reaches.tolist()]
         for axis, column in zip(panels, PANELS, strict=True):
             axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
-            for number, path in enumerate(dict.fromkeys(measured.path for measured, _ in self.pairs)):
-                shown = [measured.figures for measured, _ in self.pairs if measured.path == path]
+            for number, path in enumerate(dict.fromkeys(loop.path for loop in self.loops)):
+                shown = [loop.figures for loop in self.loops if loop.path == path]
                 amplitudes = [1e3 * figures.amplitude for figures in shown]
                 axis.plot(amplitudes, list(map(column.drawn, shown)), f"C{number}o", label=PurePath(path).name)
             axis.set(xlabel="amplitude [mm]", ylabel=column.label)
@@ -260,35 +230,40 @@ def info(
         findings += removed_effects(source, content)
     records = [replace(record, displacement=record.displacement - origin) for record in records]
     solver = PathSolver(parameters)
-    measured = list(chain.from_iterable(map(measured_loops, records)))
+    measured = [
+        replace(loop, predicted=steady_loop(solver, loop.figures.low, loop.figures.high).figures)
+        for record in records
+        for loop in _loops_of(record)
+    ]
     if not reaches and not records:
         reaches = tuple(
             0.5 * share * (parameters.displacement_max - parameters.displacement_min) for share in _DEFAULT_SHARES
         )
     middle = parameters.displacement_offset
     modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
-    pairs = tuple((loop, steady_loop(solver, loop.figures.low, loop.figures.high)) for loop in measured)
     loops = [*((source, loop.figures) for loop in modelled), *((loop.path, loop.figures) for loop in measured)]
     findings += [finding for loop in loops for finding in _outside(parameters, *loop)]
     findings += [_open(loop) for loop in measured if loop.gap != 0.0]
     verdicts = campaign_verdicts(records, modelled)
     return Information(
-        source, content, origin, parameters, tuple(records), modelled, pairs, *verdicts, tuple(findings)
+        source, content, origin, parameters, tuple(records), modelled, tuple(measured), *verdicts, tuple(findings)
     )  # fmt: skip
 
 
-def _loop_json(figures: LoopFigures, measured: MeasuredLoop | None) -> dict[str, Any]:
-    shown = values(LOOP_FIGURES, figures)
-    if measured is None:
-        return {"source": "model", **shown}
-    return {
-        "source": measured.path,
-        **shown,
-        "cycles": measured.cycles,
-        "frequency": measured.frequency,
-        "gap": measured.gap,
-        "spread": None if measured.spread is None else asdict(measured.spread),
-    }
+def _loops_of(record: Record) -> tuple[MeasuredLoop, ...]:
+    """The loops of a record, of which there must be one."""
+    if loops := measured_loops([record]):
+        return loops
+    selected = "lies within the selected displacements; select a range that holds one"
+    where = "was found; record at least one full cycle" if record.compared is None else selected
+    raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
+
+
+def _loop_json(loop: MeasuredLoop) -> Iterator[dict[str, Any]]:
+    """A measured loop, and the model's."""
+    names = ("cycles", "frequency", "gap", "spread")
+    yield {"source": loop.path, **values(LOOP_FIGURES, loop.figures), **{name: getattr(loop, name) for name in names}}
+    yield {"source": "model", **values(LOOP_FIGURES, loop.predicted)}
 
 
 def _fit_lines(model: ModelFile, beginning: str) -> Iterator[str]:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...campaigns.batches.batch import BatchSummary, identify_batch
 from ...campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
@@ -18,10 +18,12 @@ from ...errors import Reader, RecordError
 from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered
 from ...ground.arguments import optional_number
 from ...ground.options import takes
+from ...ground.result_columns import ResultColumn
 from ...loops.reading import Reading
 from ...model.joint import HYSTERETIC_UNITS
 from ..common.progress import Progress, unseen
 from ..common.result import PlottedResult
+from ..common.table import Table
 from ..common.text import counted
 from ..options import Fitting
 
@@ -29,6 +31,17 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+_PROBLEMS = (
+    ResultColumn("file", "", "file", "file"),
+    ResultColumn("status", "", "status", "status"),
+    ResultColumn("reason", "", "reason", "reason"),
+)
+_MEDIANS = (
+    ResultColumn("figure", "", "figure", "figure"),
+    ResultColumn("median", "", "median", "median"),
+    ResultColumn("unit", "", "unit", "unit"),
+    ResultColumn("scatter", "1", "scatter", "+-", "%", 100.0, 2),
+)
 _UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
 
@@ -48,7 +61,7 @@ class ManyResult(PlottedResult):
     See `identify_many`.
     """
 
-    _size = (6.4, 4.8)
+    _stated: ClassVar = {}  # beside `content`
 
     folder: Path
     batch: BatchSummary
@@ -72,34 +85,38 @@ class ManyResult(PlottedResult):
         of_all = f"{count} of {counted(self.batch.files, 'spring')}"
         return f"{of_all} {are} not identified ({', '.join(others)}); {TABLE} says why."
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """The result in words, without cautions and notes."""
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the tables of files hold the rest
+        """How many were identified, what was wrong with the others, medians, and outliers."""
         batch = self.batch
         done = batch.files - batch.earlier
         rate = f", {done / self.seconds:.3g} springs/s" if done and self.seconds > 0.0 else ""
         were = "was" if batch.earlier == 1 else "were"
         before = f"; {counted(batch.earlier, 'file')} {were} finished by an earlier run" if batch.earlier else ""
-        lines = [
+        yield (
             f"{batch.statuses[IDENTIFIED]} of {counted(batch.files, 'spring')} identified "
-            f"({self.seconds:.3g} s{rate}){before}",
-            *(f"  {file}: {status}: {reason}" for file, status, reason in batch.problems),
-        ]
+            f"({self.seconds:.3g} s{rate}){before}"
+        )
+        yield Table(_PROBLEMS, self._problems)
         more = batch.files - batch.statuses[IDENTIFIED] - len(batch.problems)
         if more > 0:
-            lines.append(f"  and {more} more, see the table")
+            yield f"  and {more} more, see the table"
         if batch.amplitude is not None:
-            lines.append(f"Median at an amplitude of {1e3 * batch.amplitude:.4g} mm, with the scatter over the batch:")
-            lines += [
-                f"  {name:<40} {middle:<10.4g} {_UNITS[name]:<4} +- {100.0 * scatter:.2g} %"
+            rows = [
+                {"figure": name, "median": middle, "unit": _UNITS[name], "scatter": scatter}
                 for name, (middle, scatter) in batch.middle.items()
             ]
+            at = f"Median at an amplitude of {1e3 * batch.amplitude:.4g} mm, with the scatter over the batch:"
+            yield Table(_MEDIANS, rows, at)
         if batch.short_count:
-            were, have = ("was", "has") if batch.short_count == 1 else ("were", "have")
-            lines.append(
-                f"{counted(batch.short_count, 'spring')} {were} not moved so far and {have} no figures there, first: "
-                f"{batch.short[0]}"
+            were = "was" if batch.short_count == 1 else "were"
+            yield (
+                f"{counted(batch.short_count, 'spring')} {were} not tested at this amplitude, first: {batch.short[0]}"
             )
-        return [*lines, *self._outlier_lines()]
+        yield from self._outlier_lines()
+
+    @property
+    def _problems(self) -> list[dict[str, str]]:
+        return [{"file": file, "status": status, "reason": reason} for file, status, reason in self.batch.problems]
 
     def _outlier_lines(self) -> list[str]:
         batch = self.batch
@@ -157,17 +174,17 @@ class ManyResult(PlottedResult):
         axes.legend()
         return axes
 
-    def as_json(self) -> dict[str, Any]:
-        """The result as the command prints it with --json."""
+    def content(self) -> dict[str, Any]:
+        """Counts, problems, medians, outliers and findings, and where the tables are."""
         batch = self.batch
         return {
-            "folder": str(self.folder),
-            "table": str(batch.table),
-            "columnar_table": None if batch.columnar_table is None else str(batch.columnar_table),
+            "folder": self.folder,
+            "table": batch.table,
+            "columnar_table": batch.columnar_table,
             "files": batch.files,
             "earlier": batch.earlier,
             "statuses": {status: batch.statuses[status] for status in STATUSES},
-            "problems": [{"file": file, "status": status, "reason": reason} for file, status, reason in batch.problems],
+            "problems": self._problems,
             "amplitude": batch.amplitude,
             "figures": {
                 name: {"median": middle, "scatter": scatter} for name, (middle, scatter) in batch.middle.items()
@@ -176,7 +193,7 @@ class ManyResult(PlottedResult):
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
             "cautions": batch.found.as_json(CAUTIONS),
             "notes": batch.found.as_json((*NOTES, Severity.STATED)),
-            "left_out": list(gathered(self.left_out, Reader.FILE)),
+            "left_out": tuple(gathered(self.left_out, Reader.FILE)),
             "seconds": self.seconds,
         }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
@@ -30,7 +30,8 @@ from ..common.given import Source, given_records
 from ..common.model_source import ModelSource, model_of, source_of
 from ..common.record_findings import of_records, outside, removed_effects, unrecorded
 from ..common.result import PlottedResult
-from ..common.text import brief_fit_lines, fit_lines
+from ..common.table import Table
+from ..common.text import fit_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -59,8 +60,6 @@ class Prediction(Followed, PlottedResult):
                                   removed from the records of the model.
     interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
     """
-
-    _size = (6.4, 4.8)
 
     source: str
     model: ModelFile
@@ -99,21 +98,15 @@ class Prediction(Followed, PlottedResult):
             columns |= {"lower": predicted - half_width, "upper": predicted + half_width}
         return columns
 
-    def brief(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """The figures of each record in words, and of all if there are several."""
-        return brief_fit_lines(self.figures, self.fits)
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """How well the model follows each record, and all if there are several."""
+        if not brief:
+            yield f"Predicted with {self.source}: {in_words(self.figures)}"
+        yield fit_table(self.figures, self.fits)
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """The figures in words."""
-        return [f"Predicted with {self.source}: {in_words(self.figures)}", *fit_lines(self.fits)]
-
-    def as_json(self) -> dict[str, Any]:
-        """The figures as an object for JSON, in SI units."""
-        return {
-            **self.figures,
-            "records": [{"path": fit.path, **fit.as_json()} for fit in self.fits],
-            **self.findings_json,
-        }
+    def content(self) -> dict[str, Any]:
+        """The figures over all records, and of each."""
+        return {**self.figures, "records": [{"path": fit.path, **fit.as_json()} for fit in self.fits]}
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all samples with the number of their record; displacements in mm.
