@@ -101,7 +101,7 @@ def test_every_file_is_identified_or_named_with_the_reason(serial: ManyResult) -
         row = by_name.loc[f"damaged_{name}"]
         assert (row["status"], reason in row["reason"]) == (status, True), name
         assert not (serial.folder / f"damaged_{name}.json").exists()
-        assert f"damaged_{name}.csv: " in summary
+        assert f"damaged_{name}.csv" in summary
     assert frame["status"].tolist().count("identified") == COUNT + 1
     assert serial.problem == (
         f"{len(DAMAGES)} of {len(frame)} springs are not identified (2 refused, 3 unreadable); springs.csv says why."
