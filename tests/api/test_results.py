@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from collections.abc import Iterator
@@ -49,8 +50,10 @@ NAMES = {
 TEXT = Path(__file__).with_name("results.txt").read_text(encoding="utf-8")
 MADE = dict(line.split(" => ") for line in TEXT.splitlines()[1:])
 IN_WORDS = [name for name in MADE if name not in ("Record", "Spring")]
-STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "TestPlan")  # every figure, in JSON too
+# Every figure, in JSON too.
+STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "SystemInformation", "TestPlan", "Verification")
 SAVED = ("Isolation", "SystemIsolation", "StudyResult", "TestPlan")  # all by one function
+ELSEWHERE = ("Comparison", "ManyResult", "TestPlan")  # the figures have other files
 PLOTTED = [name for name in MADE if name not in ("Verification", "SystemInformation")]
 
 
@@ -91,6 +94,18 @@ def test_words_and_tables_say_the_same(name: str) -> None:
         for column in table.select_dtypes("number"):
             for value in table[column].dropna():
                 assert np.isclose(stated, value, rtol=1e-12, atol=0.0).any(), (column, value)
+
+
+@pytest.mark.parametrize("name", IN_WORDS)
+def test_few_words_and_files(name: str, tmp_path: Path) -> None:
+    result = made(name)
+    assert 0 < len("".join(result.brief())) <= len("".join(result.text_lines()))
+    json.dumps(result.as_json(), allow_nan=False)
+    if name not in ELSEWHERE:
+        result.save_csv(tmp_path / "table.csv")
+        header, *rows = csv.reader((tmp_path / "table.csv").read_text(encoding="utf-8").splitlines())
+        assert len({*header}) == len(header)
+        assert len(rows) == len(result.to_frame())
 
 
 @pytest.mark.parametrize("name", PLOTTED)

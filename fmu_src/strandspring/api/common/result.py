@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from html import escape
+from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -120,8 +121,9 @@ class Result:
         return self.to_frame()
 
     def _repr_html_(self) -> str:
-        heading = escape(self.summary().splitlines()[0])
-        return f"<p><strong>{heading}</strong></p>{self._overview().to_html(escape=True)}"
+        head = takewhile(lambda part: isinstance(part, str), self.parts(brief=True))
+        text = "\n".join(map(str, head)) or self.summary().splitlines()[0]
+        return f"<pre>{escape(text)}</pre>{self._overview().to_html(escape=True)}"
 
 
 class PlottedResult(Result):

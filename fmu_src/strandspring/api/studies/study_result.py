@@ -82,8 +82,15 @@ class StudyResult(PlottedResult):
 
     def to_frame(self) -> pd.DataFrame:
         """One row for each run, in SI units but for the varied values of a system."""
-        frame = read_results(self.study, Path(self.output or "")) if self._frame is None else self._frame
-        return frame.set_axis(self.study.names, axis="columns")
+        return self._runs().set_axis(self.study.names, axis="columns")
+
+    @property
+    def table(self) -> Table:
+        """The same, as in the results file."""
+        return Table(self.study.columns, list(_records(self._runs())))
+
+    def _runs(self) -> pd.DataFrame:
+        return read_results(self.study, Path(self.output or "")) if self._frame is None else self._frame
 
     def quantiles(self) -> pd.DataFrame:
         """One row for each candidate at each grid point: what it is, what was counted, and 5, 50 and 95 % quantiles of
