@@ -67,15 +67,16 @@ class Overview(Result):
     Parameters
     ----------
     records : sequence of Record
+    reader : Reader   Of `warnings`.
     """
 
     _stated: ClassVar = {}  # beside each record
 
-    def __init__(self, records: Sequence[Record]) -> None:
+    def __init__(self, records: Sequence[Record], reader: Reader = Reader.PYTHON) -> None:
         from ..report.record_page import overview, record_warnings
 
         self.records = tuple(records)
-        self.warnings = tuple(warning for record in records for warning in record_warnings(record))
+        self.warnings = tuple(warning for record in records for warning in record_warnings(record, reader))
         self._seen = tuple((record, overview(record), measured_loops([record])) for record in records)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows

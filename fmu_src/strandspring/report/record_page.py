@@ -77,14 +77,14 @@ class _Shown:
     refusal: str = ""
 
     @classmethod
-    def from_record(cls, place: int, record: Record) -> _Shown:
+    def from_record(cls, place: int, record: Record, reader: Reader = Reader.FILE) -> _Shown:
         seen = overview(record)
         try:
             (part,) = cut_all([record])
             if (refusal := impossible(part)) is not None:
                 raise refusal
         except IdentificationError as refused:
-            reason = " ".join(gathered((finding.in_folder for finding in refused.findings), Reader.FILE))
+            reason = " ".join(gathered((finding.in_folder for finding in refused.findings), reader))
             text = f"No spring would be identified: {reason}"
             return cls(place, record, seen, 0, text)
         return cls(place, record, seen, int(Samples.of([record], len(record)).rows[0]))
@@ -112,9 +112,9 @@ class _Shown:
         return f"{self.name} holds no whole cycle; {self.seen.strokes} strokes were found." * (not self.seen.cycles)
 
 
-def record_warnings(record: Record) -> Iterator[str]:
+def record_warnings(record: Record, reader: Reader) -> Iterator[str]:
     """What the page warns of besides, one sentence each: no spring, no whole cycle, samples left out."""
-    shown = _Shown.from_record(0, record)
+    shown = _Shown.from_record(0, record, reader)
     if shown.refusal:
         yield shown.refusal
     if shown.without_cycles:

@@ -55,7 +55,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
     page = user_cache() / "record.html" if output is None else Path(output)
     with out.working("Drawing the page"):
         strandspring.show(group, page)
-    seen = Overview(group)
+    seen = Overview(group, Reader.COMMAND_LINE)
     for warning in seen.warnings:
         out.note(f"Caution: {warning}")
     out.present(as_json, seen, {}, page=("Page", page))
