@@ -724,7 +724,8 @@ class Finding:
     def is_complete(self) -> bool:
         """Whether its sentence has all its numbers; one that was read from a file may not."""
         kind = self.kind.value
-        return _are_known(kind.sentence + kind.remedy, self.numbers) and kind.measure in ("", *self.numbers)
+        is_measured = not kind.measure or isinstance(self.numbers.get(kind.measure), int | float)
+        return is_measured and _are_known(kind.sentence + kind.remedy, self.numbers)
 
     @property
     def in_folder(self) -> Finding:

@@ -81,7 +81,7 @@ class Workers:
     Raises
     ------
     JobError     If there are workers and a scheduler, or the number of workers is below 1.
-    TypeError    If it is no whole number.
+    TypeError    If it is not a whole number.
     """
 
     group: ClassVar[str] = "Workers"
