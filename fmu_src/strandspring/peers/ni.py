@@ -39,7 +39,7 @@ import numpy as np
 from numpy.polynomial import polynomial
 from numpy.typing import ArrayLike
 
-from ..core.parameters import N_RANGE, SIGMA_RANGE, SpringParameters
+from ..core.parameters import N_RANGE, SATURATION_RANGE, SIGMA_RANGE, SpringParameters
 from ..findings import Finding, IdentificationError, Outcome
 from ..identification.figures import rmse
 from ..identification.method import Fitted
@@ -200,17 +200,20 @@ def ni_method(x: FloatArray, measured: FloatArray, start: NiParameters) -> NiRes
     # Parseval: harmonics between 0 and the Nyquist frequency stand for two coefficients each.
     weight = np.full(x.size // 2 + 1, math.sqrt(2.0) / x.size)
     weight[[0] if x.size % 2 else [0, -1]] = 1.0 / x.size
-    # Where the model has no response it counts as this far off, and the step is refused.
-    far_off = np.full(weight.size, 1e3 * float(np.abs(measured).max()) + 0j)
+    # Where the model has no response or is no spring it counts as this far off, and the step is refused.
+    far_off = np.full(weight.size, 1e3 * float(np.abs(measured).max()) + 0j).view(np.float64)
+    reach = float(np.ptp(x))
 
     def misfit(vector: FloatArray) -> FloatArray:
         """Of the Fourier coefficients [N], as real numbers."""
         try:
             with np.errstate(over="ignore", invalid="ignore"):
-                spectrum = np.fft.rfft(_from_vector(vector).steady_force(x) - measured) * weight
+                model = _from_vector(vector)
+                spectrum = np.fft.rfft(model.steady_force(x) - measured) * weight
         except ValueError:
-            spectrum = far_off
-        return (spectrum if np.isfinite(spectrum).all() else far_off).view(np.float64)
+            return far_off
+        is_spring = SATURATION_RANGE[0] <= model.rho * reach <= SATURATION_RANGE[1] and np.isfinite(spectrum).all()
+        return spectrum.view(np.float64) if is_spring else far_off
 
     # Not "lm", MINPACK's: its last bits vary where the Jacobian is nearly singular, and the minimum it finds with them.
     # Of K samples, one standard error changes the sum of squares by 1/K: a millionth says nothing about parameters.
