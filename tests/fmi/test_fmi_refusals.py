@@ -121,6 +121,25 @@ def test_refusals_say_what_was_read_and_change_nothing(name: str) -> None:
     assert len(kept) > 30
 
 
+@pytest.mark.parametrize("name", FORMS)
+def test_the_reference_after_the_last_is_none(name: str) -> None:
+    with FORMS[name].begun() as one:
+        after = (c_uint * 1)(max(one.library.references.values()) + 1)
+        assert one.GetReal(after, c_size_t(1), (c_double * 1)()) == FORMS[name].refusal
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_refused_step_leaves_every_output_as_it_was(name: str) -> None:
+    with FORMS[name].begun() as one:
+        one.advance(9.0, 0.01)
+        outputs = [v.name for v in one.library.variables if v.causality == "output"]
+        before = one.get(*outputs)
+        assert one.set(load_recoil=1e18) == OK
+        assert one.go(one.time, 0.1) != OK
+        assert one.set(load_recoil=0.0) == OK
+        assert one.get(*outputs) == before
+
+
 @pytest.mark.parametrize("name", ["co-simulation", "fmi3", *SYSTEMS])
 def test_steps_go_to_the_stop_time_as_it_rounds(name: str) -> None:
     with FORMS[name].instance() as one:
