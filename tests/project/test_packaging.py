@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import importlib.metadata
 import json
@@ -117,6 +118,17 @@ def test_every_fault_that_was_named_has_its_test() -> None:
         _issue, _fault, place = line.split(" | ")
         file, _, name = place.partition("::")
         assert f"def {name}(" in (ROOT / file).read_text(encoding="utf-8"), line
+
+
+def test_dataclasses_are_frozen_and_those_with_arrays_compare_as_themselves() -> None:
+    """Strokes, the tally and the summary of a batch are made step by step."""
+    for path in PACKAGE.rglob("*.py"):
+        for made in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(made, ast.ClassDef) and made.name not in ("Strokes", "Tally", "BatchSummary"):
+                types = " ".join(ast.unparse(one.annotation) for one in made.body if isinstance(one, ast.AnnAssign))
+                flags = "frozen=True, eq=False" if re.search("Array|DataFrame", types) else "frozen=True"
+                said = [ast.unparse(one) for one in made.decorator_list if "dataclass" in ast.unparse(one)]
+                assert not said or flags in said[0], made.name
 
 
 @pytest.mark.slow

@@ -247,6 +247,13 @@ def test_shares_of_a_limit_do_not_depend_on_the_size_of_both() -> None:
     assert shares[0] == pytest.approx(shares[1], rel=1e-9)
 
 
+def test_a_pulse_has_a_million_points_at_most() -> None:
+    many = ((0.0, 1.0),) * 999_999 + ((1.0, 1.0),)
+    assert pulses.TabulatedPulse(many).shortest > 0.0
+    with pytest.raises(MountedSystemError, match="2 to 1,000,000 points, got 1000001"):
+        pulses.TabulatedPulse((*many, (1.0, 1.0)))
+
+
 STIFFNESS, PEAK = 1.0e4, 150.0
 
 

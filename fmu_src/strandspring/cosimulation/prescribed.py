@@ -22,7 +22,7 @@ _MODEL_VALUES: Mapping[str, ArrayLike] = {}
 _STEP = 1e-3  # s
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PrescribedMotion:
     """What a spring FMU answers to a displacement path; all of shape (K,), row by row at the same time.
 

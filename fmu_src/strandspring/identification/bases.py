@@ -77,7 +77,7 @@ def amplifier_columns(y: FloatArray, degree: int) -> FloatArray:
     return b_splines(np.clip(y, -1.0, 1.0), degree, np.empty(0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shape:
     """FE and FA of a fit as they are saved, over a range [m]."""
 

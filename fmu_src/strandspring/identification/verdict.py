@@ -20,7 +20,7 @@ from .samples import Samples
 _USABLE = 0.15  # error of a usable spring: mounts of one type differ in stiffness by as much
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
     """Root mean squares on some rows over the deviation of the force there."""
 

@@ -33,7 +33,7 @@ class BadRow:
     has_thousands: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ReadRows:
     """The rows of a table.
 
