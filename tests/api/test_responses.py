@@ -35,6 +35,22 @@ def test_rows_have_the_bits_of_single_calls(base: SpringParameters, places: Any,
             assert np.array_equal(found.absorbed_energy[k], alone.absorbed_energy(path, start))
 
 
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_gradients_are_difference_quotients(name: str) -> None:
+    """Of fourth order; 1e-6 of the largest value, as tables of neighbouring n and sigma differ by rounding."""
+    p = replace(EXAMPLES[name], sigma=EXAMPLES[name].sigma + 0.1)  # off its bound
+    path = along(p, TURNS)[None]
+    found = responses(Spring(p), path, by="all", quantities=ALL, omega_start=0.3)
+    for field in ("kappa_omega", "rho", "sigma", "n"):
+        steps = np.array([-2.0, -1.0, 1.0, 2.0]) * 1e-4 * getattr(p, field)
+        near = responses(Spring(p), path, {field: getattr(p, field) + steps}, quantities=ALL, omega_start=0.3)
+        for quantity in ALL:
+            at = near.values[quantity]
+            quotient = (8.0 * (at[2] - at[1]) - (at[3] - at[0])) / (12.0 * steps[2])
+            by = found.gradients[quantity][field][0]
+            assert by == pytest.approx(quotient, abs=1e-6 * np.abs(at).max() / getattr(p, field)), (quantity, field)
+
+
 def test_what_is_no_spring_is_left_out_where_that_is_asked_for() -> None:
     mount = Spring(EXAMPLES["wire_rope"])
     many = mount.responses(along(mount.parameters, TURNS), {"rho": [400.0, -1.0, 600.0]}, by=["n"], impossible="nan")
