@@ -16,14 +16,14 @@ OMEGA = 60.0  # rad/s
 
 
 def mass_on(
-    spring: SpringParameters, basis: FourierBasis, limits: tuple[float, float] = (-np.inf, np.inf)
+    spring: SpringParameters, basis: FourierBasis, limits: tuple[float, float] = (-np.inf, np.inf), bend: float = 0.0
 ) -> BalancedSystem:
-    """Three rows of two springs."""
+    """Three rows of two springs, moved by z + bend*z^2/2."""
     axes = rows("BalancedAxis", 1, parallel=3.0, series=2.0, position=spring.displacement_offset, damping=15.0)
     axes["stop_low"], axes["stop_high"] = -np.inf, np.inf
     axes["low"], axes["high"] = limits
     return BalancedSystem(
-        springs=[spring], axes=axes, basis=basis, mass=5.0, along=np.ones((1, 1)), bend=np.zeros((1, 1, 1)),
+        springs=[spring], axes=axes, basis=basis, mass=5.0, along=np.ones((1, 1)), bend=np.full((1, 1, 1), bend),
         load=np.array([150.0]), forcing=np.array([[20.0], [1e-3]]), level_text="",
     )  # fmt: skip
 
@@ -34,11 +34,12 @@ def motion(basis: FourierBasis, amplitude: float) -> FloatArray:
     return z
 
 
+@pytest.mark.parametrize("bend", [0.0, 0.002])  # products beyond the basis are left out of the Jacobian
 @pytest.mark.parametrize("amplitude", [1e-4, 1e-3, 1e-2, 0.3])  # the last saturates on every stroke
 @pytest.mark.parametrize("spring", [MOUNT, TABLE, EXAMPLES["hardening"]], ids=["cusp", "table", "smooth"])
-def test_derivatives_are_those_of_finite_differences(spring: SpringParameters, amplitude: float) -> None:
+def test_derivatives_are_those_of_finite_differences(spring: SpringParameters, amplitude: float, bend: float) -> None:
     basis = fourier_basis(7, 128)
-    mass, z = mass_on(spring, basis), motion(basis, amplitude)
+    mass, z = mass_on(spring, basis, bend=bend / amplitude), motion(basis, amplitude)
     found, step = mass.at(z, OMEGA), 1e-5 * amplitude
     errors = []
     for k, unit in enumerate(np.eye(z.size)):
