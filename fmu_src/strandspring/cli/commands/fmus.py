@@ -5,8 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -18,11 +17,8 @@ from ...ground.files import readable, refuse_unwritable
 from ...loops.reading import Reading
 from ...model.names import identifier
 from ..shared import options as opt
-from ..shared.output import note, note_cautions, present, refusal, reporting, working
+from ..shared.output import note, present, refusal, remark, remark_on, reporting, result_json, working
 from ..shared.paths import refuse_overwriting
-
-if TYPE_CHECKING:
-    pass
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
@@ -114,7 +110,7 @@ def build(
         opt.refuse_reading(Reading() if record else reading, "records", f"{sources[0]} is a model file", **of_records)
         model, model_path = load_model(sources[0]), Path(sources[0])
         records = tuple(opt.read_records(record, reading)) if record else ()
-        note_cautions(stated_cautions(model))
+        remark_on(stated_cautions(model))
         for kind in kinds:
             refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
     else:
@@ -134,7 +130,7 @@ def build(
             written = {"--models": model_path, "--output": target(settings, folder, chosen, kind)}
             refuse_overwriting(opt.record_files(sources), written)
         identification = identified(sources, reading, Fitting())
-        note_cautions(identification.findings)
+        remark(identification.sentences)
         model = saved_model(model_path, identification.model_file(chosen, options["description"]))
         records = identification.records
     origin = origin_of(sources[0], zero, model.parameters)
@@ -178,13 +174,10 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
             verifications.append(strandspring.verify(fmu))
     problems = [(verification.path, check) for verification in verifications for check in verification.problems]
     fmu, first = problems[0] if problems else ("", None)
-    # The first problem is the refusal, and is said once.
-    others = [replace(one, checks=tuple(each for each in one.checks if each is not first)) for one in verifications]
-    lines = [line for verification in others for line in verification.text_lines(None)]
-    made = SimpleNamespace(
-        as_json=lambda: {"fmus": [verification.as_json() for verification in verifications]}, text_lines=lambda _: lines
-    )
-    present(as_json, made, {})
+    if as_json:
+        result_json({"fmus": [verification.as_json() for verification in verifications]})
+    for one in () if as_json else verifications:  # the first problem is the refusal, and is said once
+        present(False, replace(one, checks=tuple(check for check in one.checks if check is not first)), {})
     if first is not None:
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
         refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))

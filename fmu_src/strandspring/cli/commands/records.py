@@ -14,7 +14,6 @@ import strandspring
 from ...api.options import Fitting
 from ...campaigns.jobs.options import Workers
 from ...errors import Reader
-from ...findings import CAUTIONS
 from ...ground.files import user_cache
 from ...ground.options import Option
 from ...loops.reading import Reading
@@ -50,7 +49,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
     """
     from ...api.overview import Overview
 
-    refuse_overwriting(opt.record_files(records), {"--output": output}, ".html")
+    refuse_overwriting(opt.record_files(records), {"--output": output})
     group = opt.read_records(records, reading)
     page = user_cache() / "record.html" if output is None else Path(output)
     with out.working("Drawing the page"):
@@ -98,7 +97,7 @@ def identify(
     if report is None and details != ReportDetails():
         raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
     outputs = {"--output": output, "--report": report, "--figure": figure}
-    refuse_overwriting(opt.record_files(records), outputs, ".json")
+    refuse_overwriting(opt.record_files(records), outputs)
     from ...api.common.text import verdict_json
     from ...loops.campaign import campaign_verdicts
     from ...model.modelfile import save_model
@@ -108,11 +107,6 @@ def identify(
     name, description = options["name"] or identifier(Path(output).stem), options["description"]
     identification = identified(records, options["reading"], options["fitting"])
     model = identification.model_file(name, description)
-    verdict = [] if identification.verdict is None else [str(identification.verdict)]
-    if not as_json:
-        for line in verdict:
-            out.result(out.folded(line, out.width_of(sys.stdout)))
-    out.note_cautions(identification.findings, _FINDINGS)
     save_model(output, model)
     if report is not None:
         with out.working("Drawing the report"):
@@ -122,14 +116,9 @@ def identify(
     # For one record that holds several amplitudes or frequencies there is `info`.
     of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, of_campaign)
-
-    def more() -> list[str]:
-        sentences = [found.sentence for found in of_campaign if found is not None]
-        return [*out.noted(identification.all_findings), *(sentences if out.is_verbose() else [])]
-
     content = {"name": model.name, "rate_independence": rate, "overlap": overlap}
     files = {"model": ("Model file", output), "report": ("Report", report), "figure": ("Figure", figure)}
-    out.present(as_json, identification, content, more, len(verdict), **files)
+    out.present(as_json, identification, content, _FINDINGS, **files)
 
 
 def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:
@@ -176,15 +165,6 @@ def identify_many(
         out.note(
             f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
         )
-    if not as_json:
-        is_brief, found = not out.is_verbose(), many.batch.found
-        for line in found.lines(Reader.COMMAND_LINE, CAUTIONS, is_brief):
-            out.note(f"Caution: {line}")
-        for line in (
-            *out.noted(many.left_out),
-            *map("Note: {}".format, found.lines(Reader.COMMAND_LINE, out.notable())),
-        ):
-            out.note(line)
     out.present(as_json, many, {}, table=("Table", many.batch.table))
     if not many.is_complete:
         out.refusal(f"strandspring: {many.problem}")

@@ -15,7 +15,7 @@ from ...campaigns.planning.limits import Limits
 from ...ground.options import Option
 from ...loops.reading import Reading
 from ..shared import options as opt
-from ..shared.output import is_verbose, note, note_cautions, noted, present, result, save, working
+from ..shared.output import note, present, remark, remark_on, result, save, working
 from ..shared.paths import refuse_overwriting
 
 if TYPE_CHECKING:
@@ -67,14 +67,13 @@ def info(
         system: Any = strandspring.info(model, *records)
         present(as_json, system, {"system": model})
         return
-    refuse_overwriting([model, *opt.record_files(records)], {"--save": save}, ".json")
+    refuse_overwriting([model, *opt.record_files(records)], {"--save": save})
     content = load_model(model)  # a bad model is refused before long records are read
     if save is not None:
         save_model(save, content)
     group = opt.read_records(records, reading)
     with working("Measuring loops"):
         information: Any = strandspring.info(model, group, **options)
-    note_cautions(information.findings)
     present(as_json, information, {"model": model}, saved=("Model file", save))
 
 
@@ -99,12 +98,11 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
     """
     from ...model.modelfile import load_model
 
-    refuse_overwriting((model, *opt.record_files(records)), {"--output": output}, ".csv")
+    refuse_overwriting((model, *opt.record_files(records)), {"--output": output})
     load_model(model)  # a bad model is refused before long records are read
     group = opt.read_records(records, reading)
     with working("Predicting"):
         prediction = strandspring.predict(model, group)
-    note_cautions(prediction.findings)
     if output is not None:
         if prediction.interval is None:
             note(
@@ -147,12 +145,7 @@ def compare(
     with working("Comparing"):
         comparison = strandspring.compare(a, b, group, comparing=comparing)
         save(comparison, None, plot)
-    note_cautions(comparison.findings)
-
-    def notes() -> list[str]:
-        return noted(comparison.findings) if is_verbose() else []
-
-    present(as_json, comparison, {}, notes, plot=("Plot", plot))
+    present(as_json, comparison, {}, plot=("Plot", plot))
 
 
 @click.command(cls=opt.OptionsCommand)
@@ -185,7 +178,7 @@ def plan(
     is_model = len(sources) == 1 and is_model_path(sources[0])
     if is_model or not sources:
         opt.refuse_reading(reading, "records", "there are none")
-    refuse_overwriting(sources if is_model else opt.record_files(sources), {"--output": output, "--plot": plot}, ".csv")
+    refuse_overwriting(sources if is_model else opt.record_files(sources), {"--output": output, "--plot": plot})
     source: Any = None
     if is_model:
         source = load_model(sources[0])
@@ -193,12 +186,12 @@ def plan(
         group = opt.read_records(sources, reading)
         with working("Identifying"):
             source = strandspring.identify(group)
-        note_cautions(source.findings)
+        remark(source.sentences)
     with working("Planning"):
         test = strandspring.plan(source, stiffness=stiffness, limits=limits)
     save(test, output, plot)
     files: dict[str, Any] = {"program": ("Programme", output), "plot": ("Plot", plot)}
-    present(as_json, test, {}, lambda: noted(test.findings), **files)
+    present(as_json, test, {}, **files)
 
 
 _RECORD: opt.Decorator = opt.together(
@@ -226,10 +219,10 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
     """
     from ...model.modelfile import load_model
 
-    refuse_overwriting([model], {"--output": output}, ".csv")
+    refuse_overwriting([model], {"--output": output})
     content = load_model(model)
     record = strandspring.synthesize(content, amplitudes, sampling=sampling)
-    note_cautions(replace(record, path=output).found)
+    remark_on(replace(record, path=output).found)
     _write(output, record, sampling, 0.0)
 
 
@@ -247,7 +240,7 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
       strandspring synthesize ni -o table1.csv --clean true.csv
       strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
-    refuse_overwriting((), {"--output": output, "--clean": clean}, ".csv")
+    refuse_overwriting((), {"--output": output, "--clean": clean})
     record = strandspring.synthesize("ni", amplitude, sampling=sampling)
     _write(output, record, sampling, 0.03)
     if clean is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from ...ground.options import Option
 from ...vibration.one_mass.options import Curve, Levels, Mount
 from ...vibration.options import Part, Run, StudyRun
 from ..shared import options as opt
-from ..shared.output import note, present, remarks_on, reporting, reporting_kept, result, save
+from ..shared.output import note, present, reporting, reporting_kept, result, save
 from ..shared.paths import REPORT_FILE, refuse_overwriting
 
 _FACTORS = Option(
@@ -77,7 +76,7 @@ def isolate(
     is_of_system = is_system(models[0])
     where, others = models[0], {"verify": verify} if is_of_system else {"report": report}
     refuse_given(f"{OF_MODELS}; leave it out." if is_of_system else OF_SYSTEMS, where, **others)
-    refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report}, ".csv")
+    refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report})
     with reporting() as progress:
         isolation: Any = strandspring.isolate(models, candidates=candidates or None, **options, progress=progress)
     files: dict[str, Any] = {"output": ("Curves", output), "plot": ("Plot", plot), "report": ("Report", report)}
@@ -88,7 +87,7 @@ def isolate(
             isolation = replace(isolation, checked=isolation.verify(progress))
     save(isolation, output, plot, report)
     content = {"system": isolation.source} if is_of_system else {}
-    present(as_json, isolation, content, partial(remarks_on, isolation), **files)
+    present(as_json, isolation, content, **files)
 
 
 @click.command(cls=opt.OptionsCommand)
@@ -131,7 +130,7 @@ def simulate(
     from ...vibration.description.system_file import load_system_file
 
     file = load_system_file(system)
-    refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot}, ".csv")
+    refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot})
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
     with_courses = as_json or report is not None or histories is not None
@@ -143,7 +142,7 @@ def simulate(
     courses = () if histories is None else simulation.save_histories(histories)
     content = {"file": system, "histories": [str(path) for path in courses]}
     files: dict[str, Any] = {"output": ("Figures", output), "report": ("Report", report), "plot": ("Plot", plot)}
-    present(as_json, simulation, content, partial(remarks_on, simulation), **files)
+    present(as_json, simulation, content, **files)
     if histories is not None and not as_json:
         result(f"Histories: {len(courses)} files in {histories}")
 
@@ -211,7 +210,7 @@ def study(
     is_of_system = is_system(model)
     if not is_of_system:
         refuse_given(OF_SYSTEMS, model, plot=plot)
-    refuse_overwriting([model], {"--output": output, "--output's journal": journal, "--plot": plot}, ".csv")
+    refuse_overwriting([model], {"--output": output, "--output's journal": journal, "--plot": plot})
     with reporting_kept("runs", journal) as progress:
         studied: Any = strandspring.study(
             model,
@@ -224,4 +223,4 @@ def study(
     save(studied, None, plot)
     written: dict[str, Any] = {"output": ("Results", output), **({"plot": ("Plot", plot)} if is_of_system else {})}
     content = {"system" if is_of_system else "model": model}
-    present(as_json, studied, content, partial(remarks_on, studied), **written)
+    present(as_json, studied, content, **written)

@@ -21,8 +21,8 @@ from ...ground.options import Option, options_of
 from ...loops.reading import Reading, entries
 from ...loops.windows import is_window
 from ...model.names import check_name
-from .output import note_records, progress, verbose_option
-from .paths import PLOT_FILE, FileNamed
+from .output import progress, remark_on, verbose_option
+from .paths import PLOT_FILE, OutputFile
 
 if TYPE_CHECKING:
     from ...records.record import Record
@@ -105,7 +105,7 @@ class Written(click.types.StringParamType):
 
 def written(metavar: str, text: str, flags: str = "-o --output", is_required: bool = False) -> Decorator:
     """A file to write, whose name gets the ending of the metavar."""
-    kind = FileNamed(f".{metavar.partition('.')[2]}")
+    kind = OutputFile(f".{metavar.partition('.')[2]}")
     return given(*flags.split(), type=kind, metavar=metavar, required=is_required, help=text)
 
 
@@ -319,7 +319,7 @@ def read_records(paths: Sequence[str], reading: Reading) -> list[Record]:
     if not paths and reading != Reading():
         raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
     records = [of_file.read(path) for path, of_file in progress(entries(paths, reading), "Reading records")]
-    note_records(records)
+    remark_on(finding for record in records for finding in record.found)
     return records
 
 

@@ -6,7 +6,6 @@ rich takes as long to import as the rest of a short command, so that it is impor
 from __future__ import annotations
 
 import json
-import math
 import os
 import re
 import shutil
@@ -25,7 +24,6 @@ from ...findings import CAUTIONS, NOTES, Finding, Severity, gathered, of_severit
 if TYPE_CHECKING:
     from rich.progress import Progress
 
-    from ...records.record import Record
 
 WIDTH = 80  # columns, where no terminal says how many it has
 Item = TypeVar("Item")
@@ -140,35 +138,29 @@ def note(text: str) -> None:
     click.echo(folded(text, width_of(sys.stderr)), err=True)
 
 
-def notable() -> tuple[Severity, ...]:
-    """What is noted beside cautions: with --verbose also what was read as the file or the user says."""
-    return (*NOTES, Severity.STATED) if is_verbose() else NOTES
+def remark(sentences: Callable[..., Sequence[str]], most: int | None = None) -> None:
+    """Report cautions, counting those beyond a number, and notes; with --verbose all of them with their details.
 
-
-def note_records(records: Iterable[Record]) -> None:
-    """Report what was assumed, and what was left out, when records were read."""
-    found = [finding for record in records for finding in record.found]
-    note_cautions(found)
-    for line in noted(found):
-        note(line)
-
-
-def noted(findings: Iterable[Finding]) -> list[str]:
-    """Lines of what is good to know."""
-    return [f"Note: {sentence}" for sentence in gathered(of_severity(findings, notable()), Reader.COMMAND_LINE)]
-
-
-def note_cautions(findings: Iterable[Finding], most: int | None = None) -> None:
-    """Report what asks for caution, each in few words, and count those beyond a number; with --verbose all, with their
-    details.
+    Parameters
+    ----------
+    sentences : callable   Gives the sentences of some severities for a reader, in few words if the third is true.
+    most : int or None     So many cautions are printed at most.
     """
     is_brief = not is_verbose()
-    sentences = list(gathered(of_severity(findings, CAUTIONS), Reader.COMMAND_LINE, is_brief))
-    shown = len(sentences) if most is None or not is_brief else most
-    for sentence in sentences[:shown]:
+    cautions = sentences(CAUTIONS, Reader.COMMAND_LINE, is_brief)
+    shown = len(cautions) if most is None or not is_brief else most
+    for sentence in cautions[:shown]:
         note(f"Caution: {sentence}")
-    if more := len(sentences[shown:]):
+    if more := len(cautions[shown:]):
         note(f"and {more} more: see the report, --verbose or --json")
+    for sentence in sentences(NOTES if is_brief else (*NOTES, Severity.STATED), Reader.COMMAND_LINE, is_brief):
+        note(f"Note: {sentence}")
+
+
+def remark_on(findings: Iterable[Finding]) -> None:
+    """Report findings of what is no result."""
+    found = tuple(findings)
+    remark(lambda severities, *reader: [*gathered(of_severity(found, severities), *reader)])
 
 
 def refusal(text: str) -> None:
@@ -181,35 +173,28 @@ def result(text: str) -> None:
     click.echo(text)
 
 
-def present(
-    as_json: bool, made: Any, content: dict[str, Any], more: Callable[[], Iterable[str]] = tuple, said: int = 0,
-    **files: Any,
-) -> None:  # fmt: skip
-    """A result on standard output, as one JSON object or in words, with the files that were written.
+def present(as_json: bool, made: Any, content: dict[str, Any], most: int | None = None, **files: Any) -> None:
+    """A result: on standard output one JSON object, or words with the files that were written, and then what is found
+    on standard error.
 
     Parameters
     ----------
     as_json : bool
-    made : Result        What has `as_json`, `text_lines` (with --verbose), and perhaps `brief`.
+    made : Result
     content : dict       What the JSON object has besides, or instead.
-    more : callable      Gives further lines.
-    said : int           Lines that were printed already.
+    most : int or None   So many cautions are printed at most, without --verbose.
     **files              By their key in the JSON object the title in words, and the path; None if it was not written.
     """
     if as_json:
         paths = {key: None if path is None else str(path) for key, (_, path) in files.items()}
         result_json({**made.as_json(), **content, **paths})
         return
-    lines = made.text_lines if is_verbose() else getattr(made, "brief", made.text_lines)
+    lines = made.text_lines if is_verbose() else made.brief
     width = width_of(sys.stdout)
     written = (f"{title}: {path}" for title, path in files.values() if path is not None)
-    for line in (*lines(width)[said:], *more(), *written):
+    for line in (*lines(width), *written):
         result(folded(line, width))
-
-
-def remarks_on(made: Any) -> list[str]:
-    """Cautions and notes of a result as lines of it."""
-    return list(made.said(Reader.COMMAND_LINE, not is_verbose()))
+    remark(made.sentences, most)
 
 
 def is_verbose() -> bool:
@@ -255,15 +240,9 @@ def save(content: Any, output: str | None, plot: str | None, report: str | None 
 
 def result_json(content: dict[str, Any]) -> None:
     """The result as one JSON object on standard output; NaN and infinity, which JSON lacks, become null."""
-    click.echo(json.dumps(_without_nan(content), indent=2, ensure_ascii=False, allow_nan=False))
+    from ...api.common.result import in_json
 
-
-def _without_nan(content: Any) -> Any:
-    if isinstance(content, dict):
-        return {key: _without_nan(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_without_nan(value) for value in content]
-    return None if isinstance(content, float) and not math.isfinite(content) else content
+    click.echo(json.dumps(in_json(content), indent=2, ensure_ascii=False, allow_nan=False))
 
 
 def drop_failing_output() -> bool:

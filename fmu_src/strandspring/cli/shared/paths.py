@@ -22,25 +22,29 @@ _PROMISES = frozenset(
         ".xlsx", ".xml", ".zip",
     )
 )  # fmt: skip
-# Options whose ending does not choose the format.
-_OF_ONE_FORMAT = {"--output", "--save", "--clean"}
 
 
-class FileOfFormat(click.types.StringParamType):
-    """A file to write, whose ending chooses the format.
+class OutputFile(click.types.StringParamType):
+    """A file to write.
 
     Parameters
     ----------
-    endings : str      With the dot.
+    endings : str   With the dot. If there are several, the name must have one of them, which chooses the format; a
+                    single one is added to a name without any that is not that of a file that is there, and a name that
+                    promises another format is refused.
     """
 
     def __init__(self, *endings: str) -> None:
         self._endings = endings
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        if Path(value).suffix.lower() not in self._endings:
+        path, (ending, *others) = Path(value), self._endings
+        if others and path.suffix.lower() not in self._endings:
             self.fail(f"must end in {', '.join(self._endings)}, got {str(value)!r}.", param, ctx)
-        return str(value)
+        if not others and path.suffix.lower() in _PROMISES - {ending}:
+            self.fail(f"{value} would be written as {ending}; give a name that ends in {ending}.", param, ctx)
+        is_bare = path.name and not path.suffix and not os.path.exists(value)  # noqa: PTH110 - of a long name, too
+        return f"{value}{ending}" if is_bare else str(value)
 
 
 class ReportFile(click.types.StringParamType):
@@ -54,39 +58,16 @@ class ReportFile(click.types.StringParamType):
         return str(value)
 
 
-class FileNamed(click.types.StringParamType):
-    """A file to write, whose name gets an ending where it has none and is not that of a file that is there.
-
-    Parameters
-    ----------
-    ending : str      With the dot.
-    """
-
-    def __init__(self, ending: str) -> None:
-        self._ending = ending
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:  # noqa: ARG002
-        path = Path(value)
-        is_bare = path.name and not path.suffix and not os.path.exists(value)  # noqa: PTH110 - of a long name, too
-        return f"{value}{self._ending}" if is_bare else str(value)
+PLOT_FILE, REPORT_FILE = OutputFile(*SUFFIXES), ReportFile()
 
 
-PLOT_FILE = FileOfFormat(*SUFFIXES)
-REPORT_FILE = ReportFile()
-
-
-def refuse_overwriting(
-    inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None], ending: str | None = None
-) -> None:
+def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None]) -> None:
     """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
-
-    So is one whose name promises another format than is written.
 
     Parameters
     ----------
     inputs : iterable of paths
     outputs : mapping            Path of each option; None where nothing is written.
-    ending : str or None         With the dot, of what --output, --save and --clean write; None if it may be anything.
 
     Raises
     ------
@@ -107,11 +88,6 @@ def refuse_overwriting(
         written[option] = path
     for path in written.values():
         refuse_unwritable(Path(path))
-    for option in sorted(_OF_ONE_FORMAT & written.keys()):
-        if ending is not None and Path(written[option]).suffix.lower() in _PROMISES - {ending}:
-            raise click.UsageError(
-                f"{option} {written[option]} would be written as {ending}; give a name that ends in {ending}."
-            )
 
 
 def _is_same_file(path: str | Path, other: str | Path) -> bool:
