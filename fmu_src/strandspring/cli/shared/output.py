@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
 WIDTH = 80  # columns, where no terminal says how many it has
 Item = TypeVar("Item")
 _VERBOSE = "strandspring.verbose"  # key of click's context
-_TITLE_OF_PATH = re.compile(r"[A-Z][\w ]*: (?=\S*[/\\])")
-_UNBROKEN = "\N{NO-BREAK SPACE}"
 
 
 def _keep_verbose(context: click.Context, _option: click.Parameter, is_verbose: bool) -> None:
@@ -191,9 +188,11 @@ def present(as_json: bool, made: Any, content: dict[str, Any], most: int | None 
         return
     lines = made.text_lines if is_verbose() else made.brief
     width = width_of(sys.stdout)
-    written = (f"{title}: {path}" for title, path in files.values() if path is not None)
-    for line in (*lines(width), *written):
+    for line in lines(width):
         result(folded(line, width))
+    for title, path in files.values():
+        if path is not None:
+            result(f"{title}: {path}")
     remark(made.sentences, most)
 
 
@@ -211,7 +210,7 @@ def width_of(stream: TextIO) -> int | None:
 
 
 def folded(line: str, width: int | None) -> str:
-    """A line of words in several of at most a width, as far as its words allow it; a path stays beside its title.
+    """A line of words in several of at most a width, as far as its words allow it.
 
     Examples
     --------
@@ -222,9 +221,8 @@ def folded(line: str, width: int | None) -> str:
     if width is None or len(line) <= width:
         return line
     indent = " " * (len(line) - len(line.lstrip()) + 2)
-    kept = _TITLE_OF_PATH.sub(lambda title: title[0].replace(" ", _UNBROKEN), line)
-    parts = wrap(kept, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-    return "\n".join(parts).replace(_UNBROKEN, " ")
+    parts = wrap(line, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(parts)
 
 
 def save(content: Any, output: str | None, plot: str | None, report: str | None = None) -> None:
