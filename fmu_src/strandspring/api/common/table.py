@@ -92,34 +92,6 @@ def _value(row: Any, key: str) -> Any:
     return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
 
 
-@dataclass(frozen=True)
-class _Column:
-    """A column: its lines of heading, its lines in each row, and whether they are aligned to the left."""
-
-    heading: list[str]
-    cells: list[list[str]]
-    is_left: bool
-
-    @property
-    def width(self) -> int:
-        return max(_width(line) for lines in (self.heading, *self.cells) for line in lines)
-
-    def folded(self) -> _Column:
-        """With the words of the heading one below the other where it is wider than the cells."""
-        (heading,) = self.heading
-        words = [*heading.split(), *(line for lines in self.cells for line in lines)]
-        return _Column(_wrapped(heading, max(map(_width, words))), self.cells, self.is_left)
-
-    def folded_to(self, width: int) -> _Column:
-        """With all text folded at a width."""
-        heading, *cells = (_wrapped(text, width) for (text,) in (self.heading, *self.cells))
-        return _Column(heading, cells, self.is_left)
-
-    def padded(self, text: str) -> str:
-        space = " " * (self.width - _width(text))
-        return _GAP + (text + space if self.is_left else space + text)
-
-
 def table_lines(
     headings: Sequence[str], rows: Iterable[Sequence[str]], left: Collection[str] = (), width: int | None = None
 ) -> list[str]:
@@ -141,39 +113,54 @@ def table_lines(
     >>> table_lines(["spring", "mass kg", "sag mm"], [["mount", "4", "12"]], left=["spring"], width=14)
     ['  spri  mass', '  ng      kg', '  moun     4', '  t', '', '  spri  sag', '  ng     mm', '  moun   12', '  t']
     """
-    cells = list(zip(*rows, strict=True)) or [()] * len(headings)
-    columns = [
-        _Column([heading], [[text] for text in texts], heading in left)
-        for heading, texts in zip(headings, cells, strict=True)
+    columns = [[[text] for text in column] for column in zip(headings, *rows, strict=True)]
+    is_left = [heading in left for heading in headings]
+    if width is None or _width_of(columns) <= width:
+        return _lines(columns, is_left)
+    # Headings are folded to the width of the cells, or of their longest word.
+    folded = [
+        [_wrapped(heading, max(_width_of([[heading.split()]]), _width_of([cells])) - len(_GAP)), *cells]
+        for ((heading,), *cells) in columns
     ]
-    if width is None or sum(column.width + len(_GAP) for column in columns) <= width:
-        return _lines(columns)
-    texts = [column for column in columns if column.is_left]
+    texts = [k for k, at_left in enumerate(is_left) if at_left]
     if texts:
-        widest = max(texts, key=lambda column: column.width)
-        shorter = [column if column is widest else column.folded() for column in columns]
-        spare = width - sum(len(_GAP) + column.width for column in shorter) + widest.width
-        if spare >= min(widest.width, _LEAST):
-            return _lines([column.folded_to(spare) if column is widest else column for column in shorter])
-    label = next((column for column in columns if column.is_left), columns[0])
-    title = label.folded_to(max(1, width // 3))
-    bands: list[list[_Column]] = []
-    for column in (column.folded() for column in columns if column is not label):
-        if not bands or sum(part.width + len(_GAP) for part in (*bands[-1], column)) > width:
-            bands.append([title])
-        bands[-1].append(column)
-    return [line for band in bands for line in ("", *_lines(band))][1:]
+        widest = max(texts, key=lambda k: _width_of([columns[k]]))
+        spare = width - _width_of([column for k, column in enumerate(folded) if k != widest]) - len(_GAP)
+        if spare >= min(_width_of([columns[widest]]) - len(_GAP), _LEAST):
+            folded[widest] = [_wrapped(text, spare) for (text,) in columns[widest]]
+            return _lines(folded, is_left)
+    label = texts[0] if texts else 0
+    title = [_wrapped(text, max(1, width // 3)) for (text,) in columns[label]]
+    bands: list[list[int]] = []
+    for k in (k for k in range(len(columns)) if k != label):
+        if not bands or _width_of([title, *(folded[j] for j in (*bands[-1], k))]) > width:
+            bands.append([])
+        bands[-1].append(k)
+    tables = (_lines([title, *(folded[k] for k in band)], [is_left[k] for k in (label, *band)]) for band in bands)
+    return [line for table in tables for line in ("", *table)][1:]
 
 
-def _lines(columns: Sequence[_Column]) -> list[str]:
+def _width_of(columns: Iterable[Sequence[Sequence[str]]]) -> int:
+    """Of columns beside each other, each after a gap; a column is the lines of its heading and of its cells."""
+    return sum(len(_GAP) + max((_width(line) for cell in column for line in cell), default=0) for column in columns)
+
+
+def _lines(columns: Sequence[Sequence[Sequence[str]]], is_left: Sequence[bool]) -> list[str]:
     """The lines of a table, whose headings stand at the bottom and whose cells at the top of their row."""
-    deepest = max(len(column.heading) for column in columns)
-    headings = [[""] * (deepest - len(column.heading)) + column.heading for column in columns]
+    deepest = max(len(heading) for heading, *_ in columns)
+    widths = [_width_of([column]) for column in columns]
     lines = []
-    for row in (headings, *zip(*(column.cells for column in columns), strict=True)):
+    for row in zip(
+        *([[""] * (deepest - len(heading)) + [*heading], *cells] for heading, *cells in columns), strict=True
+    ):
         for number in range(max(map(len, row))):
-            parts = [cell[number] if number < len(cell) else "" for cell in row]
-            lines.append("".join(column.padded(part) for column, part in zip(columns, parts, strict=True)).rstrip())
+            texts = [cell[number] if number < len(cell) else "" for cell in row]
+            padded = [
+                _GAP + text + space if at_left else space + _GAP + text
+                for text, width, at_left in zip(texts, widths, is_left, strict=True)
+                for space in [" " * (width - len(_GAP) - _width(text))]
+            ]
+            lines.append("".join(padded).rstrip())
     return lines
 
 
