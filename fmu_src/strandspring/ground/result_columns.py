@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -75,3 +75,15 @@ def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list
 def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:
     """The figures by their keys, for JSON and data frames."""
     return {column.key: getattr(figures, column.key) for column in columns}
+
+
+def value(row: Any, key: str) -> Any:
+    """What a row holds under a key, a mapping or an object with such an attribute; None if nothing."""
+    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
+
+
+def texts(columns: Sequence[ResultColumn], rows: Sequence[Any]) -> dict[ResultColumn, list[str]]:
+    """Texts of the cells of a table for people, by those of its columns of which something is known."""
+    held = {column: [value(row, column.key) for row in rows] for column in columns if column.short}
+    known = {column: of for column, of in held.items() if any(one is not None for one in of)}
+    return {column: [column.text(one) for one in of] for column, of in known.items()}
