@@ -52,10 +52,8 @@ class ResultColumn:
         """Its value among figures, in the unit for people."""
         return self.factor * float(getattr(figures, self.key))
 
-    def text(self, value: float | str | tuple[float, float] | None, sign: str = "") -> str:
-        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are,
-        and a pair as a range.
-        """
+    def text(self, value: float | str | tuple[float, float] | None) -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" if undefined; texts as they are, ranges."""
         if value is None or isinstance(value, str):
             return value or ""
         if isinstance(value, tuple):
@@ -64,12 +62,7 @@ class ResultColumn:
         if not math.isfinite(value):
             return "-"
         shown = f"{value * self.factor if abs(value * self.factor) >= _NOTHING else 0.0:.{self.digits}g}"
-        return sign + (f"{float(shown):.0f}" if "e+0" in shown else shown)
-
-
-def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:
-    """A row of a table for a terminal; empty where these figures lack one."""
-    return [column.text(getattr(figures, column.key, None), sign) for column in columns]
+        return f"{float(shown):.0f}" if "e+0" in shown else shown
 
 
 def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:
