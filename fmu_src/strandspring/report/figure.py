@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..core.parameters import SpringParameters
 from ..errors import IsolationError, ModelError, StrandspringError
 from ..findings import Outcome
 from ..ground.gravity import STANDARD_GRAVITY
@@ -89,6 +90,11 @@ class RecordView:
         """Measured minus predicted force [N]; NaN where a sample is not compared."""
         return self.compared(self.record.force - self.fit.predicted)
 
+    def left_out(self, x: FloatArray) -> list[Curve]:
+        """The measured force over what is given, where it is not compared."""
+        y = np.where(self.is_compared, np.nan, self.record.force)
+        return [] if self.is_compared.all() else [Curve(x, y, "not compared", "faint", record=self.place)]
+
     def over_cycles(self, force: FloatArray, name: str, colour: str, style: str = "-", width: float = 0.9) -> Curve:
         """A force over the displacement, of some of many cycles of two strokes each, evenly chosen."""
         turning = self.strokes.turning
@@ -127,7 +133,8 @@ class Evaluation:
 
     def prose(self, text: str) -> str:
         """A text with the records' paths cut down to the names of their files."""
-        for view in sorted(self.views, key=lambda view: -len(view.record.path)):
+        in_folders = (view for view in self.views if PurePath(view.record.path).name != view.record.path)
+        for view in sorted(in_folders, key=lambda view: -len(view.record.path)):
             text = text.replace(view.record.path, view.name)
         return text
 
@@ -172,8 +179,8 @@ class Evaluation:
             ends = ((middle - share * half, middle + share * half) for share in _AMPLITUDES.tolist())
             return tuple(steady_loop(solver, *pair).figures for pair in ends)
 
-        def figures(moved: object) -> FloatArray:
-            return np.array([[getattr(of, column.key) for column in PANELS] for of in loops(PathSolver(moved))])  # type: ignore[arg-type]
+        def figures(moved: SpringParameters) -> FloatArray:
+            return np.array([[getattr(of, column.key) for column in PANELS] for of in loops(PathSolver(moved))])
 
         joint = JointCovariance.from_uncertainty(p, whole.uncertainty)
         reach = np.full((_AMPLITUDES.size, len(PANELS)), np.nan)
@@ -189,9 +196,7 @@ def loops(e: Evaluation) -> Chart:
     """Measured and predicted loops over each other."""
     curves = []
     for view in e.shown:
-        before = np.where(view.is_compared, np.nan, view.record.force)
-        if view.fit.first_sample or not view.is_compared.all():
-            curves.append(Curve(view.record.displacement, before, "not compared", "faint", record=view.place))
+        curves += view.left_out(view.record.displacement)
         curves.append(view.over_cycles(view.record.force, "measured", "measured", width=1.3))
         if differ(view.fit.figures, view.fitted.figures):
             curves.append(view.over_cycles(view.fitted.predicted, "as fitted", "faint", "--"))
@@ -216,9 +221,8 @@ def force(e: Evaluation) -> Chart:
     axis, times = _along(e)
     curves = []
     for view in e.shown:
-        t, before = times(view), np.where(view.is_compared, np.nan, view.record.force)
-        measured, modelled = view.compared(view.record.force), view.compared(view.fit.predicted)
-        curves.append(Curve(t, before, "not compared", "faint", record=view.place))
+        t, measured, modelled = times(view), view.compared(view.record.force), view.compared(view.fit.predicted)
+        curves += view.left_out(t)
         curves.append(Curve(t, measured, "measured", "measured", record=view.place, width=1.3))
         curves.append(Curve(t, modelled, "model", "model", record=view.place))
     samples, of = sum(view.fit.samples for view in e.views), sum(len(view.record) for view in e.views)

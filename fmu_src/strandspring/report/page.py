@@ -23,7 +23,7 @@ from ..ground.files import write_text
 from ..ground.result_columns import ResultColumn
 from ..ground.result_columns import texts as texts_of
 from . import check_report_path
-from .drawing import LIGHT, STYLE, Chart, Curve, draw, superscript
+from .drawing import LIGHT, STYLE, Chart, draw, superscript
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 _MOST_ROWS = 400  # of a table
 _SIZES = {"wide": (8.8, 2.75), "half": (4.3, 2.3), "square": (4.3, 4.3)}  # of figures [inches]
 _LEFT, _RIGHT, _BELOW, _ABOVE, _LETTER = 46.0, 12.0, 28.0, 6.0, 3.8  # room about axes, and of a letter [points]
-_SWATCHES = {"--": "2px dashed", ":": "2px dotted", "-": "2px solid", "band": "8px solid"}  # else marks
+_SWATCHES = {"--": "2px dashed {}", ":": "2px dotted {}", "-": "2px solid {}", "band": "8px solid {}; opacity: 0.4"}
+_MARKS = "6px dotted {}"  # other swatches of legends
+_SVG = '<svg class="plot" role="img" aria-labelledby="title-{}" viewBox="0 0 {:g} {:g}" data-scales="{}">{}</svg>'
 _NONE: Mapping[str, Any] = {}
 _EXPONENT = re.compile(r"(?<![\w.])(\d+(?:\.\d+)?)e([+-]\d{2,3})\b")
 _MINUS = re.compile(r"(?<![\w.)-])-(?=\.?\d)")
@@ -194,60 +196,44 @@ def printed(text: str) -> str:
     return _BEFORE_UNIT.sub("\N{NO-BREAK SPACE}", words)
 
 
-class Panel(NamedTuple):
-    """A chart on a page: place of its record where each has its own, SVG, and names in the legend with their looks."""
+def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> Iterator[tuple[int | None, str, dict[str, str]]]:
+    """Of each panel the place of its record if each has its own, its SVG, and the looks of what is in the legend.
 
-    record: int | None
-    svg: Any
-    legend: list[tuple[str, str]]
-
-
-def _panels(chart: Chart, papers: dict[Any, tuple[Figure, Axes]]) -> list[Panel]:
-    return [_panel(chart, record, papers) for record in (chart.records if chart.is_apart else (None,))]
-
-
-def _panel(chart: Chart, record: int | None, papers: dict[Any, tuple[Figure, Axes]]) -> Panel:
-    """A chart, of one record or of all; axes of one kind are used again, as making them takes longer than the rest."""
+    Axes of one kind are used again, as making them takes longer than all the rest.
+    """
     from markupsafe import Markup
     from matplotlib import rc_context
     from matplotlib.figure import Figure as Paper
 
     kind = (chart.form, chart.log, tuple(chart.places))
-    key = f"{chart.key}-{'' if record is None else record}"
-    with rc_context({**STYLE, "svg.fonttype": "none", "svg.hashsalt": key, "path.simplify_threshold": 0.3}):
-        if kind not in papers:
-            figure = Paper(_SIZES[chart.form], dpi=72)
-            width, height = figure.bbox.size
-            below = max([_BELOW, *(8.0 + _LETTER * min(len(name), 30) for name in chart.places)])
-            room = (1.0 - (_LEFT + _RIGHT) / width, 1.0 - (below + _ABOVE) / height)
-            papers[kind] = figure, figure.add_axes((_LEFT / width, below / height, *room))
-            for patch in (figure.patch, papers[kind][1].patch):
-                patch.set_visible(False)
-        figure, axes = papers[kind]
-        for artist in (*axes.lines, *axes.collections, *axes.texts):
-            artist.remove()
-        axes.containers.clear()
-        axes.relim()
-        axes.autoscale(True)
-        draw(chart, axes, record, has_legend=False)
-        file = io.StringIO()
-        figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
-    width, height = figure.bbox.size
-    (left, bottom), (right, top) = axes.bbox.get_points().tolist()
-    box = [round(end, 1) for end in (left, right, height - top, height - bottom)]
-    ends = [float(f"{end:.7g}") for end in (*axes.get_xlim(), *axes.get_ylim())]
-    # Where the axes are, their ends, which are logarithmic, and their units, for the pointer.
-    scales = json.dumps([box, ends, ["x" in chart.log, "y" in chart.log], [chart.x.shown, chart.y.shown]])
-    head = Markup('<svg class="plot" role="img" aria-labelledby="title-{}" viewBox="0 0 {:g} {:g}" data-scales="{}">')
-    # matplotlib has escaped the texts.
-    svg = Markup("{}{}</svg>").format(head.format(chart.key, width, height, scales), Markup(inline(file.getvalue())))  # noqa: S704
-    return Panel(record, svg, [(name, _swatch(curve)) for name, curve in chart.named(record).items()])
-
-
-def _swatch(curve: Curve) -> str:
-    """How a curve looks in a legend, in CSS."""
-    look = f"border-top: {_SWATCHES.get(curve.style, '6px dotted')} {LIGHT[curve.colour]}"
-    return f"{look}; opacity: 0.4" if curve.style == "band" else look
+    for record in chart.records if chart.is_apart else (None,):
+        look: Any = {"svg.hashsalt": f"{chart.key}-{record}", "svg.fonttype": "none", "path.simplify_threshold": 0.3}
+        with rc_context({**STYLE, **look}):
+            if kind not in papers:
+                figure = Paper(_SIZES[chart.form], dpi=72, facecolor="none")
+                width, height = figure.bbox.size
+                below = max([_BELOW, *(8.0 + _LETTER * min(len(name), 30) for name in chart.places)])
+                room = (1.0 - (_LEFT + _RIGHT) / width, 1.0 - (below + _ABOVE) / height)
+                papers[kind] = figure, figure.add_axes((_LEFT / width, below / height, *room), facecolor="none")
+            figure, axes = papers[kind]
+            for artist in (*axes.lines, *axes.collections, *axes.texts):
+                artist.remove()
+            axes.containers.clear()
+            axes.relim()
+            axes.autoscale(True)
+            draw(chart, axes, record, has_legend=False)
+            file = io.StringIO()
+            figure.savefig(file, format="svg", metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
+        width, height = figure.bbox.size
+        (left, bottom), (right, top) = axes.bbox.get_points().tolist()
+        box = [round(end, 1) for end in (left, right, height - top, height - bottom)]
+        ends = [float(f"{end:.7g}") for end in (*axes.get_xlim(), *axes.get_ylim())]
+        # Where the axes are, their ends, which are logarithmic, and their units, for the pointer.
+        scales = json.dumps([box, ends, ["x" in chart.log, "y" in chart.log], [chart.x.shown, chart.y.shown]])
+        # matplotlib has escaped the texts.
+        svg = Markup(_SVG).format(chart.key, width, height, scales, Markup(inline(file.getvalue())))  # noqa: S704
+        named = chart.named(record).items()
+        yield record, svg, {name: _SWATCHES.get(of.style, _MARKS).format(LIGHT[of.colour]) for name, of in named}
 
 
 def inline(svg: str) -> str:
