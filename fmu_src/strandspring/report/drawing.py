@@ -229,11 +229,11 @@ def _draw_curve(axes: Axes, curve: Curve, chart: Chart, most: int) -> None:
 
 
 def _add_legend(axes: Axes, names: Sequence[str]) -> None:
-    handles, labels = axes.get_legend_handles_labels()
+    handles = {name: handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
     width = axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
     shown = [shortened(name, 60) for name in names]
     axes.legend(
-        [handles[labels.index(name)] for name in names], shown, loc="lower left", bbox_to_anchor=(0.0, 1.0),
+        [handles[name] for name in names], shown, loc="lower left", bbox_to_anchor=(0.0, 1.0),
         frameon=False, fontsize=6.5, ncols=legend_columns(shown, width, 6.5), handlelength=1.8, columnspacing=1.4,
         borderpad=0.2, labelspacing=0.3,
     )  # fmt: skip

@@ -189,7 +189,7 @@ def printed(text: str) -> str:
     Examples
     --------
     >>> printed("from -2.93e-07 to 1.1e+03 J, +- 4 %").replace("\\xa0", "_")
-    'from −2.93×10⁻⁷ to 1.1×10³_J, ±4_%'
+    'from −2.93×10⁻⁷ to 1.1×10³ J, ±4_%'
     """
     words = _EXPONENT.sub(lambda match: f"{match[1]}×10{superscript(int(match[2]))}", text)
     words = _MINUS.sub("\N{MINUS SIGN}", words).replace("+- ", "±").replace("+-", "±")
