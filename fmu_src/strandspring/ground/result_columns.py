@@ -12,26 +12,15 @@ _NOTHING = 1e-9  # of rounding, in the unit for people
 
 @dataclass(frozen=True)
 class ResultColumn:
-    """One figure of a result.
+    """One figure of a result."""
 
-    Parameters
-    ----------
-    key : str        Attribute of what holds it, key of JSON, and column of data frames, in SI units.
-    unit : str       In SI.
-    words : str      In sentences and plots; empty where it is in tables for a terminal only.
-    short : str      In headings of tables for a terminal; empty where it is not in them.
-    shown : str      Unit for people; empty for a pure number.
-    factor : float   From SI to that unit.
-    digits : int     Significant digits for people.
-    """
-
-    key: str
-    unit: str
-    words: str
-    short: str = ""
-    shown: str = ""
-    factor: float = 1.0
-    digits: int = 4
+    key: str  # attribute of what holds it, key of JSON, and column of data frames, in SI units
+    unit: str  # in SI
+    words: str  # in sentences and plots; empty where it is in tables for a terminal only
+    short: str = ""  # in headings of tables for people; empty where it is not in them
+    shown: str = ""  # unit for people; empty for a pure number
+    factor: float = 1.0  # from SI to that unit
+    digits: int = 4  # significant, for people
 
     @property
     def heading(self) -> str:
