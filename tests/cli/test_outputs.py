@@ -15,7 +15,6 @@ import shutil
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from kept import changes, thinned, words
@@ -74,13 +73,5 @@ def _content(path: Path) -> Any:
             return thinned([" ; ".join(row) for row in csv.reader(file)])
     if path.suffix == ".html":
         page = re.sub(r"(?s)<(style|script).*?</\1>", "", path.read_text(encoding="utf-8"))
-        curves = re.findall(r'<path class="(?:line|dots) [^>]*? d="([^"]*)"', page)
-        return [words(html.unescape(re.sub(r"<[^>]*>", " ", page))), [_middle(curve) for curve in curves]]
+        return words(html.unescape(re.sub(r"<[^>]*>", " ", page)))
     return path.suffix
-
-
-def _middle(curve: str) -> list[float]:
-    """The mean of the points of a curve of SVG, in a drawing of some thousand units."""
-    lines = [re.findall(r"-?\d+", line.replace("h0", "")) for line in re.split("^m|M", curve)[1:]]
-    points = [np.cumsum(np.reshape(line, (-1, 2)).astype(float), axis=0) for line in lines]
-    return np.round(np.mean(np.concatenate(points), axis=0), 1).tolist()

@@ -12,7 +12,7 @@
       .map(([other]) => `${figure.id}: ${text} / ${other}`));
   }),
   // Figures without a single drawn line, dot, bar or area.
-  () => [...document.querySelectorAll("figure")].filter((figure) =>
+  () => [...document.querySelectorAll("figure:not([hidden])")].filter((figure) =>
     ![...figure.querySelectorAll(".plot path[clip-path], .plot [clip-path] > *")].some((shape) => {
       const box = shape.getBoundingClientRect();
       return box.width + box.height > 2;

@@ -122,7 +122,7 @@ class Identification(IdentifiedModel, PlottedResult):
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the measured and predicted loops into axes of matplotlib, those of a new figure if None.
 
-        `strandspring.report.figure.plot_chart` draws residuals, branches, correlations and more.
+        `strandspring.report.figure.plot_chart` draws residuals, branches, figures over the amplitude and more.
         """
         from ..report.figure import plot_chart
 
@@ -151,7 +151,7 @@ class Identification(IdentifiedModel, PlottedResult):
         """
         from ..report.identification_page import write_report
 
-        write_report(path, self, self.model_file(name), details)
+        write_report(path, self, self.model_file(name), self.parts(brief=False), details)
 
 
 @takes(reading=Reading, fitting=Fitting)

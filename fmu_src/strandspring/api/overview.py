@@ -73,11 +73,11 @@ class Overview(Result):
     _stated: ClassVar = {}  # beside each record
 
     def __init__(self, records: Sequence[Record], reader: Reader = Reader.PYTHON) -> None:
-        from ..report.record_page import overview, record_warnings
+        from ..report.record_page import overview
 
         self.records = tuple(records)
-        self.warnings = tuple(warning for record in records for warning in record_warnings(record, reader))
-        self._seen = tuple((record, overview(record), measured_loops([record])) for record in records)
+        self._seen = tuple((record, overview(record, reader), measured_loops([record])) for record in records)
+        self.warnings = tuple(warning for _, seen, _ in self._seen for warning in seen.warnings)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - the table knows
         """A line of each record, and its loops."""

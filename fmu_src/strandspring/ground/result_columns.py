@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,26 +12,15 @@ _NOTHING = 1e-9  # of rounding, in the unit for people
 
 @dataclass(frozen=True)
 class ResultColumn:
-    """One figure of a result.
+    """One figure of a result."""
 
-    Parameters
-    ----------
-    key : str        Attribute of what holds it, key of JSON, and column of data frames, in SI units.
-    unit : str       In SI.
-    words : str      In sentences and plots; empty where it is in tables for a terminal only.
-    short : str      In headings of tables for a terminal; empty where it is not in them.
-    shown : str      Unit for people; empty for a pure number.
-    factor : float   From SI to that unit.
-    digits : int     Significant digits for people.
-    """
-
-    key: str
-    unit: str
-    words: str
-    short: str = ""
-    shown: str = ""
-    factor: float = 1.0
-    digits: int = 4
+    key: str  # attribute of what holds it, key of JSON, and column of data frames, in SI units
+    unit: str  # in SI
+    words: str  # in sentences and plots; empty where it is in tables for a terminal only
+    short: str = ""  # in headings of tables for people; empty where it is not in them
+    shown: str = ""  # unit for people; empty for a pure number
+    factor: float = 1.0  # from SI to that unit
+    digits: int = 4  # significant, for people
 
     @property
     def heading(self) -> str:
@@ -52,10 +41,8 @@ class ResultColumn:
         """Its value among figures, in the unit for people."""
         return self.factor * float(getattr(figures, self.key))
 
-    def text(self, value: float | str | tuple[float, float] | None, sign: str = "") -> str:
-        """A value [SI] in the unit for people: empty if there is none, "-" where it is undefined; words as they are,
-        and a pair as a range.
-        """
+    def text(self, value: float | str | tuple[float, float] | None) -> str:
+        """A value [SI] in the unit for people: empty if there is none, "-" if undefined; texts as they are, ranges."""
         if value is None or isinstance(value, str):
             return value or ""
         if isinstance(value, tuple):
@@ -64,14 +51,21 @@ class ResultColumn:
         if not math.isfinite(value):
             return "-"
         shown = f"{value * self.factor if abs(value * self.factor) >= _NOTHING else 0.0:.{self.digits}g}"
-        return sign + (f"{float(shown):.0f}" if "e+0" in shown else shown)
-
-
-def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:
-    """A row of a table for a terminal; empty where these figures lack one."""
-    return [column.text(getattr(figures, column.key, None), sign) for column in columns]
+        return f"{float(shown):.0f}" if "e+0" in shown else shown
 
 
 def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:
     """The figures by their keys, for JSON and data frames."""
     return {column.key: getattr(figures, column.key) for column in columns}
+
+
+def value(row: Any, key: str) -> Any:
+    """What a row holds under a key, a mapping or an object with such an attribute; None if nothing."""
+    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
+
+
+def texts(columns: Sequence[ResultColumn], rows: Sequence[Any]) -> dict[ResultColumn, list[str]]:
+    """Texts of the cells of a table for people, by those of its columns of which something is known."""
+    held = {column: [value(row, column.key) for row in rows] for column in columns if column.short}
+    known = {column: of for column, of in held.items() if any(one is not None for one in of)}
+    return {column: [column.text(one) for one in of] for column, of in known.items()}

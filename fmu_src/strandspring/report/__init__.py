@@ -12,30 +12,16 @@ from typing import ClassVar
 from ..errors import StrandspringError
 from ..ground.options import check, described, option
 
-REPORT_SUFFIXES = (".html",)
 _LONGEST = 500  # characters of one text
 _MOST_FIELDS = 50
 
 
 def check_report_path(path: str | Path) -> None:
-    """Refuse a report of another kind than HTML before the work begins.
-
-    Raises
-    ------
-    StrandspringError   With what to do.
-
-    Examples
-    --------
-    >>> check_report_path("spring.html")
-    """
+    """Refuse a report of another kind than HTML before the work begins; raises StrandspringError with what to do."""
     suffix = Path(path).suffix.lower()
-    if suffix == ".pdf":
-        raise StrandspringError(
-            f"A report is a page, and {str(path)!r} is a PDF; let the report end in .html, open it in a browser and "
-            "print it to PDF."
-        )
-    if suffix not in REPORT_SUFFIXES:
-        raise StrandspringError(f"A report must end in .html, got {str(path)!r}.")
+    if suffix != ".html":
+        advice = "; let the report end in .html, open it in a browser and print it to PDF." if suffix == ".pdf" else "."
+        raise StrandspringError(f"A report is a page and must end in .html, got {str(path)!r}{advice}")
 
 
 def field_of(text: str) -> tuple[str, str]:
@@ -94,12 +80,11 @@ class ReportDetails:
         for label, text in self.pairs:
             if not label.strip():
                 raise StrandspringError(f"A field of the report needs a label, got an empty one for {text[:60]!r}.")
-            for part in (label, text):
-                if len(part) > _LONGEST:
-                    raise StrandspringError(
-                        f"A field of the report may have at most {_LONGEST} characters, got {len(part)} in "
-                        f"{label[:60]!r}; shorten it."
-                    )
+            if (length := max(len(label), len(text))) > _LONGEST:
+                raise StrandspringError(
+                    f"A field of the report may have at most {_LONGEST} characters, got {length} in {label[:60]!r}; "
+                    "shorten it."
+                )
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:

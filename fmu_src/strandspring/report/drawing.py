@@ -1,20 +1,23 @@
-"""Charts: each draws itself into axes of matplotlib, in the colours and with the few kinds of lines of all charts.
+"""Charts as data, how matplotlib draws them, and numbers in units that suit them.
 
-Colours have names, of what they stand for; `LIGHT` is drawn, and on a dark page `DARK` takes its place. Colour-blind
-people tell them apart (Okabe and Ito).
+A chart holds its curves in SI units and a column for each axis, which says words, unit and factor; `scaled` chooses the
+unit in which values are neither tiny nor huge. Colours have names, of what they stand for; colour-blind people tell
+them apart (Okabe and Ito).
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..ground.gravity import STANDARD_GRAVITY
+from ..ground.result_columns import ResultColumn
 from ..kernel.arrays import FloatArray, IndexArray
-from .quantities import DisplayUnit, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -31,28 +34,8 @@ LIGHT = {
     "muted": "#6b7480",
     "text": "#1d2229",
     "grid": "#e6e9ed",
-    "paper": "#ffffff",
-    "page": "#f4f6f8",
-    "line": "#d5dae0",
     "care": "#b26a00",
     "poor": "#c0392b",
-}
-DARK = {
-    "measured": "#d3d8e0",
-    "model": "#ff8a3d",
-    "prediction": "#8ccbf5",
-    "blue": "#5ab4ee",
-    "green": "#3fc79a",
-    "purple": "#d79bd2",
-    "faint": "#59626e",
-    "muted": "#98a2af",
-    "text": "#e6e9ee",
-    "grid": "#2b323b",
-    "paper": "#1a1f26",
-    "page": "#12161b",
-    "line": "#38414c",
-    "care": "#f0ad4e",
-    "poor": "#ff7b6b",
 }
 STYLE: Any = {
     # The font that comes with matplotlib: the same bytes on every computer.
@@ -61,9 +44,7 @@ STYLE: Any = {
     "axes.linewidth": 0.6,
     "axes.edgecolor": LIGHT["muted"],
     "axes.labelcolor": LIGHT["text"],
-    "axes.formatter.use_mathtext": False,
     "axes.formatter.useoffset": False,
-    "axes.unicode_minus": True,
     "text.color": LIGHT["text"],
     "xtick.labelsize": 6.5,
     "ytick.labelsize": 6.5,
@@ -78,132 +59,184 @@ STYLE: Any = {
     "text.parse_math": False,
     "text.usetex": False,
 }
-_LETTER = 4.1  # width of a digit at an axis [points]
+_ALL_POINTS, _POINTS = 40_000, (120, 4000)  # of a chart, and least and most of a curve
 _MOST_DIVIDED = 10.0**2.8  # ratio of the ends of an axis with ticks between powers of ten
+
+# Of each SI unit those for people, from small to large, each with its factor and the value [SI] where the next begins.
+_SCALES = {
+    "N": (("mN", 1e3, 0.1), ("N", 1.0, 1e4), ("kN", 1e-3, math.inf)),
+    "m": (("µm", 1e6, 1e-4), ("mm", 1e3, 30.0), ("m", 1.0, math.inf)),
+    "m/s": (("mm/s", 1e3, 10.0), ("m/s", 1.0, math.inf)),
+    "J": (("µJ", 1e6, 1e-3), ("mJ", 1e3, 1.0), ("J", 1.0, 1e4), ("kJ", 1e-3, math.inf)),
+    "N/m": (("N/m", 1.0, 1e3), ("N/mm", 1e-3, 1e7), ("kN/mm", 1e-6, math.inf)),
+    "kg": (("g", 1e3, 1.0), ("kg", 1.0, 1e4), ("t", 1e-3, math.inf)),
+}
+_ORDINARY = (1e-3, 1e6)  # beyond these a power of ten goes to the unit, so that ticks stay short
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+NUMBER, PERCENT = ResultColumn("number", "1", ""), ResultColumn("share", "1", "", shown="%", factor=100.0)
+DISPLACEMENT = ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3)
+FORCE = ResultColumn("force", "N", "force", shown="N")
+TIME = ResultColumn("time", "s", "time", shown="s")
+FREQUENCY = ResultColumn("frequency", "Hz", "frequency", shown="Hz")
+ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration", shown="g", factor=1.0 / STANDARD_GRAVITY)
+
+
+def scaled(column: ResultColumn, largest: float) -> ResultColumn:
+    """A column in the unit in which values up to `largest` [SI] read best.
+
+    Examples
+    --------
+    >>> scaled(FORCE, 2.5e5).shown, scaled(FORCE, 2.5e-14).shown
+    ('kN', '10⁻¹² mN')
+    """
+    if column.unit not in _SCALES:
+        return column
+    name, factor, _ = next(scale for scale in _SCALES[column.unit] if not abs(largest) >= scale[2])
+    shown = abs(largest) * factor
+    if 0.0 < shown < _ORDINARY[0] or _ORDINARY[1] <= shown < math.inf:
+        power = 3 * math.floor(math.log10(shown) / 3.0)
+        name, factor = f"10{superscript(power)} {name}", factor * 10.0**-power
+    return replace(column, shown=name, factor=factor)
+
+
+def superscript(exponent: int) -> str:
+    """An exponent in raised digits."""
+    return str(exponent).translate(_SUPERSCRIPT)
+
+
+def in_unit(value: float, column: ResultColumn = NUMBER, digits: int = 4) -> str:
+    """A value [SI] with so many significant digits and the unit of a column.
+
+    Examples
+    --------
+    >>> in_unit(0.0278149, DISPLACEMENT, 3), in_unit(0.123, PERCENT, 2), in_unit(1234.5)
+    ('27.8 mm', '12 %', '1234')
+    """
+    return f"{replace(column, digits=digits).text(value)} {column.shown}".rstrip()
+
+
+def percent(share: float, digits: int = 2) -> str:
+    """A share in percent."""
+    return in_unit(share, PERCENT, digits)
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """What is drawn of some values, in SI units.
+
+    Its style is "-", "--" or ":" of a line, "." for a dot of each of many samples, "o" or "X" for few large marks, ""
+    for their error bars alone, "band" for the room about y.
+    """
+
+    x: Any
+    y: Any
+    name: str  # in the legend
+    colour: str  # by its name
+    style: str = "-"
+    record: int | None = None  # place of the record it is of; on a page it is hidden while another one is chosen
+    reach: Any = None  # half the length of error bars, or half the height of a band
+    width: float = 0.9  # of a line [points]
 
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """A chart with one pair of axes.
+    """A chart with one pair of axes."""
 
-    Parameters
-    ----------
-    key : str             Identifier, unique on a page.
-    title : str
-    sentence : str        What it shows, in words and numbers; the alternative text too.
-    draw : callable       Of (axes, record): draws it into axes, of one record by its place, or of all if None.
-    wide : bool           Whether it takes the whole width of the page.
-    records : sequence of int   Places of records that are drawn apart, each in axes of its own; empty if all share one.
-    is_square : bool      Whether it is a drawing or a matrix, as high as wide.
-    """
-
-    key: str
+    key: str  # unique on a page
     title: str
-    sentence: str
-    draw: Callable[..., None]
-    wide: bool = False
-    records: Sequence[int] = ()
-    is_square: bool = False
+    sentence: str  # what it shows, in words and numbers
+    x: ResultColumn
+    y: ResultColumn
+    curves: Sequence[Curve]
+    form: str = "half"  # "wide" as the page, "half" of that, or "square" and to scale
+    is_apart: bool = False  # each record in axes of its own
+    log: str = ""  # letters of logarithmic axes
+    zero: str = ""  # letters of axes that begin at zero
+    places: Sequence[str] = ()  # names of what stands at x = 1, 2 and so on
+    texts: Sequence[tuple[float, float, str, str]] = ()  # x, y, words and colour, where there is room
+
+    @property
+    def records(self) -> list[int]:
+        """Places of the records that it shows."""
+        return sorted({curve.record for curve in self.curves if curve.record is not None})
+
+    def named(self, record: int | None = None) -> dict[str, Curve]:
+        """A curve for each name in the legend, of one record or of all; empty without two of them."""
+        names = {curve.name: curve for curve in self.curves if record is None or curve.record in (None, record)}
+        return names if len(names) > 1 else {}
 
 
-def line(
-    axes: Axes, x: Any, y: Any, name: str, colour: str, style: str = "-", *, record: int | None = None, **look: Any
-) -> None:
-    """A line of a colour by its name; on a page it is hidden while another record is chosen."""
-    axes.plot(x, y, ls=style, **{"lw": 0.9, **look}, color=LIGHT[colour], label=name, gid=_identifier(record))
-
-
-def dots(axes: Axes, x: FloatArray, y: FloatArray, name: str, colour: str, *, record: int | None = None) -> None:
-    """A dot for each of many samples: lines without length that end round, which take little room in a file."""
-    gap = np.full(x.size, np.nan)
-    # Next to nothing long, as raster images have no dot where a line has no length at all.
-    xs, ys = np.column_stack([x, x + 1e-5 * np.ptp(x), gap]).ravel(), np.column_stack([y, y, gap]).ravel()
-    look: dict[str, Any] = {"color": LIGHT[colour], "alpha": 0.8, "gid": _identifier(record)}
-    (drawn,) = axes.plot(xs, ys, lw=1.8, solid_capstyle="round", **look)
-    drawn.get_path().should_simplify = False
-    axes.plot([], [], ".", label=name, **look)
-
-
-def marks(
-    axes: Axes, x: Any, y: Any, name: str, colour: str, marker: str = "o", *, error: Any = None,
-    record: int | None = None,
-) -> None:  # fmt: skip
-    """Few and large marks, with error bars if there are errors; the marker "" leaves these alone."""
-    bars = axes.errorbar(x, y, yerr=error, ls="none", marker=marker, ms=3.6, elinewidth=1.2,
-                         color=LIGHT[colour], label=name)  # fmt: skip
-    for artist in bars.get_children():
-        artist.set_gid(_identifier(record))
-
-
-def band(axes: Axes, x: Any, low: Any, high: Any, name: str, colour: str) -> None:
-    """The room between two lines."""
-    axes.fill_between(x, low, high, alpha=0.18, lw=0.0, color=LIGHT[colour], label=name)
-
-
-def bars(
-    axes: Axes, x: FloatArray, low: Any, high: Any, name: str, colour: str, width: float, *, opacity: float = 0.55,
-    record: int | None = None,
-) -> None:  # fmt: skip
-    """Bars of a width about x, from their lower to their upper ends, as one outline."""
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
-
-    left, right = x - 0.5 * width, x + 0.5 * width
-    low, high = np.broadcast_to(low, x.shape), np.broadcast_to(high, x.shape)
-    corners = np.stack([left, low, left, high, right, high, right, low, left, low], axis=1).reshape(-1, 2)
-    outline = Path(corners, [Path.MOVETO, *[Path.LINETO] * 3, Path.CLOSEPOLY] * x.size)
-    axes.add_patch(PathPatch(outline, lw=0.0, color=LIGHT[colour], alpha=opacity, label=name, gid=_identifier(record)))
-    axes.autoscale_view()
-
-
-def _identifier(record: int | None) -> str | None:
-    return None if record is None else f"record-{record}"
-
-
-def name_axes(axes: Axes, x: tuple[str, DisplayUnit], y: tuple[str, DisplayUnit], log: str = "") -> None:
-    """What the axes show with their units, and a grid; after all has been drawn.
-
-    `log` has the letters of logarithmic axes. Numbers of cycles are whole.
-    """
-    for letter, axis, (text, unit) in (("x", axes.xaxis, x), ("y", axes.yaxis, y)):
-        axis.set_label_text(f"{text} [{unit.name}]" if unit.name else text, parse_math=False)
-        if letter in log:
-            _logarithmic(axes, axis, letter)
-        elif text:
-            axes.locator_params(axis=letter, nbins=6, integer=text == "cycle")  # type: ignore[arg-type]
-    axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-
-
-def named(axes: Axes) -> dict[str, Any]:
-    """One artist, or a container of them, for each name in axes; empty without two of them."""
-    handles, names = axes.get_legend_handles_labels()
-    kinds = dict(zip(names, handles, strict=True))
-    return kinds if len(kinds) > 1 else {}
-
-
-def draw(chart: Chart, axes: Axes, record: int | None = None) -> Axes:
+def draw(chart: Chart, axes: Axes, record: int | None = None, *, has_legend: bool = True) -> Axes:
     """A chart in given axes, its legend above them; of one record by its place, or of all if None."""
-    chart.draw(axes, record)
-    kinds = {shortened(name, 60): handle for name, handle in named(axes).items()}
-    if kinds:
-        width = axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
-        legend = axes.legend(
-            kinds.values(), kinds, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=6.5,
-            ncols=legend_columns([*kinds], width, 6.5), handlelength=1.8, columnspacing=1.4, borderpad=0.2,
-            labelspacing=0.3,
-        )  # fmt: skip
-        for text in legend.get_texts():
-            text.set_parse_math(False)
+    from matplotlib import rc_context
+
+    most = int(np.clip(_ALL_POINTS // max(1, len(chart.curves)), *_POINTS))
+    with rc_context({"text.parse_math": False}):
+        for curve in chart.curves:
+            if record is None or curve.record in (None, record):
+                _draw_curve(axes, curve, chart, most)
+        for letter, axis, column in (("x", axes.xaxis, chart.x), ("y", axes.yaxis, chart.y)):
+            name = f"{column.words} [{column.shown}]" if column.shown else column.words
+            axis.set_label_text(name, parse_math=False)
+            if letter in chart.log:
+                _logarithmic(axes, axis, letter)
+            elif letter == "y" or not chart.places:
+                axes.locator_params(axis=letter, nbins=6)  # type: ignore[arg-type]
+            if letter in chart.zero:
+                axes.set(**{f"{letter}lim": (0.0, None)})
+        if chart.places:
+            axes.xaxis.set_tick_params(labelrotation=90.0)
+            axes.set_xticks(
+                range(1, len(chart.places) + 1), [shortened(name, 30) for name in chart.places], parse_math=False
+            )
+        if chart.form == "square":
+            axes.set_aspect("equal", adjustable="datalim")
+            axes.margins(0.12)
+        axes.grid(True, which="major", color=LIGHT["grid"], lw=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+        _annotate(axes, [(chart.x.factor * x, chart.y.factor * y, *words) for x, y, *words in chart.texts])
+        if has_legend and (kinds := chart.named(record)):
+            _add_legend(axes, list(kinds))
     return axes
 
 
-def name_places(axes: Axes, way: str, names: Sequence[str], size: float = 6.5) -> None:
-    """Names of what stands at 1, 2 and so on, in place of numbers."""
-    axis = axes.xaxis if way == "x" else axes.yaxis
-    axis.set_tick_params(labelrotation=90.0 if way == "x" else 0.0, labelsize=size)
-    axis.set_ticks(range(1, len(names) + 1), [shortened(name, 30) for name in names], parse_math=False)
+def _draw_curve(axes: Axes, curve: Curve, chart: Chart, most: int) -> None:
+    x, y = chart.x.factor * np.asarray(curve.x, dtype=float), chart.y.factor * np.asarray(curve.y, dtype=float)
+    reach = None if curve.reach is None else chart.y.factor * np.asarray(curve.reach, dtype=float)
+    gid = None if curve.record is None else f"record-{curve.record}"
+    look: dict[str, Any] = {"color": LIGHT[curve.colour], "gid": gid}
+    if curve.style == "band" and reach is not None:
+        axes.fill_between(x, y - reach, y + reach, alpha=0.18, lw=0.0, label=curve.name, **look)
+    elif curve.style in ("-", "--", ":"):
+        gap = np.isnan(y)
+        at = np.flatnonzero(~(gap & np.roll(gap, 1)))  # of a gap one sample is enough
+        if at.size > most:
+            at = at[np.union1d(visible(x[at], most // 2), visible(y[at], most // 2))]
+        axes.plot(x[at], y[at], curve.style, lw=curve.width, solid_capstyle="butt", label=curve.name, **look)
+    elif curve.style == ".":
+        at = visible(y, most)
+        # Lines of next to no length that end round take little room in a file.
+        ends = np.column_stack([x[at], x[at] + 1e-5 * np.ptp(x), np.full(at.size, np.nan)]).ravel()
+        (dots,) = axes.plot(ends, np.repeat(y[at], 3), lw=1.8, solid_capstyle="round", alpha=0.8, **look)
+        dots.get_path().should_simplify = False
+        axes.plot([], [], ".", label=curve.name, **look)
+    else:
+        bars = axes.errorbar(x, y, yerr=reach, ls="none", marker=curve.style, ms=3.6, elinewidth=1.2,
+                             color=LIGHT[curve.colour], label=curve.name)  # fmt: skip
+        for artist in bars.get_children():
+            artist.set_gid(gid)
+
+
+def _add_legend(axes: Axes, names: Sequence[str]) -> None:
+    handles = {name: handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    width = axes.get_position().width * axes.get_figure(root=True).get_figwidth()  # type: ignore[union-attr]
+    shown = [shortened(name, 60) for name in names]
+    axes.legend(
+        [handles[name] for name in names], shown, loc="lower left", bbox_to_anchor=(0.0, 1.0),
+        frameon=False, fontsize=6.5, ncols=legend_columns(shown, width, 6.5), handlelength=1.8, columnspacing=1.4,
+        borderpad=0.2, labelspacing=0.3,
+    )  # fmt: skip
 
 
 def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:
@@ -214,26 +247,28 @@ def _logarithmic(axes: Axes, axis: Axis, letter: str) -> None:
     low, high = axis.get_view_interval()
     fine = high < _MOST_DIVIDED * low
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if fine else (1.0,), numticks=15 if fine else 8))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: number(value, 6)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}" if 1e-4 < value < 1e5 else _power(value)))
     axis.set_minor_locator(NullLocator())
 
 
-def annotate(axes: Axes, texts: Mapping[tuple[float, float], tuple[str, str]]) -> None:
+def _power(value: float) -> str:
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return f"{'' if mantissa == '1' else f'{mantissa}·'}10{superscript(int(exponent))}"
+
+
+def _annotate(axes: Axes, texts: Sequence[tuple[Any, ...]]) -> None:
     """Texts with the names of their colours beside their points; those for which no place is free are left out."""
     to_points = axes.transData + axes.get_figure(root=True).dpi_scale_trans.inverted()  # type: ignore[union-attr]
-    places = {place: 72.0 * to_points.transform(place) for place in texts}
-    taken = [(x - 3.0, x + 3.0, y - 3.0, y + 3.0) for x, y in places.values()]
-    for place, (text, colour) in texts.items():
-        words = shortened(text, 30)
-        x, y = places[place]
+    taken = [(x - 3.0, x + 3.0, y - 3.0, y + 3.0) for x, y in (72.0 * to_points.transform(at[:2]) for at in texts)]
+    for (x, y, text, colour), (left, right, below, above) in zip(texts, list(taken), strict=True):
+        words, middle, height = shortened(text, 30), 0.5 * (left + right), 0.5 * (below + above)
         for across, up in ((1, 1), (-1, 1), (1, -1), (-1, -1), (0, 1), (0, -1), (1, 0), (-1, 0)):
-            left = x + 4.0 * across + (-0.5, 0.0, -1.0)[across] * 3.6 * len(words)
-            box = (left, left + 3.6 * len(words), y + 7.0 * up - 3.0, y + 7.0 * up + 3.0)
+            begin = middle + 4.0 * across + (-0.5, 0.0, -1.0)[across] * 3.6 * len(words)
+            box = (begin, begin + 3.6 * len(words), height + 7.0 * up - 3.0, height + 7.0 * up + 3.0)
             if all(box[1] < a or b < box[0] or box[3] < c or d < box[2] for a, b, c, d in taken):
                 taken.append(box)
-                axes.annotate(words, place, (4.0 * across, 7.0 * up), textcoords="offset points", va="center",
-                              ha=("center", "left", "right")[across], fontsize=6.0, color=LIGHT[colour],
-                              parse_math=False)  # fmt: skip
+                axes.annotate(words, (x, y), (4.0 * across, 7.0 * up), textcoords="offset points", va="center",
+                              ha=("center", "left", "right")[across], fontsize=6.0, color=LIGHT[colour])  # fmt: skip
                 break
 
 
@@ -264,73 +299,6 @@ def _characters() -> frozenset[int]:
     return frozenset(font_manager.get_font(font_manager.findfont("DejaVu Sans")).get_charmap())
 
 
-class Paper:
-    """A figure of a size [inches] that charts are drawn into one after the other, without their legends.
-
-    Axes are made once, and their ticks are texts and one line: matplotlib's own take longer than all the rest.
-    """
-
-    def __init__(self, size: tuple[float, float]) -> None:
-        from matplotlib.figure import Figure
-
-        self.figure = Figure(size, dpi=72)
-        self.axes = self.figure.add_axes((0.1, 0.1, 0.8, 0.8))
-        for patch in (self.figure.patch, self.axes.patch):
-            patch.set_visible(False)
-
-    def draw(self, chart: Chart, record: int | None = None) -> None:
-        """A chart instead of the last one, with as large axes as its texts leave room."""
-        axes, (width, height) = self.axes, self.figure.bbox.size
-        for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts):
-            artist.remove()
-        axes.containers.clear()
-        axes.set(xscale="linear", yscale="linear", aspect="auto")
-        axes.tick_params(labelrotation=0.0, labelsize=6.5)
-        axes.relim()
-        axes.autoscale(True)
-        chart.draw(axes, record)
-        ticks = [_ticks(axis) for axis in (axes.xaxis, axes.yaxis)]
-        across, up = (max(map(len, texts), default=0) for _, texts in ticks)
-        is_turned = bool(axes.xaxis.get_tick_params().get("rotation"))
-        left, below = 8.0 + _LETTER * up, 8.0 + (_LETTER * across if is_turned else 7.0)
-        left, below = left + 10.0 * bool(axes.get_ylabel()), below + 10.0 * bool(axes.get_xlabel())
-        right = 4.0 + 0.5 * _LETTER * across * (not is_turned)
-        above = 4.0
-        axes.set_position((left / width, below / height, 1.0 - (left + right) / width, 1.0 - (below + above) / height))
-        for way, marked in zip((0, 1), ticks, strict=True):
-            self._rule(way, *marked)
-        size: dict[str, Any] = {"fontsize": 7.0, "parse_math": False}
-        half = (left / width + 1.0 - right / width) / 2.0
-        axes.text(half, 2.0 / height, axes.get_xlabel(), transform=self.figure.transFigure, ha="center", **size)
-        half = (below / height + 1.0 - above / height) / 2.0
-        axes.text(8.0 / width, half, axes.get_ylabel(), transform=self.figure.transFigure, rotation=90.0, va="center",
-                  ha="right", **size)  # fmt: skip
-
-    def _rule(self, way: int, places: Sequence[float], texts: Sequence[str]) -> None:
-        """Texts at an axis, 0 for x and 1 for y, and the lines of its grid."""
-        from matplotlib.lines import Line2D
-
-        axes = self.axes
-        axis, transform = ((axes.xaxis, axes.get_xaxis_transform()), (axes.yaxis, axes.get_yaxis_transform()))[way]
-        axis.set_visible(False)
-        style = axis.get_tick_params()
-        look = {"fontsize": style["labelsize"], "rotation": style.get("rotation", 0.0), "parse_math": False}
-        ends = (0.0, -4.0 / axes.bbox.size[1 - way])
-        for place, text in zip(places, texts, strict=True):
-            at = (place, ends[1]) if way == 0 else (ends[1], place)
-            axes.text(*at, text, transform=transform, ha=("center", "right")[way], va=("top", "center")[way], **look)
-        along, across = np.repeat(places, 3), np.tile([0.0, 1.0, np.nan], len(places))
-        lines = Line2D(*((along, across), (across, along))[way], lw=0.6, color=LIGHT["grid"], transform=transform)
-        axes.add_artist(lines).set_zorder(0.5)
-
-
-def _ticks(axis: Axis) -> tuple[list[float], list[str]]:
-    """The places that are marked at an axis, and their texts."""
-    low, high = sorted(axis.get_view_interval())
-    places = [place for place in axis.get_majorticklocs().tolist() if low <= place <= high]
-    return places, axis.get_major_formatter().format_ticks(places)
-
-
 def evenly(count: int, most: int) -> list[int]:
     """Places of at most so many of `count` things, evenly chosen, with both ends."""
     return sorted({round(place) for place in np.linspace(0, count - 1, min(count, most)).tolist()})
@@ -357,8 +325,7 @@ def visible(values: FloatArray, most: int) -> IndexArray:
     size = values.size
     if size <= most:
         return np.arange(size)
-    pieces = max(1, (most - 2) // 2)
-    length = -(-size // pieces)
+    length = -(-size // max(1, (most - 2) // 2))
     padded = np.concatenate([values, np.full(-size % length, values[-1])]).reshape(-1, length)
     begin = np.arange(padded.shape[0]) * length
     chosen = np.concatenate([begin + padded.argmin(axis=1), begin + padded.argmax(axis=1), [0, size - 1]])

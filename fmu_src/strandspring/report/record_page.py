@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePath
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..errors import Reader
 from ..findings import IdentificationError, gathered
+from ..ground.result_columns import ResultColumn, texts
 from ..identification.refusals import Strokes, cut_all, impossible
 from ..identification.samples import Samples
 from ..kernel.arrays import FloatArray, IndexArray
@@ -18,14 +18,9 @@ from ..loops.cycles import Cycle, find_cycles
 from ..loops.strokes import find_strokes
 from ..records.record import Record
 from ..records.spikes import spikes_of
-from .drawing import Chart, dots, line, marks, name_axes, visible
+from .drawing import DISPLACEMENT, FORCE, TIME, Chart, Curve
 from .page import Block, Gallery, Level, Notice, Page, Section, Table, write_page
-from .quantities import MM, NUMBER, DisplayUnit, N, S, number, span
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-_POINTS = 6000  # of a line
 _MARKS = 400  # of a kind
 _REASONS = {
     "spikes": ("outliers: correct or delete them", "blue"),
@@ -33,27 +28,57 @@ _REASONS = {
     "dwells": ("dwells, left out", "purple"),
     "not selected": ("outside the range that was chosen, left out", "faint"),
 }
+_SAMPLE = ResultColumn("sample", "1", "sample number")
+_CYCLES = (
+    ResultColumn("number", "", "cycle", "cycle"),
+    ResultColumn("samples", "1", "samples", "samples", digits=12),
+    ResultColumn("time", "s", "time", "time", "s"),
+    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
+    ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
+    ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
+)
 
 
 @dataclass(frozen=True, eq=False)
 class RecordOverview:
-    """What there is in a record.
+    """What there is in a record."""
 
-    Attributes
-    ----------
-    strokes : int
-    cycles : tuple of Cycle   In the order in which `select` counts them; empty if there is no full one.
-    left_out : mapping        Indices of samples, ascending, that are left out of a fit, by the reason: "clipped",
-                              "dwells", "not selected"; "spikes" are not left out, but should be corrected. Without
-                              reasons for which there are none.
-    """
-
+    record: Record
     strokes: int
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[Cycle, ...]  # in the order in which `select` counts them
+    # Indices of samples, ascending, by the reasons for which some are left out of a fit; "spikes" are not left out, but
+    # should be corrected.
     left_out: Mapping[str, IndexArray]
+    first: int  # of the samples that would be fitted
+    refusal: str  # why no spring would be identified; empty if one would
+
+    @property
+    def name(self) -> str:
+        """File name without folders."""
+        return PurePath(self.record.path).name
+
+    @property
+    def warnings(self) -> Iterator[str]:
+        """One sentence each: no spring, no whole cycle, samples left out."""
+        if self.refusal:
+            yield self.refusal
+        if not self.cycles:
+            yield f"{self.name} holds no whole cycle; {self.strokes} strokes were found."
+        for reason, samples in self.left_out.items():
+            yield f"{self.name}: {samples.size} samples: {_REASONS[reason][0]}."
+
+    def curves(self, place: int, x: FloatArray, y: FloatArray) -> Iterator[Curve]:
+        """Before the first reversal, from there on, and what is left out."""
+        if self.first:
+            before = slice(self.first + 1)
+            yield Curve(x[before], y[before], "lead-in (not fitted)", "faint", record=place)
+        yield Curve(x[self.first :], y[self.first :], "measured", "measured", record=place)
+        for reason, samples in self.left_out.items():
+            at = samples[:: max(1, samples.size // _MARKS)]
+            yield Curve(x[at], y[at], *_REASONS[reason], ".", place)
 
 
-def overview(record: Record) -> RecordOverview:
+def overview(record: Record, reader: Reader = Reader.FILE) -> RecordOverview:
     """What there is in a record, for people to choose from."""
     part = Strokes(record)
     left_out: dict[str, IndexArray] = {
@@ -63,134 +88,65 @@ def overview(record: Record) -> RecordOverview:
         "not selected": np.flatnonzero([] if record.compared is None else ~record.compared),
     }
     seen = {reason: samples for reason, samples in left_out.items() if samples.size}
-    return RecordOverview(find_strokes(record.displacement).count, find_cycles(record), seen)
-
-
-@dataclass(frozen=True, eq=False)
-class _Shown:
-    """A record of the page, the first of its samples that would be fitted, and why none would be, if so."""
-
-    place: int
-    record: Record
-    seen: RecordOverview
-    first: int
-    refusal: str = ""
-
-    @classmethod
-    def from_record(cls, place: int, record: Record, reader: Reader = Reader.FILE) -> _Shown:
-        seen = overview(record)
-        try:
-            (part,) = cut_all([record])
-            if (refusal := impossible(part)) is not None:
-                raise refusal
-        except IdentificationError as refused:
-            reason = " ".join(gathered((finding.in_folder for finding in refused.findings), reader))
-            text = f"No spring would be identified: {reason}"
-            return cls(place, record, seen, 0, text)
-        return cls(place, record, seen, int(Samples.of([record], len(record)).rows[0]))
-
-    @property
-    def name(self) -> str:
-        """File name without folders."""
-        return PurePath(self.record.path).name
-
-    def draw(self, axes: Axes, x: FloatArray, y: FloatArray) -> None:
-        """Before the first reversal, from there on, and what is left out."""
-        at = np.union1d(visible(self.record.displacement, _POINTS // 2), visible(self.record.force, _POINTS // 2))
-        if self.first:
-            before = at[at <= self.first]
-            line(axes, x[before], y[before], "lead-in (not fitted)", "faint", record=self.place)
-        after = at[at >= self.first]
-        line(axes, x[after], y[after], "measured", "measured", record=self.place)
-        for reason, samples in self.seen.left_out.items():
-            at = samples[:: max(1, samples.size // _MARKS)]
-            dots(axes, x[at], y[at], *_REASONS[reason], record=self.place)
-
-    @property
-    def without_cycles(self) -> str:
-        """That it has no whole cycle, if so."""
-        return f"{self.name} holds no whole cycle; {self.seen.strokes} strokes were found." * (not self.seen.cycles)
-
-
-def record_warnings(record: Record, reader: Reader) -> Iterator[str]:
-    """What the page warns of besides, one sentence each: no spring, no whole cycle, samples left out."""
-    shown = _Shown.from_record(0, record, reader)
-    if shown.refusal:
-        yield shown.refusal
-    if shown.without_cycles:
-        yield shown.without_cycles
-    for reason, samples in shown.seen.left_out.items():
-        yield f"{shown.name}: {samples.size} samples: {_REASONS[reason][0]}."
+    first, refusal = 0, ""
+    try:
+        (part,) = cut_all([record])
+        if (reason := impossible(part)) is not None:
+            raise reason
+        first = int(Samples.of([record], len(record)).rows[0])
+    except IdentificationError as refused:
+        reasons = " ".join(gathered((finding.in_folder for finding in refused.findings), reader))
+        refusal = f"No spring would be identified: {reasons}"
+    return RecordOverview(record, find_strokes(record.displacement).count, find_cycles(record), seen, first, refusal)
 
 
 def write_record_page(path: Path, records: Sequence[Record]) -> None:
     """Write a page with loops, strokes and cycles of records; zooming and choosing cycles prints the options to use.
 
-    Parameters
-    ----------
-    path : Path
-    records : sequence of Record   At least one.
-
     Raises
     ------
-    StrandspringError              If the file cannot be written.
+    StrandspringError   If the file does not end in .html, or cannot be written.
     """
-    shown = [_Shown.from_record(place, record) for place, record in enumerate(records)]
+    shown = [overview(record) for record in records]
+    is_timed = all(record.rising_time is not None for record in records)
+    counts = [len(one.cycles) for one in shown]
     refusals = [Notice(Level.POOR, one.refusal) for one in shown if one.refusal]
-    timed = all(record.rising_time is not None for record in records)
-    counts = [len(one.seen.cycles) for one in shown]
     sections = (
-        Section("loops", "Loops", (*refusals, Gallery((_loops(shown),)))),
-        Section("path", "Displacement and force along the record", (Gallery(tuple(_along(shown, timed))),)),
-        Section("cycles", "Cycles", tuple(_cycles(shown))),
-        Section("detected", "What was detected", tuple(_detected(shown))),
+        Section("loops", "Loops and strokes", [*refusals, Gallery([*_charts(shown, TIME if is_timed else _SAMPLE)])]),
+        Section("cycles", "Cycles", [*_cycles(shown)]),
+        Section("detected", "What was detected", [*_detected(shown)]),
     )
     title = shown[0].name if len(shown) == 1 else f"{shown[0].name} and {len(shown) - 1} more"
-    # Cycles of a part are not counted as --cycles counts those of the whole record.
-    choosable = 0 if any(record.is_cut for record in records) else max(counts)
     page = Page(
         f"Record: {title}", f"{sum(map(len, records))} samples, {sum(counts)} whole cycles", sections,
-        {one.place: one.name for one in shown}, choice={"cycles": choosable, "timed": timed},
+        {place: one.name for place, one in enumerate(shown)},
+        # Cycles of a part are not counted as --cycles counts those of the whole record.
+        cycles=0 if any(record.is_cut for record in records) else max(counts),
+        options={"loops": "--displacement-range", **dict.fromkeys(("displacement", "force")[: 2 * is_timed], "--time")},
     )  # fmt: skip
     write_page(path, page)
 
 
-def _loops(shown: Sequence[_Shown]) -> Chart:
-    def draw(axes: Axes, record: int | None) -> None:
-        for one in shown if record is None else (shown[record],):
-            one.draw(axes, MM.factor * one.record.displacement, one.record.force)
-        name_axes(axes, ("displacement", MM), ("force", N))
-
-    low = min(float(one.record.displacement.min()) for one in shown)
-    high = max(float(one.record.displacement.max()) for one in shown)
-    sentence = (
-        f"Force over displacement, {span(low, high, MM)}. Zoom along the displacement to choose a range of it: the "
-        "path of the model keeps running through what is left out."
-    )
-    return Chart("loops", "Force over displacement", sentence, draw, wide=True)
-
-
-def _along(shown: Sequence[_Shown], timed: bool) -> Iterator[Chart]:
-    axis = ("time", S) if timed else ("sample number", NUMBER)
-    advice = " Zoom along the time to choose a window." if timed else " Without rising times no window can be chosen."
-    for key, unit in (("displacement", MM), ("force", N)):
-
-        def draw(axes: Axes, record: int | None, key: str = key, unit: DisplayUnit = unit) -> None:
-            for one in shown if record is None else (shown[record],):
-                along = one.record.rising_time if timed else None
-                t = np.arange(1.0, len(one.record) + 1.0) if along is None else along
-                values = unit.factor * getattr(one.record, key)
-                one.draw(axes, t, values)
-                if key == "displacement":
-                    begins = np.array([cycle.first_sample for cycle in one.seen.cycles][:_MARKS], dtype=np.intp)
-                    marks(axes, t[begins], values[begins], "a cycle begins", "model", record=one.place)
-            name_axes(axes, axis, (key, unit))
-
-        sentence = f"{key.capitalize()} in the order of measurement.{advice}"
-        yield Chart(key, f"{key.capitalize()} over {axis[0]}", sentence, draw, wide=True, records=range(len(shown)))
+def _charts(shown: Sequence[RecordOverview], axis: ResultColumn) -> Iterator[Chart]:
+    """Force over displacement, and both along the record."""
+    window = "Zoom along the time to choose a window." if axis is TIME else "Without rising times none can be chosen."
+    part = "Zoom along the displacement to choose a range: the model's path keeps running through what is left out."
+    for x, y, advice in ((DISPLACEMENT, FORCE, part), (axis, DISPLACEMENT, window), (axis, FORCE, window)):
+        curves: list[Curve] = []
+        for place, one in enumerate(shown):
+            held = {"displacement": one.record.displacement, "force": one.record.force, "time": one.record.rising_time}
+            along = held.get(x.key)
+            at, values = np.arange(1.0, len(one.record) + 1.0) if along is None else along, getattr(one.record, y.key)
+            curves += one.curves(place, at, values)
+            begins = np.array([cycle.first_sample for cycle in one.cycles][:_MARKS], dtype=np.intp)
+            if begins.size and x is axis:
+                curves.append(Curve(at[begins], values[begins], "a cycle begins", "model", "o", place))
+        title = f"{y.words.capitalize()} over {x.words}"
+        key = y.key if x is axis else "loops"
+        yield Chart(key, title, f"{title}. {advice}", x, y, curves, "wide", is_apart=x is axis)
 
 
-def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
+def _cycles(shown: Sequence[RecordOverview]) -> Iterator[Block]:
     if any(one.record.is_cut for one in shown):
         yield Notice(
             Level.CARE,
@@ -198,30 +154,21 @@ def _cycles(shown: Sequence[_Shown]) -> Iterator[Block]:
             "show the whole record to choose cycles.",
         )
     for one in shown:
-        record, cycles = one.record, one.seen.cycles
-        if one.without_cycles:
-            yield Notice(Level.CARE, one.without_cycles)
-            continue
-        rows = []
-        for count, cycle in enumerate(cycles, 1):
-            first, last = cycle.first_sample, cycle.last_sample
-            x = record.displacement[first : last + 1]
-            rows.append(
-                (
-                    str(count),
-                    f"{first + 1} to {last + 1}",
-                    "–" if record.time is None else span(record.time[first], record.time[last], S),
-                    number(1e3 * cycle.figures.amplitude),
-                    span(float(x.min()), float(x.max()), MM),
-                    "–" if cycle.frequency is None else number(cycle.frequency),
-                )
-            )
-        header = ("cycle", "samples", "time", "amplitude [mm]", "displacement", "frequency [Hz]")
-        yield Table(f"Cycles of {one.name}", header, rows)
+        record, rows = one.record, []
+        for count, cycle in enumerate(one.cycles, 1):
+            ends = [cycle.first_sample, cycle.last_sample]
+            x = record.displacement[ends[0] : ends[1] + 1]
+            time = None if record.time is None else tuple(record.time[ends].tolist())
+            figures = (cycle.figures.amplitude, (float(x.min()), float(x.max())), cycle.frequency)
+            cells = (str(count), (ends[0] + 1, ends[1] + 1), time, *figures)
+            rows.append(dict(zip((column.key for column in _CYCLES), cells, strict=True)))
+        if rows:
+            yield Table.of(f"Cycles of {one.name}", texts(_CYCLES, rows))
 
 
-def _detected(shown: Sequence[_Shown]) -> Iterator[Block]:
+def _detected(shown: Sequence[RecordOverview]) -> Iterator[Block]:
     for one in shown:
         yield f"{one.name}: {' '.join(one.record.notes) or 'Nothing was assumed.'}"
-        for reason, samples in one.seen.left_out.items():
-            yield Notice(Level.CARE, f"{samples.size} samples: {_REASONS[reason][0]}.")
+        for warning in one.warnings:
+            if warning != one.refusal:
+                yield Notice(Level.CARE, warning)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from ...ground.files import write_csv
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, value
+from ...ground.result_columns import texts as texts_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,10 +44,8 @@ class Table:
 
     def lines(self, width: int | None = None, brief: bool = False) -> list[str]:
         """The table as text, folded to a width; nothing without rows or columns for people."""
-        shown = (column for column in self.columns if column.short and not (brief and column.key in self.details))
-        values = {column: [_value(row, column.key) for row in self.rows] for column in shown}
-        known = {column: of for column, of in values.items() if any(value is not None for value in of)}
-        texts = {column: [column.text(value) for value in of] for column, of in known.items()}
+        shown = [column for column in self.columns if not (brief and column.key in self.details)]
+        texts = texts_of(shown, self.rows)
         if not texts:
             return []
         lines = [self.title] if self.title else []
@@ -55,7 +54,7 @@ class Table:
             shared = [f"{column.short} {texts.pop(column)[0]} {column.shown}".strip() for column in same]
             lines += [f"Throughout: {', '.join(shared)}"] if shared else []
         # Texts of numbers have a unit.
-        left = {c.heading for c in texts if not c.unit and any(isinstance(value, str) for value in known[c])}
+        left = {c.heading for c in texts if not c.unit and any(isinstance(value(row, c.key), str) for row in self.rows)}
         headings = [column.heading for column in texts]
         return [*lines, *table_lines(headings, zip(*texts.values(), strict=True), left, width)]
 
@@ -65,7 +64,7 @@ class Table:
 
     def as_json(self) -> list[dict[str, Any]]:
         """The rows as objects for JSON, in SI units."""
-        return [{column.key: _value(row, column.key) for column in self._in_files} for row in self.rows]
+        return [{column.key: value(row, column.key) for column in self._in_files} for row in self.rows]
 
     def frame(self) -> pd.DataFrame:
         """The rows in SI units."""
@@ -85,11 +84,7 @@ class Table:
         StrandspringError   If the file cannot be written.
         """
         headings = [column.file_heading for column in self._in_files]
-        write_csv(Path(path), headings, ([_value(row, c.key) for c in self._in_files] for row in self.rows))
-
-
-def _value(row: Any, key: str) -> Any:
-    return row.get(key) if isinstance(row, Mapping) else getattr(row, key, None)
+        write_csv(Path(path), headings, ([value(row, c.key) for c in self._in_files] for row in self.rows))
 
 
 def table_lines(

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import chain, count
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -192,9 +192,7 @@ class Simulation(PlottedResult):
         """
         from ...report.system_pages import write_simulation
 
-        file = self.file
-        source = PurePath(file.path).name
-        write_simulation(os.fspath(path), file.name, file.description, source, self.candidates, self.answers)
+        write_simulation(os.fspath(path), self.file, self.candidates, self.answers, self.parts(brief=False))
 
     def save_histories(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write the histories of each answer into a CSV file of its own, with units in the header.

@@ -218,9 +218,9 @@ class SystemIsolation(AnyIsolation):
         """
         from ...report.system_pages import write_system_isolation
 
-        modes = {candidate.label: candidate.modes for candidate in self.candidates}
         curves = [(candidate.label, response) for candidate, response in self.every]
-        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, modes, curves)
+        _, *parts = self.parts(brief=False)  # the first names the file
+        write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts)
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
         """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable.

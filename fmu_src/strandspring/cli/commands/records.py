@@ -110,7 +110,7 @@ def identify(
     save_model(output, model)
     if report is not None:
         with out.working("Drawing the report"):
-            write_report(report, identification, model, details)
+            write_report(report, identification, model, identification.parts(brief=False), details)
     if figure is not None:
         write_figure(figure, identification)
     # For one record that holds several amplitudes or frequencies there is `info`.
