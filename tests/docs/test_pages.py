@@ -14,10 +14,10 @@ import pytest
 import strandspring
 from pages import README, ROOT, TEXTS, blocks
 from strandspring import Spring, StrandspringError, read_record
-from strandspring.cli.commands.documentation import reference
+from strandspring.cli.documentation import reference
 from strandspring.cli.main import COMMANDS
 from strandspring.cli.main import strandspring as program
-from strandspring.cli.shared.options import SHOWS_ALL
+from strandspring.cli.options import SHOWS_ALL
 from strandspring.core.parameters import SCALARS, SpringParameters
 from strandspring.core.variables import variables
 from strandspring.docs.site import PAGES, Reference, write_site

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias, get_args
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Literal, TypeAlias, get_args
 
 from ..core.parameters import N_RANGE
+from ..errors import OptionError
 from ..ground.options import check, described, option, options_of
 from ..identification.options import Method, RefinedOptions, checked_method
 from ..peers.options import NiOptions, PaperOptions, TwoStageOptions
-
-if TYPE_CHECKING:
-    pass
 
 Align: TypeAlias = Literal["record", "middle"]
 MethodName: TypeAlias = Literal["refined", "two-stage", "paper", "ni"]
@@ -35,6 +33,7 @@ class Fitting:
     """
 
     group: ClassVar[str] = "Fitting"
+    parts: ClassVar[Mapping[str, type[Method]]] = {f"method {name}": METHODS[name] for name in reversed(METHODS)}
 
     method: MethodName | None = option(
         None, "choice", "Method with its defaults. refined: the class that predicts held-out strokes best, with "
@@ -54,6 +53,16 @@ class Fitting:
             if self.method is not None:
                 raise TypeError("`method` and `options` exclude each other; `options` say the method, too.")
         check(self)
+
+    def with_options(self, **given: Any) -> Fitting:
+        """This with options of a command, in which those of a method stand beside its name."""
+        method = METHODS[given.pop("method", "refined")]
+        of_method = {name: value for name, value in given.items() if name not in options_of(Fitting)}
+        for name in [name for name in of_method if name not in options_of(method)]:
+            owner = next(other.name for other in METHODS.values() if name in options_of(other))
+            raise OptionError(f"{{to[{name}]}} belongs to {{to[method={owner}]}}.", of=method.name)
+        others = {name: value for name, value in given.items() if name not in of_method}
+        return replace(self, options=method(**of_method), **others)
 
     @property
     def chosen(self) -> Method:
@@ -142,8 +151,3 @@ class Sampling:
 
     def __post_init__(self) -> None:
         check(self)
-
-
-def identification_options() -> set[str]:
-    """Names of the options of `identify` beside how records are read."""
-    return {name for kind in (Fitting, *METHODS.values()) for name in options_of(kind)}

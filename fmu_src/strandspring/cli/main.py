@@ -25,7 +25,7 @@ from ..errors import Reader, StrandspringError
 from ..findings import IdentificationError
 from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
-from .shared.output import drop_failing_output, refusal, result_json
+from .output import drop_failing_output, refusal, result_json
 
 # Each command is defined in a module of its subject, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -56,7 +56,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002
         if cmd_name not in COMMANDS:
             return None
-        commands = import_module(f".commands.{COMMANDS[cmd_name][0]}", __package__)
+        commands = import_module(f".{COMMANDS[cmd_name][0]}", __package__)
         command: click.Command = getattr(commands, cmd_name.replace("-", "_"))
         return command
 
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     if "_STRANDSPRING_COMPLETE" in os.environ:
-        offer_files()
+        _offer_files()
     # No plugins of pydantic are used, and to look for some it reads the metadata of all packages.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
@@ -175,14 +175,11 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
     sys.exit(status)
 
 
-class _FilesToo(ShellComplete):
-    """Offers files where nothing else fits, as shells do for programs that they do not know."""
+def _offer_files() -> None:
+    """Make the completion of all shells offer files where nothing else fits, as of programs that they do not know."""
 
-    def get_completions(self, args: list[str], incomplete: str) -> list[CompletionItem]:
-        return super().get_completions(args, incomplete) or [CompletionItem(incomplete, type="file")]
+    def completions(shell: ShellComplete, args: list[str], incomplete: str) -> list[CompletionItem]:
+        return ShellComplete.get_completions(shell, args, incomplete) or [CompletionItem(incomplete, type="file")]
 
-
-def offer_files() -> None:
-    """Make the completion of all shells offer files."""
     for shell in (BashComplete, ZshComplete, FishComplete):
-        add_completion_class(type(shell.__name__, (_FilesToo, shell), {}))
+        add_completion_class(type(shell.__name__, (shell,), {"get_completions": completions}))

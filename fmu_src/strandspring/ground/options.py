@@ -1,7 +1,8 @@
 """Options, declared once: fields of frozen dataclasses that say what they are.
 
 By what a field says, the class checks itself (`check`) and has the Parameters of its docstring (`described`), functions
-take the object or its fields as keywords (`takes`), and the command line has its options.
+take the object or its fields as keywords (`takes`), and the command line has its options. Those of a class may stand
+for fields of others, its `parts` by what they are, or for several of its own; its method `with_options` takes them.
 """
 
 from __future__ import annotations
@@ -46,6 +47,7 @@ class Option:
     flag : str or None            Name on the command line, if not that of the field; none if empty.
     group : str                   In the help; that of the class if empty.
     rare : bool                   Whether it is shown by ``--help-all`` only.
+    repeated : str or None        What the help says of giving one value again; None where the last one counts.
     parse : callable or None      Makes the value of a text; raises ValueError if it is none.
     checks : callable or None     Raises an error if a value is wrong.
     """
@@ -65,6 +67,7 @@ class Option:
     flag: str | None = None
     group: str = ""
     rare: bool = False
+    repeated: str | None = None
     parse: Callable[[str], Any] | None = None
     checks: Callable[[Any], object] | None = None
 

@@ -15,13 +15,13 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeAlias, get_args, get_type_hints
 
-from ..errors import RecordError
+from ..errors import OptionError, RecordError
 from ..ground.arguments import is_finite_number
 from ..ground.files import read_text, readable
 from ..ground.options import check, described, option, options_of, takes
 from ..ground.strict_toml import parse_toml
 from ..records.units import Quantity, unit_factor
-from .windows import Bounds, window
+from .windows import Bounds, is_window, window
 
 if TYPE_CHECKING:
     from ..records.record import Record
@@ -55,7 +55,8 @@ class Reading:
     force: int | str | None = option(None, "text", "Force column, likewise", metavar="COLUMN")
     time: int | str | None = option(
         None, "text", "Time column, if any. The model does not need it; identify finds delays, gaps and forces that "
-        "depend on the rate by it", metavar="COLUMN|FROM:TO",
+        "depend on the rate by it", metavar="COLUMN|FROM:TO", repeated=". Numbers as in 2.5:60, 2.5: or :60 are a "
+        "window instead, to which the record is cut [s]; give the option twice for both",
     )  # fmt: skip
     units: InitVar[Mapping[str, str] | None] = None
     displacement_unit: str | None = option(
@@ -70,7 +71,7 @@ class Reading:
         None, "text", "Unit of the time: s, ms, min, ...", otherwise="the file's, or s", metavar="UNIT",
         checks=partial(unit_factor, quantity="time"),
     )  # fmt: skip
-    reverse: Reversed | None = option(None, "choice", "Negate this column", choices=get_args(Reversed))
+    reverse: Reversed | None = option(None, "choice", "Negate this column", choices=get_args(Reversed), repeated="")
     displacement_offset: float | None = option(
         None, "number", "Subtracted from the column of displacement, in its own units", metavar="VALUE", rare=True
     )
@@ -107,6 +108,21 @@ class Reading:
                 raise TypeError(f"`units` and `{name}` exclude each other; give one of them.")
             object.__setattr__(self, name, unit)
         check(self, RecordError)
+
+    def with_options(self, **given: Any) -> Reading:
+        """This with options of a command: --time is a column or a window, or both, and two columns cannot be one."""
+        times = dict.fromkeys(given.pop("time", ()))
+        windows = [text for text in times if is_window(text)]
+        columns = [text for text in times if text not in windows]
+        named = {"reverse": [*dict.fromkeys(given.pop("reverse", ()))], "time": columns, "time_window": windows}
+        for name, values in named.items():
+            if len(values) > 1:
+                what, sentence = (
+                    "window FROM:TO" if values is windows else "column",
+                    "must be one {what}, got {values}.",
+                )
+                raise OptionError(f"{{to[{name}]}} {sentence}", what=what, values=" and ".join(values))
+        return replace(self, **given, **{name: values[0] for name, values in named.items() if values})
 
     @property
     def selection(self) -> dict[str, Bounds | None]:

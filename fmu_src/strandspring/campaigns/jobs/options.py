@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from ...errors import JobError
-from ...ground.options import check, described, option
+from ...errors import JobError, OptionError
+from ...ground.options import check, described, option, options_of
 
 if TYPE_CHECKING:
     from .runners import Pool, Runner
@@ -85,6 +85,7 @@ class Workers:
     """
 
     group: ClassVar[str] = "Workers"
+    parts: ClassVar[Mapping[str, type]] = {"cluster": Cluster}
 
     workers: int | None = option(
         1, "whole", "Number of processes; 1 for none besides this one", least=1, most=1024,
@@ -101,6 +102,17 @@ class Workers:
         if self.scheduler is not None and self.workers not in (None, 1):
             sentence = "{to[workers]} and {to[scheduler]} exclude each other; give one of them."
             raise JobError(sentence, workers=self.workers)
+
+    def with_options(self, **given: Any) -> Workers:
+        """These with options of a command, in which those of a cluster stand beside its address."""
+        of_cluster = {name: given.pop(name) for name in options_of(Cluster) if name in given}
+        if "scheduler" in given:
+            given["scheduler"] = Cluster(given["scheduler"], **of_cluster)
+        elif of_cluster.keys() - {"patience"}:
+            raise OptionError(
+                "Certificates are for a scheduler; add {to[scheduler=tls://HOST:PORT]}.", given=of_cluster
+            )
+        return replace(self, **given)
 
     def notifying(self, notify: Callable[[str], None]) -> Workers:
         """The same, which tell another function what they wait for."""

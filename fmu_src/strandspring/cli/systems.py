@@ -10,26 +10,24 @@ import click
 
 import strandspring
 
-from ...campaigns.jobs.options import Workers
-from ...ground.files import refuse_unwritable
-from ...ground.options import Option
-from ...vibration.one_mass.options import Curve, Levels, Mount
-from ...vibration.options import Part, Run, StudyRun
-from ..shared import options as opt
-from ..shared.output import note, present, reporting, reporting_kept, result, save
-from ..shared.paths import REPORT_FILE, refuse_overwriting
+from ..campaigns.jobs.options import Workers
+from ..ground.files import refuse_unwritable
+from ..ground.options import Option
+from ..vibration.one_mass.options import Curve, Levels, Mount
+from ..vibration.options import Part, Run, StudyRun
+from . import options as opt
+from .output import is_asked, note, present, refuse_overwriting, reporting, result
 
 _FACTORS = Option(
     "numbers", "Of a model: factor on all forces of the spring (FE and kappa_omega)", least=1e-6, most=1e6,
     otherwise="1", metavar="FACTOR",
 )  # fmt: skip
-_report_option: opt.Decorator = opt.given(
-    "--report", type=REPORT_FILE, metavar="FILE.html", help="Of a system: write a report."
+_report_option: opt.Decorator = opt.written(
+    "FILE.html", "Of a system: write a report.", "Report", "report", "report", "--report", read=opt.report_path
 )
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("models", nargs=-1, required=True, metavar="MODEL.json...|SYSTEM.toml")
+@opt.command(models="MODEL.json...|SYSTEM.toml")
 @opt.mass_option("Mass on the mount; required with models")
 @opt.takes_options(mount=Mount)
 @opt.zero_option
@@ -40,14 +38,13 @@ _report_option: opt.Decorator = opt.given(
 @opt.given("--verify", is_flag=True,
            help="Of models: build the FMU, co-simulate it at three frequencies of each level from the computed motion, "
            "and compare after 20 periods.")  # fmt: skip
-@opt.written("OUT.csv", "Write all figures to this file.")
+@opt.written("OUT.csv", "Write all figures to this file.", "Curves", method="save_csv")
 @opt.plot_option("Plot the curves of all models")
 @_report_option
 @opt.output_options
 def isolate(
-    models: tuple[str, ...], output: str | None, plot: str | None, report: str | None, verify: bool, as_json: bool,
-    candidates: tuple[str, ...], **options: Any,
-) -> None:  # fmt: skip
+    models: tuple[str, ...], report: str | None, verify: bool, candidates: tuple[str, ...], **options: Any
+) -> None:
     """Compute transmissibility and resonance of a mass on the spring, or on several springs to compare them.
 
     Of a SYSTEM.toml, which describes rigid bodies on mounts, compute it in all degrees of freedom, with rotations to
@@ -70,28 +67,20 @@ def isolate(
       strandspring isolate box.toml --direction z --base-displacement 0.5
       strandspring isolate box.toml --candidate softer --report softer.html
     """
-    from ...api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
-    from ...ground.options import refuse_given
+    from ..api.common.model_source import OF_MODELS, OF_SYSTEMS, is_system
+    from ..ground.options import refuse_given
 
     is_of_system = is_system(models[0])
     where, others = models[0], {"verify": verify} if is_of_system else {"report": report}
     refuse_given(f"{OF_MODELS}; leave it out." if is_of_system else OF_SYSTEMS, where, **others)
-    refuse_overwriting(models, {"--output": output, "--plot": plot, "--report": report})
     with reporting() as progress:
         isolation: Any = strandspring.isolate(models, candidates=candidates or None, **options, progress=progress)
-    files: dict[str, Any] = {"output": ("Curves", output), "plot": ("Plot", plot), "report": ("Report", report)}
-    if not is_of_system:
-        del files["report"]
-    if verify:
-        with reporting() as progress:
+        if verify:
             isolation = replace(isolation, checked=isolation.verify(progress))
-    save(isolation, output, plot, report)
-    content = {"system": isolation.source} if is_of_system else {}
-    present(as_json, isolation, content, **files)
+    present(isolation, {"system": isolation.source} if is_of_system else {})
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("system", metavar="SYSTEM.toml")
+@opt.command(system="SYSTEM.toml")
 @opt.takes_options(part=Part, run=Run)
 @opt.given("--workers", type=click.IntRange(1, 1024), metavar="N", group="Simulation",
            help="Number of threads.  [default: all cores]")  # fmt: skip
@@ -100,12 +89,9 @@ def isolate(
 @opt.given("--histories", metavar="FOLDER",
            help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
            "may have tens of megabytes.")  # fmt: skip
-@opt.written("OUT.csv", "Write all figures to this file.")
+@opt.written("OUT.csv", "Write all figures to this file.", "Figures", method="save_csv")
 @opt.output_options
-def simulate(
-    system: str, report: str | None, plot: str | None, histories: str | None, output: str | None, as_json: bool,
-    part: Part, run: Run, workers: int | None,
-) -> None:  # fmt: skip
+def simulate(system: str, report: str | None, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
     """Simulate bodies on mounts under shock and vibration.
 
     SYSTEM.toml describes rigid bodies on mounts of identified springs, the mounts to choose from (candidates), limits
@@ -127,23 +113,21 @@ def simulate(
       strandspring simulate box.toml --draws 200 -o figures.csv
       strandspring simulate box.toml --report box.html --plot sheet.png
     """
-    from ...vibration.description.system_file import load_system_file
+    from ..vibration.description.system_file import load_system_file
 
     file = load_system_file(system)
-    refuse_overwriting([system, *file.files], {"--output": output, "--report": report, "--plot": plot})
+    refuse_overwriting(file.files)
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
-    with_courses = as_json or report is not None or histories is not None
+    is_json = is_asked("as_json")
+    with_courses = is_json or report is not None or histories is not None
     with reporting() as progress:
         simulation = strandspring.simulate(
             file, part.cases, part.candidates, run=run, workers=workers, courses=with_courses, progress=progress
         )
-    save(simulation, output, plot, report)
     courses = () if histories is None else simulation.save_histories(histories)
-    content = {"file": system, "histories": [str(path) for path in courses]}
-    files: dict[str, Any] = {"output": ("Figures", output), "report": ("Report", report), "plot": ("Plot", plot)}
-    present(as_json, simulation, content, **files)
-    if histories is not None and not as_json:
+    present(simulation, {"file": system, "histories": [str(path) for path in courses]})
+    if histories is not None and not is_json:
         result(f"Histories: {len(courses)} files in {histories}")
 
 
@@ -160,8 +144,7 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
     return varied or None
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("model", metavar="MODEL.json|SYSTEM.toml")
+@opt.command(model="MODEL.json|SYSTEM.toml")
 @opt.mass_option("Mass on the mount; required with a model", several=True)
 @opt.takes_options(levels=Levels)
 @opt.option_of("stiffness", _FACTORS, group="Mount")
@@ -172,13 +155,12 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
            help="Of a SYSTEM.toml: a value of it, such as body.box.mass, and LOW:HIGH:COUNT or a list with commas, "
            "such as '15 kg:25 kg:5'; repeat for a grid.")  # fmt: skip
 @opt.takes_options(part=Part, placing=Workers(None))
-@opt.given("-o", "--output", required=True, metavar="RESULTS.csv", help="Write one line for each run to this file.")
+@opt.written("RESULTS.csv", "Write one line for each run to this file.", "Results", is_required=True, read=str)
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
 @opt.output_options
 def study(
-    model: str, output: str, plot: str | None, as_json: bool, stiffness: tuple[float, ...] | None, placing: Workers,
-    **options: Any,
-) -> None:  # fmt: skip
+    model: str, output: str, plot: str | None, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any
+) -> None:
     """Run a parameter study of `isolate` for a model file, or of `simulate` for a SYSTEM.toml.
 
     Of a model file, every grid point (mass, level, stiffness factor) is run with every spring drawn from the joint
@@ -202,25 +184,18 @@ def study(
       strandspring study box.toml --vary 'mount_type.*.axes.*.series=1,2' -o p.csv
       strandspring study box.toml --vary mount.corner.places=3,4 -o m.csv
     """
-    from ...api.common.model_source import OF_SYSTEMS, is_system
-    from ...campaigns.studies.journal import journal_path
-    from ...ground.options import refuse_given
+    from ..api.common.model_source import OF_SYSTEMS, is_system
+    from ..campaigns.studies.journal import journal_path
+    from ..ground.options import refuse_given
 
-    journal = journal_path(Path(output))
-    is_of_system = is_system(model)
+    journal, is_of_system = journal_path(Path(output)), is_system(model)
     if not is_of_system:
         refuse_given(OF_SYSTEMS, model, plot=plot)
-    refuse_overwriting([model], {"--output": output, "--output's journal": journal, "--plot": plot})
-    with reporting_kept("runs", journal) as progress:
+    refuse_overwriting([model], {"--output's journal": journal})
+    with reporting("runs", journal) as progress:
         studied: Any = strandspring.study(
-            model,
-            stiffness=stiffness or 1.0,
-            placing=placing.notifying(note),
-            output=output,
-            progress=progress,
+            model, stiffness=stiffness or 1.0, placing=placing.notifying(note), output=output, progress=progress,
             **options,
-        )
-    save(studied, None, plot)
-    written: dict[str, Any] = {"output": ("Results", output), **({"plot": ("Plot", plot)} if is_of_system else {})}
+        )  # fmt: skip
     content = {"system" if is_of_system else "model": model}
-    present(as_json, studied, content, **written)
+    present(studied, content, without=() if is_of_system else ("plot",))

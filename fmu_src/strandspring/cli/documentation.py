@@ -8,9 +8,9 @@ from pathlib import Path
 
 import click
 
-from ...docs.site import PAGES, Reference, page_text, site, write_site
-from ..shared.options import SHOWS_ALL
-from ..shared.output import result
+from ..docs.site import PAGES, Reference, page_text, site, write_site
+from .options import SHOWS_ALL
+from .output import result
 
 
 @click.command()

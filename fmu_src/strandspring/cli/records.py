@@ -11,17 +11,16 @@ import click
 
 import strandspring
 
-from ...api.options import Fitting
-from ...campaigns.jobs.options import Workers
-from ...errors import Reader
-from ...ground.files import user_cache
-from ...ground.options import Option
-from ...loops.reading import Reading
-from ...model.names import identifier
-from ...report import ReportDetails
-from ..shared import options as opt
-from ..shared import output as out
-from ..shared.paths import PLOT_FILE, REPORT_FILE, refuse_overwriting
+from ..api.options import Fitting
+from ..campaigns.jobs.options import Workers
+from ..errors import Reader
+from ..ground.files import user_cache
+from ..ground.options import Option
+from ..loops.reading import Reading
+from ..model.names import identifier
+from ..report import ReportDetails
+from . import options as opt
+from . import output as out
 
 _FINDINGS = 3  # that are printed, the most harmful ones
 _AMPLITUDE = Option(
@@ -30,12 +29,11 @@ _AMPLITUDE = Option(
 )  # fmt: skip
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.command(records="RECORD...")
 @opt.takes_options(reading=Reading)
-@opt.written("FILE.html", "Write the page to this file, and open nothing.")
+@opt.written("FILE.html", "Write the page to this file, and open nothing.", "Page", "page")
 @opt.output_options
-def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: Reading) -> None:
+def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None:
     """Show loops, strokes and cycles of records before they are identified.
 
     The page shows what was detected and what would be left out. Zooming into its figures, or choosing cycles, prints
@@ -47,9 +45,8 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
       strandspring show rig.xlsx --force "Sheet 2/Load" -o rig.html
       strandspring show campaign.toml -o campaign.html
     """
-    from ...api.overview import Overview
+    from ..api.overview import Overview
 
-    refuse_overwriting(opt.record_files(records), {"--output": output})
     group = opt.read_records(records, reading)
     page = user_cache() / "record.html" if output is None else Path(output)
     with out.working("Drawing the page"):
@@ -57,25 +54,25 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
     seen = Overview(group, Reader.COMMAND_LINE)
     for warning in seen.warnings:
         out.note(f"Caution: {warning}")
-    out.present(as_json, seen, {}, page=("Page", page))
+    out.present(seen, page=("Page", page))
     if output is None:
         webbrowser.open(page.resolve().as_uri())
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.command(records="RECORD...")
 @opt.takes_options(reading=Reading, fitting=Fitting)
-@opt.written("MODEL.json", "Model file to write.", is_required=True)
+@opt.written("MODEL.json", "Model file to write.", "Model file", "model", is_required=True)
 @opt.name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
 @opt.given("--description", default="", help="Free text for the model file and the FMU.")
-@opt.given("--report", type=REPORT_FILE, metavar="FILE.html",
-           help="Also write a report: a page with all figures to zoom into.")  # fmt: skip
+@opt.written("FILE.html", "Also write a report: a page with all figures to zoom into.", "Report", "report",
+             flags="--report", read=opt.report_path)  # fmt: skip
 @opt.takes_options(details=ReportDetails)
-@opt.given("--figure", type=PLOT_FILE, metavar="FILE.svg|png|pdf", help="Also draw the loops as a figure for a paper.")
+@opt.written("FILE.svg|png|pdf", "Also draw the loops as a figure for a paper.", "Figure", "figure", flags="--figure",
+             read=opt.plot_path)  # fmt: skip
 @opt.output_options
 def identify(
-    records: tuple[str, ...], output: str, report: str | None, figure: str | None, as_json: bool,
-    details: ReportDetails, **options: Any,
+    records: tuple[str, ...], output: str, name: str | None, description: str, report: str | None, figure: str | None,
+    details: ReportDetails, reading: Reading, fitting: Fitting,
 ) -> None:  # fmt: skip
     """Identify a spring from force-displacement records.
 
@@ -96,17 +93,14 @@ def identify(
     """
     if report is None and details != ReportDetails():
         raise click.UsageError("--date, --operator, --specimen, --field and --report-mass belong to --report.")
-    outputs = {"--output": output, "--report": report, "--figure": figure}
-    refuse_overwriting(opt.record_files(records), outputs)
-    from ...api.common.text import verdict_json
-    from ...loops.campaign import campaign_verdicts
-    from ...model.modelfile import save_model
-    from ...report.figure import write_figure
-    from ...report.identification_page import write_report
+    from ..api.common.text import verdict_json
+    from ..loops.campaign import campaign_verdicts
+    from ..model.modelfile import save_model
+    from ..report.figure import write_figure
+    from ..report.identification_page import write_report
 
-    name, description = options["name"] or identifier(Path(output).stem), options["description"]
-    identification = identified(records, options["reading"], options["fitting"])
-    model = identification.model_file(name, description)
+    identification = identified(records, reading, fitting)
+    model = identification.model_file(name or identifier(Path(output).stem), description)
     save_model(output, model)
     if report is not None:
         with out.working("Drawing the report"):
@@ -116,29 +110,24 @@ def identify(
     # For one record that holds several amplitudes or frequencies there is `info`.
     of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, of_campaign)
-    content = {"name": model.name, "rate_independence": rate, "overlap": overlap}
-    files = {"model": ("Model file", output), "report": ("Report", report), "figure": ("Figure", figure)}
-    out.present(as_json, identification, content, _FINDINGS, **files)
+    out.present(identification, {"name": model.name, "rate_independence": rate, "overlap": overlap}, _FINDINGS)
 
 
 def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:
     """Read the records and identify the spring."""
-    from ...identification.method import heard_by
+    from ..identification.method import heard_by
 
     group = opt.read_records(records, reading)
     with out.working("Identifying") as show, heard_by(lambda stage: show(stage.words)):
         return strandspring.identify(group, fitting=fitting)
 
 
-@click.command("identify-many", cls=opt.OptionsCommand)
-@click.argument("sources", nargs=-1, required=True, metavar="FILE|FOLDER...")
+@opt.command(sources="FILE|FOLDER...")
 @opt.takes_options(reading=Reading, fitting=Fitting, placing=Workers(None))
 @opt.option_of("amplitude", _AMPLITUDE)
 @opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
 @opt.output_options
-def identify_many(
-    sources: tuple[str, ...], output: str, amplitude: float | None, as_json: bool, placing: Workers, **options: Any
-) -> None:
+def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **options: Any) -> None:
     """Identify many springs, each from a file of its own.
 
     Of a folder, the files in it that are named like records (.csv, .txt, .xlsx, ...) are taken, not those in folders
@@ -155,17 +144,17 @@ def identify_many(
       strandspring identify-many monday/*.csv -o models --force-unit kN
       strandspring identify-many monday/ -o models --amplitude 20 --workers 4
     """
-    from ...campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
+    from ..campaigns.batches.sources import COLUMNAR_TABLE, JOURNAL
 
-    with out.reporting_kept("files", Path(output) / JOURNAL, "springs/s") as progress:
+    with out.reporting("files", Path(output) / JOURNAL) as progress:
         many = strandspring.identify_many(
-            sources, output, amplitude=amplitude, placing=placing.notifying(out.note), progress=progress, **options
+            sources, output, placing=placing.notifying(out.note), progress=progress, **options
         )
     if many.batch.columnar_table is None:
         out.note(
             f'{COLUMNAR_TABLE} needs pyarrow and was not written; install it with pip install "strandspring[formats]".'
         )
-    out.present(as_json, many, {}, table=("Table", many.batch.table))
+    out.present(many, table=("Table", many.batch.table))
     if not many.is_complete:
         out.refusal(f"strandspring: {many.problem}")
         sys.exit(1)

@@ -11,14 +11,13 @@ import click
 
 import strandspring
 
-from ...api.fmus.options import BuildOptions
-from ...api.options import Fitting, identification_options
-from ...ground.files import readable, refuse_unwritable
-from ...loops.reading import Reading
-from ...model.names import identifier
-from ..shared import options as opt
-from ..shared.output import note, present, refusal, remark, remark_on, reporting, result_json, working
-from ..shared.paths import refuse_overwriting
+from ..api.fmus.options import BuildOptions
+from ..api.options import Fitting
+from ..ground.files import readable, refuse_unwritable
+from ..loops.reading import Reading
+from ..model.names import identifier
+from . import options as opt
+from . import output as out
 
 # Of the bundled record: its machine position counts down while the sample is stretched.
 EXAMPLE_NAME = "rubber_hinge"
@@ -34,15 +33,14 @@ class _Build(opt.OptionsCommand):
         try:
             return super().parse_args(ctx, args)
         except click.NoSuchOption as problem:
-            if problem.option_name.removeprefix("--").replace("-", "_") not in identification_options():
+            if problem.option_name.removeprefix("--").replace("-", "_") not in dict(opt.options_of_object(Fitting())):
                 raise
             raise click.UsageError(
                 f"{problem.option_name} is an option of `identify`; {_IDENTIFY_FIRST}.", ctx
             ) from None
 
 
-@click.command(cls=_Build)
-@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
+@opt.command(cls=_Build, sources="[MODEL.json | X.fmu | SYSTEM.toml | RECORD...]")
 @opt.takes_options(building=BuildOptions)
 @opt.given(
     "--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate; needed if it has several."
@@ -60,7 +58,7 @@ class _Build(opt.OptionsCommand):
 @opt.output_options
 def build(
     sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
-    as_json: bool, building: BuildOptions, reading: Reading, **options: Any,
+    name: str | None, description: str, models: str, building: BuildOptions, reading: Reading,
 ) -> None:  # fmt: skip
     """Build, validate and run the FMU of a model file, of records that are identified first, or of a system.
 
@@ -88,17 +86,16 @@ def build(
       strandspring build loop.csv --name mount_a -o dist
       strandspring build box.toml --candidate softer
     """
-    from ...api.common.model_source import built_with, describes_system, origin_of
-    from ...api.fmus.build import Built, build_all, spring_options, stated_of, target
-    from ...model.modelfile import is_model_path, load_model, saved_model
-    from ...model.stated_cautions import stated_cautions
+    from ..api.common.model_source import built_with, describes_system, origin_of
+    from ..api.fmus.build import Built, build_all, spring_options, stated_of, target
+    from ..model.modelfile import is_model_path, load_model, saved_model
+    from ..model.stated_cautions import stated_cautions
 
-    name, folder = options["name"], Path(output)
-    of_records = {"name": name, "description": options["description"] or None}
+    folder, of_records = Path(output), {"name": name, "description": description or None}
     if len(sources) == 1 and describes_system(sources[0]):
         others = {**spring_options(building), **of_records, "zero": zero, "record": record}
         opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
-        _build_system(sources[0], folder, candidate, building, as_json)
+        _build_system(sources[0], folder, candidate, building)
         return
     if candidate is not None:
         raise click.UsageError("--candidate is for descriptions of systems (SYSTEM.toml); leave it out.")
@@ -109,51 +106,49 @@ def build(
     if len(sources) == 1 and is_model_path(sources[0]):
         opt.refuse_reading(Reading() if record else reading, "records", f"{sources[0]} is a model file", **of_records)
         model, model_path = load_model(sources[0]), Path(sources[0])
-        records = tuple(opt.read_records(record, reading)) if record else ()
-        remark_on(stated_cautions(model))
+        records = tuple(opt.read_records(record, reading))
+        out.remark_on(stated_cautions(model))
         for kind in kinds:
-            refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
+            out.refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
     else:
-        from ...api.common.given import bundled_record
+        from ..api.common.given import bundled_record
         from .records import identified
 
         if record:
             raise click.UsageError("--record is for a model file; records are identified and followed without it.")
         opt.refuse_reading(reading, "--record", f"records are read as `identify` does by default; {_IDENTIFY_FIRST}")
-        models = Path(options["models"])
         if not sources:
-            sources, name, reading = (str(bundled_record(models)),), name or EXAMPLE_NAME, EXAMPLE_READING
+            sources, name, reading = (str(bundled_record(Path(models))),), name or EXAMPLE_NAME, EXAMPLE_READING
         chosen = name or identifier(Path(sources[0]).stem)
-        refuse_unwritable(models, is_folder=True)
-        model_path = models / f"{chosen}.json"
+        refuse_unwritable(Path(models), is_folder=True)
+        model_path = Path(models) / f"{chosen}.json"
         for kind in kinds:
             written = {"--models": model_path, "--output": target(settings, folder, chosen, kind)}
-            refuse_overwriting(opt.record_files(sources), written)
+            out.refuse_overwriting(opt.record_files(sources), written)
         identification = identified(sources, reading, Fitting())
-        remark(identification.sentences)
-        model = saved_model(model_path, identification.model_file(chosen, options["description"]))
+        out.remark(identification.sentences)
+        model = saved_model(model_path, identification.model_file(chosen, description))
         records = identification.records
     origin = origin_of(sources[0], zero, model.parameters)
-    with reporting() as progress:
+    with out.reporting() as progress:
         built = build_all(model, folder, kinds, settings, origin, stated_of(model, records), progress)
-    present(as_json, Built(model, model_path, origin, settings, built, identification), {})
+    out.present(Built(model, model_path, origin, settings, built, identification))
 
 
-def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions, as_json: bool) -> None:
-    from ...api.fmus.system_build import BuiltSystem, SystemToBuild
+def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions) -> None:
+    from ..api.fmus.system_build import BuiltSystem, SystemToBuild
 
     refuse_unwritable(folder, is_folder=True)
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
-    refuse_overwriting([source], {"--output": building.target(folder)})
-    with reporting() as progress:
+    out.refuse_overwriting([source], {"--output": building.target(folder)})
+    with out.reporting() as progress:
         built = building.build(folder, settings.chosen_platforms, progress)
-    present(as_json, BuiltSystem(building, built), {"system": source})
+    out.present(BuiltSystem(building, built), {"system": source})
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("fmus", nargs=-1, required=True, metavar="X.fmu...")
+@opt.command(fmus="X.fmu...")
 @opt.json_option
-def verify(fmus: tuple[str, ...], as_json: bool) -> None:
+def verify(fmus: tuple[str, ...]) -> None:
     """Verify FMUs on this computer.
 
     Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
@@ -166,26 +161,26 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
       strandspring verify dist/spring.fmu
       strandspring verify dist/*.fmu --json
     """
-    from ...api.common.text import counted
+    from ..api.common.text import counted
 
     verifications = []
     for fmu in fmus:
-        with working(f"Verifying {fmu}"):
+        with out.working(f"Verifying {fmu}"):
             verifications.append(strandspring.verify(fmu))
     problems = [(verification.path, check) for verification in verifications for check in verification.problems]
     fmu, first = problems[0] if problems else ("", None)
-    if as_json:
-        result_json({"fmus": [verification.as_json() for verification in verifications]})
-    for one in () if as_json else verifications:  # the first problem is the refusal, and is said once
-        present(False, replace(one, checks=tuple(check for check in one.checks if check is not first)), {})
+    if out.is_asked("as_json"):
+        out.result_json({"fmus": [verification.as_json() for verification in verifications]})
+    else:
+        for one in verifications:  # the first problem is the refusal, and is said once
+            out.present(replace(one, checks=tuple(check for check in one.checks if check is not first)))
     if first is not None:
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
-        refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
+        out.refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
         sys.exit(1)
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("model", metavar="MODEL.json")
+@opt.command(model="MODEL.json")
 @opt.given("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @opt.given("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
 @opt.mass_option("Mass for --ssp", "Output")
@@ -196,7 +191,7 @@ def verify(fmus: tuple[str, ...], as_json: bool) -> None:
            "keep other springs.")  # fmt: skip
 @opt.zero_option
 @opt.json_option
-def export(model: str, ssp: bool, mass: float | None, output: str, as_json: bool, **options: Any) -> None:
+def export(model: str, ssp: bool, mass: float | None, output: str, **options: Any) -> None:
     """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
 
     \b
@@ -211,13 +206,13 @@ def export(model: str, ssp: bool, mass: float | None, output: str, as_json: bool
         raise click.UsageError("Nothing to write; give --ssv, --ssp, --modelica or --c.")
     if ssp != (mass is not None):
         raise click.UsageError("--ssp and --mass KG go together.")
-    from ...api.fmus.export import Exports
+    from ..api.fmus.export import Exports
 
     exports = Exports.of(model, output, ssp_mass=mass, **options)
-    refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
+    out.refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     exports.refuse_unwritable()
-    with reporting() as progress:
+    with out.reporting() as progress:
         exports.write(progress)
     for sentence in exports.notes:
-        note(sentence)
-    present(as_json, exports, {"model": model})
+        out.note(sentence)
+    out.present(exports, {"model": model})

@@ -10,16 +10,15 @@ import click
 
 import strandspring
 
-from ...api.options import Comparing, Sampling
-from ...campaigns.planning.limits import Limits
-from ...ground.options import Option
-from ...loops.reading import Reading
-from ..shared import options as opt
-from ..shared.output import note, present, remark, remark_on, result, save, working
-from ..shared.paths import refuse_overwriting
+from ..api.options import Comparing, Sampling
+from ..campaigns.planning.limits import Limits
+from ..ground.options import Option
+from ..loops.reading import Reading
+from . import options as opt
+from .output import note, present, remark, remark_on, result, working
 
 if TYPE_CHECKING:
-    from ...records.record import Record
+    from ..records.record import Record
 
 _STIFFNESS = Option(
     "number", "Instead of a model or a record: the rough stiffness, with --stroke", "N/m", "N/mm", 1e3, least=0.0,
@@ -30,19 +29,17 @@ _NI_AMPLITUDE = Option(
 )
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("model", metavar="MODEL.json|X.fmu")
-@click.argument("records", nargs=-1, metavar="[RECORD...]")
+@opt.command(model="MODEL.json|X.fmu", records="[RECORD...]")
 @opt.amplitudes_option(
     "Amplitude of a loop about the offset", "those of the records, or quarters of the identified range"
 )
 @opt.zero_option
 @opt.takes_options(reading=Reading)
-@opt.written("MODEL.json", "Write the model file to this file, as out of an FMU.", "--save")
+@opt.written(
+    "MODEL.json", "Write the model file to this file, as out of an FMU.", "Model file", "saved", flags="--save"
+)
 @opt.output_options
-def info(
-    model: str, records: tuple[str, ...], save: str | None, as_json: bool, reading: Reading, **options: Any
-) -> None:
+def info(model: str, records: tuple[str, ...], save: str | None, reading: Reading, **options: Any) -> None:
     """Show a model's parameters and loop figures, beside those of records.
 
     For each amplitude: secant stiffness between the turning points, energy absorbed per cycle W, loss factor
@@ -59,31 +56,27 @@ def info(
       strandspring info spring.json --amplitude 13 --amplitude 46
       strandspring info spring.json a13.csv a46.csv --json
     """
-    from ...api.common.model_source import describes_system
-    from ...model.modelfile import is_fmu, load_model, save_model
+    from ..api.common.model_source import describes_system
+    from ..model.modelfile import is_fmu, load_model, save_model
 
     if is_fmu(model) and describes_system(model):
         opt.refuse_reading(reading, "a model", f"{model} is the FMU of a whole system", save=save, **options)
         system: Any = strandspring.info(model, *records)
-        present(as_json, system, {"system": model})
+        present(system, {"system": model}, without=("saved",))
         return
-    refuse_overwriting([model, *opt.record_files(records)], {"--save": save})
-    content = load_model(model)  # a bad model is refused before long records are read
     if save is not None:
-        save_model(save, content)
-    group = opt.read_records(records, reading)
+        save_model(save, load_model(model))
+    group = opt.read_records(records, reading, [model])
     with working("Measuring loops"):
         information: Any = strandspring.info(model, group, **options)
-    present(as_json, information, {"model": model}, saved=("Model file", save))
+    present(information, {"model": model})
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("model", metavar="MODEL.json")
-@click.argument("records", nargs=-1, required=True, metavar="RECORD...")
+@opt.command(model="MODEL.json", records="RECORD...")
 @opt.takes_options(reading=Reading)
-@opt.written("OUT.csv", "Write displacement, measured and predicted force here.")
+@opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
 @opt.output_options
-def predict(model: str, records: tuple[str, ...], output: str | None, as_json: bool, reading: Reading) -> None:
+def predict(model: str, records: tuple[str, ...], output: str | None, reading: Reading) -> None:
     """Predict the force of records with a model and report the errors.
 
     The hysteretic state at the start of a measured record is unknown; it is estimated as one bounded number,
@@ -96,33 +89,22 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
       strandspring predict spring.json other.csv
       strandspring predict spring.json a13.csv a46.csv -o predicted.csv --json
     """
-    from ...model.modelfile import load_model
-
-    refuse_overwriting((model, *opt.record_files(records)), {"--output": output})
-    load_model(model)  # a bad model is refused before long records are read
-    group = opt.read_records(records, reading)
+    group = opt.read_records(records, reading, [model])
     with working("Predicting"):
         prediction = strandspring.predict(model, group)
-    if output is not None:
-        if prediction.interval is None:
-            note(
-                f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the "
-                "spring again with the refined method to have them."
-            )
-        prediction.save_csv(output)
-    present(as_json, prediction, {"model": model}, output=("Prediction", output))
+    if output is not None and prediction.interval is None:
+        note(
+            f"{model} holds no prediction interval, so {output} has no columns lower and upper; identify the spring "
+            "again with the refined method to have them."
+        )
+    present(prediction, {"model": model})
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("a", metavar="A.json")
-@click.argument("b", metavar="B.json")
-@click.argument("records", nargs=-1, metavar="[RECORD...]")
+@opt.command(a="A.json", b="B.json", records="[RECORD...]")
 @opt.takes_options(comparing=Comparing, reading=Reading)
 @opt.plot_option("Plot loops, figures and transmissibility")
 @opt.output_options
-def compare(
-    a: str, b: str, records: tuple[str, ...], plot: str | None, as_json: bool, comparing: Comparing, reading: Reading
-) -> None:
+def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
     """Compare two springs, such as two lots, or one before and after fatigue.
 
     Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
@@ -136,29 +118,21 @@ def compare(
       strandspring compare lot1.json lot2.json loop.csv --mass 5 --plot lots.png
       strandspring compare new.json worn.json --align middle --json
     """
-    from ...model.modelfile import load_model
-
-    refuse_overwriting([a, b, *opt.record_files(records)], {"--plot": plot})
-    for path in (a, b):
-        load_model(path)
-    group = opt.read_records(records, reading)
+    group = opt.read_records(records, reading, [a, b])
     with working("Comparing"):
         comparison = strandspring.compare(a, b, group, comparing=comparing)
-        save(comparison, None, plot)
-    present(as_json, comparison, {}, plot=("Plot", plot))
+    present(comparison)
 
 
-@click.command(cls=opt.OptionsCommand)
-@click.argument("sources", nargs=-1, metavar="[MODEL.json | X.fmu | RECORD...]")
+@opt.command(sources="[MODEL.json | X.fmu | RECORD...]")
 @opt.option_of("stiffness", _STIFFNESS, group="Rig")
 @opt.takes_options(limits=Limits, reading=Reading)
-@opt.written("PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].")
+@opt.written(
+    "PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].", "Programme", "program", "save_csv"
+)
 @opt.plot_option("Plot the programme")
 @opt.output_options
-def plan(
-    sources: tuple[str, ...], output: str | None, plot: str | None, as_json: bool, stiffness: float | None,
-    limits: Limits, reading: Reading,
-) -> None:  # fmt: skip
+def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, reading: Reading) -> None:
     """Plan the test that decides what is still open about a spring: the programme that a rig should run next.
 
     From a model file with its uncertainty, from a first record, which is identified on the way, or from a rough
@@ -173,30 +147,24 @@ def plan(
       strandspring plan --stiffness 20 --stroke -20:20 -o program.csv
       strandspring plan spring.json --force-limit 800 --plot plan.png
     """
-    from ...model.modelfile import is_model_path, load_model
+    from ..model.modelfile import is_model_path, load_model
 
-    is_model = len(sources) == 1 and is_model_path(sources[0])
-    if is_model or not sources:
+    if not sources or (len(sources) == 1 and is_model_path(sources[0])):
         opt.refuse_reading(reading, "records", "there are none")
-    refuse_overwriting(sources if is_model else opt.record_files(sources), {"--output": output, "--plot": plot})
-    source: Any = None
-    if is_model:
-        source = load_model(sources[0])
-    elif sources:
+        source: Any = load_model(sources[0]) if sources else None
+    else:
         group = opt.read_records(sources, reading)
         with working("Identifying"):
             source = strandspring.identify(group)
         remark(source.sentences)
     with working("Planning"):
         test = strandspring.plan(source, stiffness=stiffness, limits=limits)
-    save(test, output, plot)
-    files: dict[str, Any] = {"program": ("Programme", output), "plot": ("Plot", plot)}
-    present(as_json, test, {}, **files)
+    present(test)
 
 
 _RECORD: opt.Decorator = opt.together(
     opt.takes_options(sampling=Sampling),
-    opt.written("RECORD.csv", "Record to write.", is_required=True),
+    opt.written("RECORD.csv", "Record to write.", "Record", is_required=True),
 )
 
 
@@ -205,8 +173,7 @@ def synthesize() -> None:
     """Compute records: a spring's response, or the paper's experiment."""
 
 
-@synthesize.command(cls=opt.OptionsCommand)
-@click.argument("model", metavar="MODEL.json")
+@opt.command(synthesize, model="MODEL.json")
 @opt.amplitudes_option("Amplitude of the sine", "the identified range")
 @_RECORD
 def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
@@ -217,19 +184,17 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
       strandspring synthesize spring spring.json -o loop.csv
       strandspring synthesize spring spring.json --noise 0.03 -o campaign.csv
     """
-    from ...model.modelfile import load_model
+    from ..model.modelfile import load_model
 
-    refuse_overwriting([model], {"--output": output})
-    content = load_model(model)
-    record = strandspring.synthesize(content, amplitudes, sampling=sampling)
+    record = strandspring.synthesize(load_model(model), amplitudes, sampling=sampling)
     remark_on(replace(record, path=output).found)
     _write(output, record, sampling, 0.0)
 
 
-@synthesize.command(cls=opt.OptionsCommand)
+@opt.command(synthesize)
 @opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
 @_RECORD
-@opt.written("FILE.csv", "Also write the record without noise.", "--clean")
+@opt.written("FILE.csv", "Also write the record without noise.", "Without noise", "clean", flags="--clean")
 def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampling) -> None:
     """Compute the paper's simulated experiment: Ni's model in its steady state under x = X sin(t).
 
@@ -240,7 +205,6 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
       strandspring synthesize ni -o table1.csv --clean true.csv
       strandspring synthesize ni --amplitude 5.45 --exponent 1 -o drowned.csv
     """
-    refuse_overwriting((), {"--output": output, "--clean": clean})
     record = strandspring.synthesize("ni", amplitude, sampling=sampling)
     _write(output, record, sampling, 0.03)
     if clean is not None:

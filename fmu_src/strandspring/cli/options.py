@@ -1,0 +1,364 @@
+"""Options of commands, made of what options objects say of their fields, in groups; the rarest are shown by --help-all.
+
+Nothing here waits for what records and identification need.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial, wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import augment_usage_errors
+
+from ..core.parameters import LARGEST_DISPLACEMENT
+from ..errors import OptionError, Reader, StrandspringError, flag_of
+from ..ground.options import Option, options_of
+from ..ground.plotfile import SUFFIXES
+from ..loops.reading import Reading, entries
+from ..model.names import check_name
+from ..report import check_report_path
+from .output import FILES, WrittenFile, keep, refuse_overwriting, remark_on, reporting
+
+if TYPE_CHECKING:
+    from ..records.record import Record
+
+Decorator = Callable[[Any], Any]
+
+SHOWS_ALL = "strandspring.shows_all"  # key of click's context
+_OUTPUT = "Output"  # the group of options that have none
+# Endings that promise a format.
+_PROMISES = frozenset(
+    (
+        ".csv", ".feather", ".fmu", ".gz", ".h5", ".hdf5", ".html", ".json", ".mat", ".mdf", ".mf4", ".mo",
+        ".npy", ".npz", ".ods", ".parquet", ".pdf", ".png", ".ssp", ".ssv", ".svg", ".tdms", ".toml", ".uff", ".xls",
+        ".xlsx", ".xml", ".zip",
+    )
+)  # fmt: skip
+
+
+class GroupedOption(click.Option):
+    """An option of a group in the help, perhaps a rare one, or one of a file to write, see `WrittenFile`."""
+
+    def __init__(
+        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: Any = (),
+        **more: Any,
+    ) -> None:  # fmt: skip
+        super().__init__(*arguments, **more)
+        self.group, self.is_rare = group, is_rare
+        self.file: Any = file
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        """What the help shows; nothing of a rare option unless all are asked for."""
+        return None if self.is_rare and not ctx.meta.get(SHOWS_ALL) else super().get_help_record(ctx)
+
+
+class OptionsCommand(click.Command):
+    """A command whose help shows its options in groups, and to which options that do not apply are wrong usage.
+
+    Files that its options name are not overwritten; it gets only those that its function has parameters for.
+    """
+
+    def get_params(self, ctx: click.Context) -> list[click.Parameter]:
+        """The options, and --help-all if there are rare ones."""
+        params = super().get_params(ctx)
+        if any(getattr(param, "is_rare", False) for param in params):
+            settings: Any = {"is_flag": True, "expose_value": False, "is_eager": True, "callback": _show_all}
+            params.insert(-1, click.Option(["--help-all"], help="Show the rarest options, too.", **settings))
+        return params
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """The options, one group after the other."""
+        groups: dict[str, list[tuple[str, str]]] = {}
+        for param in self.get_params(ctx):
+            if isinstance(param, click.Option) and (record := param.get_help_record(ctx)) is not None:
+                groups.setdefault(getattr(param, "group", _OUTPUT), []).append(record)
+        groups[_OUTPUT] = groups.pop(_OUTPUT)  # comes last
+        for name, records in groups.items():
+            with formatter.section(f"{name} options" if len(groups) > 1 else "Options"):
+                formatter.write_dl(records)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        values: dict[Any, Any] = ctx.params
+        options = [param for param in self.params if isinstance(param, GroupedOption) and param.file]
+        files = [WrittenFile(max(each.opts, key=len), *each.file, values[each.name]) for each in options]
+        ctx.meta[FILES] = sorted(files, key=lambda file: file.flag != "--output")
+        wanted = inspect.signature(self.callback or str).parameters
+        for name in {option.name for option in options} - wanted.keys():
+            del values[name]
+        given = [values[param.name] for param in self.params if isinstance(param, click.Argument)]
+        paths = [path for one in given for path in ([one] if isinstance(one, str) else one)]
+        of_records = any(getattr(param, "group", "") == Reading.group for param in self.params)
+        if any(file.path is not None for file in files):
+            with augment_usage_errors(ctx):
+                refuse_overwriting(record_files(paths) if of_records else paths)
+        try:
+            return super().invoke(ctx)
+        except OptionError as refusal:
+            raise click.UsageError(_words(refusal)) from None
+
+
+def _show_all(context: click.Context, _option: click.Parameter, is_asked: bool) -> None:
+    if is_asked and not context.resilient_parsing:
+        context.meta[SHOWS_ALL] = True
+        click.echo(context.get_help())
+        context.exit()
+
+
+def _words(problem: Exception) -> str:
+    return problem.words(Reader.COMMAND_LINE) if isinstance(problem, StrandspringError) else str(problem)
+
+
+class Written(click.types.StringParamType):
+    """A value as people write it, of which a function that raises ValueError makes another."""
+
+    def __init__(self, read: Callable[[str], Any]) -> None:
+        self._read = read
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        try:
+            return self._read(value)
+        except ValueError as refusal:
+            self.fail(_words(refusal), param, ctx)
+
+
+def output_path(endings: Sequence[str], path: str) -> str:
+    """The name of a file to write; raises ValueError if it promises a format that is none of these endings.
+
+    Of several endings, with their dots, the name must have one, which chooses the format; a single one is added to a
+    name without any that is not that of a file that is there.
+    """
+    ending, *others = endings
+    suffix = Path(path).suffix.lower()
+    if others and suffix not in endings:
+        raise ValueError(f"must end in {', '.join(endings)}, got {path!r}.")
+    if not others and suffix in _PROMISES - {ending}:
+        raise ValueError(f"{path} would be written as {ending}; give a name that ends in {ending}.")
+    is_bare = Path(path).name and not Path(path).suffix and not os.path.exists(path)  # noqa: PTH110 - of a long name
+    return f"{path}{ending}" if is_bare else path
+
+
+plot_path = partial(output_path, SUFFIXES)
+
+
+def report_path(path: str) -> str:
+    """The name of a report; raises StrandspringError if it is no page."""
+    check_report_path(path)
+    return path
+
+
+def command(group: Any = click, cls: type[OptionsCommand] = OptionsCommand, **arguments: str) -> Decorator:
+    """A command with arguments by their metavars: in brackets if they are optional, with dots for any number."""
+
+    def decorate(function: Any) -> Any:
+        for name, metavar in reversed(arguments.items()):
+            count = -1 if "..." in metavar else 1
+            function = click.argument(name, nargs=count, required=metavar[0] != "[", metavar=metavar)(function)
+        return group.command(cls=cls)(function)
+
+    return decorate
+
+
+def given(*flags: str, group: str = _OUTPUT, **more: Any) -> Decorator:
+    """An option of a command alone."""
+    return click.option(*flags, cls=GroupedOption, group=group, **more)
+
+
+def written(
+    metavar: str, text: str, title: str, key: str = "output", method: str = "", flags: str = "-o --output",
+    is_required: bool = False, read: Callable[[str], Any] | None = None,
+) -> Decorator:  # fmt: skip
+    """A file to write, whose name gets the ending of the metavar: see `WrittenFile`."""
+    kind = Written(read or partial(output_path, (f".{metavar.partition('.')[2]}",)))
+    return given(*flags.split(), type=kind, metavar=metavar, required=is_required, help=text, file=(key, title, method))
+
+
+def plot_option(text: str) -> Decorator:
+    """A plot to write."""
+    return written("FILE.png", f"{text} (.png, .svg or .pdf).", "Plot", "plot", "save_plot", "--plot", read=plot_path)
+
+
+def option_of(name: str, said: Option, default: Any = None, group: str = "", owner: str = "") -> Decorator:
+    """The option of a field; without it the command gets None, and the object its default."""
+    is_flag, is_repeated = said.kind == "flag", said.kind in ("numbers", "texts") or said.repeated is not None
+    types = {"flag": bool, "choice": click.Choice(said.choices), "whole": click.IntRange(said.least, said.most)}  # type: ignore[arg-type]
+    kind: Any = (
+        (float, float) if said.kind == "limits" and said.parse is None else types.get(said.kind, Written(said.read))
+    )
+    unit = said.shown or said.unit
+    text = f"{said.help}{f' [{unit}]' if unit else ''}{f' ({owner})' if owner else ''}{said.repeated or ''}"
+    if said.kind in ("numbers", "texts"):
+        text += "; repeat, or give LOW:HIGH:COUNT, for more" if said.kind == "numbers" else "; repeat for more"
+    if shown := said.otherwise or _shown(said, default):
+        text += f"{'' if text.endswith('.') else '.'}  [default: {shown}]"
+
+    def joined(_context: click.Context, _option: click.Parameter, value: Any) -> Any:
+        """The values of an option that is repeated, None of none; limits are checked."""
+        if value is None or value == ():
+            return None
+        try:
+            if said.kind == "limits" and said.checks is not None:
+                said.checks(value)
+        except ValueError as refusal:
+            raise click.BadParameter(_words(refusal)) from None
+        return tuple(number for numbers in value for number in numbers) if said.kind == "numbers" else value
+
+    return given(
+        flag_of(said.flag or name), name, group=said.group or group, is_rare=said.rare, type=kind, is_flag=is_flag,
+        default=None, multiple=is_repeated, metavar=said.metavar or None, callback=joined,
+        help=text if text.endswith(("]", ".")) else f"{text}.",
+    )  # fmt: skip
+
+
+def _shown(said: Option, default: Any) -> str:
+    """A default for people; nothing where it is the absence of something."""
+    if not default or default == math.inf:
+        return ""
+    if isinstance(default, tuple):
+        return ",".join(f"{value:g}" for value in default)
+    return f"{default / said.factor:g}" if isinstance(default, float) else str(default)
+
+
+def takes_options(**objects: Any) -> Decorator:
+    """Give a command objects of options, made of the options of their fields and of those of their parts.
+
+    Parameters
+    ----------
+    **objects    By argument of the command its class, or an object with the defaults of the command.
+    """
+    defaults = {name: kind() if isinstance(kind, type) else kind for name, kind in objects.items()}
+    options = {name: dict(options_of_object(default)) for name, default in defaults.items()}
+
+    def decorate(command: Any) -> Any:
+        @wraps(command)
+        def call(*arguments: Any, **values: Any) -> Any:
+            for argument, default in defaults.items():
+                chosen = {name: values.pop(name) for name in options[argument]}
+                chosen = {name: value for name, value in chosen.items() if _is_given(value)}
+                with_options = getattr(default, "with_options", partial(replace, default))
+                try:
+                    values[argument] = with_options(**chosen)
+                except (TypeError, ValueError) as problem:
+                    raise click.UsageError(_words(problem)) from None
+            return command(*arguments, **values)
+
+        return together(*(option for of_object in options.values() for option in of_object.values()))(call)
+
+    return decorate
+
+
+def together(*options: Decorator) -> Decorator:
+    """Several options as one decorator, which the help shows in this order."""
+
+    def decorate(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorate
+
+
+def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
+    """The options of an object and of its parts by their names; those that not all parts have say whose they are."""
+    for name, said in options_of(default).items():
+        if said.flag != "":
+            yield name, option_of(name, said, getattr(default, name), default.group)
+    parts: dict[str, type] = getattr(default, "parts", {})
+    for name, owner in {name: owner for owner, part in parts.items() for name in options_of(part)}.items():
+        said, usual = options_of(parts[owner])[name], getattr(parts[owner], name)
+        is_shared = all(name in options_of(part) for part in parts.values())
+        yield name, option_of(name, said, usual, default.group, "" if is_shared else owner)
+
+
+def _is_given(value: Any) -> bool:
+    """Whether an option is on the command line; 0 is a value."""
+    return value is not None and value is not False and value != ()
+
+
+json_option: Decorator = given(
+    "--json", "as_json", is_flag=True, expose_value=False, callback=keep, help="Print one JSON object instead of text."
+)
+# Of commands that print less than all they know.
+output_options: Decorator = together(
+    given("--verbose", is_flag=True, expose_value=False, callback=keep,
+          help="Print all figures, how files were read, and cautions with their details."),
+    json_option,
+)  # fmt: skip
+
+
+def name_option(text: str) -> Decorator:
+    """The name of a model, with its help."""
+    return given("--name", type=Written(check_name), help=text)
+
+
+def amplitudes_option(text: str, otherwise: str) -> Decorator:
+    """Amplitudes of loops [m]."""
+    said = Option("numbers", text, "m", "mm", 1e-3, least=0.0, is_open=True, otherwise=otherwise, metavar="MM")
+    return option_of("amplitudes", said, group="Loop")
+
+
+def mass_option(text: str, group: str = "Mount", several: bool = False) -> Decorator:
+    """A mass [kg], or several."""
+    said = Option("numbers" if several else "number", text, "kg", least=0.0, is_open=True, metavar="KG")
+    return option_of("mass", said, group=group)
+
+
+def _zero(text: str) -> str | float:
+    """The zero as `origin_of` takes it: "rig", "middle" or a displacement [m]."""
+    if text in ("rig", "middle"):
+        return text
+    try:
+        zero = 1e-3 * float(text)
+    except ValueError:
+        zero = math.nan
+    if not abs(zero) <= LARGEST_DISPLACEMENT:
+        raise ValueError(f"--zero must be `rig`, `middle` or a displacement of the record in mm, got {text!r}.")
+    return zero
+
+
+zero_option: Decorator = given(
+    "--zero", metavar="rig|middle|MM", type=Written(_zero), group="Model",
+    help="Where displacement is counted from: the rig's zero, the middle of the identified range, or a displacement of "
+    "the record [mm].  [default: as in X.fmu if that is given; else rig if it lies within the range, else middle]",
+)  # fmt: skip
+
+
+def read_records(paths: Sequence[str], reading: Reading, models: Iterable[str] = ()) -> list[Record]:
+    """Read records and description files with a progress bar, and report what was assumed.
+
+    Models that they are for are read, too: a bad one is refused before long records are read.
+    """
+    if models:
+        from ..model.modelfile import load_model
+
+        for model in models:
+            load_model(model)
+    if not paths and reading != Reading():
+        raise click.UsageError("Columns, units and selections are those of records, and none is given; give a record.")
+    files = entries(paths, reading)
+    records = []
+    with reporting() as report:
+        for done, (path, of_file) in enumerate(files):
+            report("Reading records", done, len(files))
+            records.append(of_file.read(path))
+    remark_on(finding for record in records for finding in record.found)
+    return records
+
+
+def record_files(paths: Sequence[str]) -> list[str]:
+    """The files that are read: those given, and those that description files among them name."""
+    return [*paths, *(path for path, _ in entries(paths))]
+
+
+def refuse_reading(reading: Reading, needed: str, reason: str, **others: Any) -> None:
+    """Refuse options of records, and others, that say nothing about what is given."""
+    named = {name: value for name, value in others.items() if _is_given(value)} | reading.given
+    if named:
+        raise click.UsageError(f"{', '.join(map(flag_of, named))} can only be given with {needed}, and {reason}.")
