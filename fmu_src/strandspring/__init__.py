@@ -28,8 +28,8 @@ from ._lazy import load_lazily
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
     from .api.common.given import bundled_record as bundled_record
-    from .api.comparing.comparison import Comparison as Comparison
-    from .api.comparing.comparison import compare as compare
+    from .api.comparison import Comparison as Comparison
+    from .api.comparison import compare as compare
     from .api.fmus.build import build_fmu as build_fmu
     from .api.fmus.export import export as export
     from .api.fmus.options import BuildOptions as BuildOptions
@@ -44,13 +44,13 @@ if TYPE_CHECKING:
     from .api.identifying.many import identify_many as identify_many
     from .api.identifying.prediction import Prediction as Prediction
     from .api.identifying.prediction import predict as predict
-    from .api.identifying.synthesis import synthesize as synthesize
     from .api.options import Comparing as Comparing
     from .api.options import Fitting as Fitting
     from .api.options import Sampling as Sampling
-    from .api.overview import show as show
     from .api.planning import TestPlan as TestPlan
     from .api.planning import plan as plan
+    from .api.records import show as show
+    from .api.records import synthesize as synthesize
     from .api.responses import Computing as Computing
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
@@ -99,7 +99,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "_version": ("__version__",),
     "api.common.given": ("bundled_record",),
-    "api.comparing.comparison": ("Comparison", "compare"),
+    "api.comparison": ("Comparison", "compare"),
     "api.fmus.build": ("build_fmu",),
     "api.fmus.export": ("export",),
     "api.fmus.system_information": ("SystemInformation",),
@@ -108,12 +108,11 @@ _NAMES = {
     "api.identifying.information": ("Information", "info"),
     "api.identifying.many": ("ManyResult", "identify_many"),
     "api.identifying.prediction": ("Prediction", "predict"),
-    "api.identifying.synthesis": ("synthesize",),
+    "api.records": ("show", "synthesize"),
     "api.fmus.options": ("BuildOptions",),
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
     "api.responses": ("Computing", "Responses", "responses"),
-    "api.overview": ("show",),
     "api.spring": ("Spring",),
     "api.studies.model_study": ("study",),
     "api.studies.study_result": ("StudyResult",),
