@@ -38,12 +38,12 @@ if TYPE_CHECKING:
     from .api.fmus.verification import verify as verify
     from .api.identification import Identification as Identification
     from .api.identification import identify as identify
-    from .api.identifying.information import Information as Information
-    from .api.identifying.information import info as info
     from .api.identifying.many import ManyResult as ManyResult
     from .api.identifying.many import identify_many as identify_many
-    from .api.identifying.prediction import Prediction as Prediction
-    from .api.identifying.prediction import predict as predict
+    from .api.information import Information as Information
+    from .api.information import Prediction as Prediction
+    from .api.information import info as info
+    from .api.information import predict as predict
     from .api.options import Comparing as Comparing
     from .api.options import Fitting as Fitting
     from .api.options import Sampling as Sampling
@@ -105,9 +105,8 @@ _NAMES = {
     "api.fmus.system_information": ("SystemInformation",),
     "api.fmus.verification": ("Verification", "verify"),
     "api.identification": ("Identification", "identify"),
-    "api.identifying.information": ("Information", "info"),
     "api.identifying.many": ("ManyResult", "identify_many"),
-    "api.identifying.prediction": ("Prediction", "predict"),
+    "api.information": ("Information", "Prediction", "info", "predict"),
     "api.records": ("show", "synthesize"),
     "api.fmus.options": ("BuildOptions",),
     "api.options": ("Comparing", "Fitting", "Sampling"),

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from .comparison import compare as _compare
     from .fmus.build import build_fmu as _build_fmu
     from .fmus.export import export as _export
-    from .identifying.information import info as _info
-    from .identifying.prediction import predict as _predict
+    from .information import info as _info
+    from .information import predict as _predict
     from .records import synthesize as _synthesize
     from .responses import responses as _responses
     from .studies.model_study import study as _study
@@ -215,8 +215,8 @@ class Spring:
         predict, info, synthesize, compare = _predict, _info, _synthesize, _compare
         isolate, study, build_fmu, export, responses = _isolate, _study, _build_fmu, _export, _responses
     else:
-        predict = _Function("identifying.prediction")
-        info = _Function("identifying.information")
+        predict = _Function("information")
+        info = _Function("information")
         synthesize = _Function("records")
         compare = _Function("comparison")
         isolate = _Function("vibration.isolation")
