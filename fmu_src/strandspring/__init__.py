@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from .api.fmus.verification import Verification as Verification
     from .api.fmus.verification import verify as verify
     from .api.identification import Identification as Identification
+    from .api.identification import ManyResult as ManyResult
     from .api.identification import identify as identify
-    from .api.identifying.many import ManyResult as ManyResult
-    from .api.identifying.many import identify_many as identify_many
+    from .api.identification import identify_many as identify_many
     from .api.information import Information as Information
     from .api.information import Prediction as Prediction
     from .api.information import info as info
@@ -104,8 +104,7 @@ _NAMES = {
     "api.fmus.export": ("export",),
     "api.fmus.system_information": ("SystemInformation",),
     "api.fmus.verification": ("Verification", "verify"),
-    "api.identification": ("Identification", "identify"),
-    "api.identifying.many": ("ManyResult", "identify_many"),
+    "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
     "api.information": ("Information", "Prediction", "info", "predict"),
     "api.records": ("show", "synthesize"),
     "api.fmus.options": ("BuildOptions",),
