@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from .api.common.given import bundled_record as bundled_record
     from .api.comparison import Comparison as Comparison
     from .api.comparison import compare as compare
+    from .api.fmus.build import Verification as Verification
     from .api.fmus.build import build_fmu as build_fmu
+    from .api.fmus.build import verify as verify
     from .api.fmus.export import export as export
-    from .api.fmus.options import BuildOptions as BuildOptions
+    from .api.fmus.in_place import BuildOptions as BuildOptions
     from .api.fmus.system_information import SystemInformation as SystemInformation
-    from .api.fmus.verification import Verification as Verification
-    from .api.fmus.verification import verify as verify
     from .api.identification import Identification as Identification
     from .api.identification import ManyResult as ManyResult
     from .api.identification import identify as identify
@@ -100,14 +100,13 @@ _NAMES = {
     "_version": ("__version__",),
     "api.common.given": ("bundled_record",),
     "api.comparison": ("Comparison", "compare"),
-    "api.fmus.build": ("build_fmu",),
+    "api.fmus.build": ("Verification", "build_fmu", "verify"),
+    "api.fmus.in_place": ("BuildOptions",),
     "api.fmus.export": ("export",),
     "api.fmus.system_information": ("SystemInformation",),
-    "api.fmus.verification": ("Verification", "verify"),
     "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
     "api.information": ("Information", "Prediction", "info", "predict"),
     "api.records": ("show", "synthesize"),
-    "api.fmus.options": ("BuildOptions",),
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
     "api.responses": ("Computing", "Responses", "responses"),

@@ -333,8 +333,8 @@ class ManyResult(PlottedResult):
         return pd.read_csv(self.batch.table, keep_default_na=False, na_values=[""], dtype={"file": str, "reason": str})
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the energy of each spring's loop against its secant stiffness at the common amplitude, outliers in red, into
-        axes of matplotlib, those of a new figure if None.
+        """Draw the energy of each spring's loop against its secant stiffness at the common amplitude, outliers in red,
+        into axes of matplotlib, those of a new figure if None.
         """
         (axes,) = self._axes(ax)
         table = self.to_frame()

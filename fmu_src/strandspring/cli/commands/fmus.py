@@ -12,7 +12,7 @@ import click
 
 import strandspring
 
-from ...api.fmus.options import BuildOptions
+from ...api.fmus.in_place import BuildOptions
 from ...api.options import Fitting, identification_options
 from ...ground.files import readable, refuse_unwritable
 from ...loops.reading import Reading
@@ -93,14 +93,14 @@ def build(
       strandspring build box.toml --candidate softer
     """
     from ...api.common.model_source import built_with, describes_system, origin_of
-    from ...api.fmus.build import Built, build_all, spring_options, stated_of, target
+    from ...api.fmus.build import Built, build_all, stated_of
     from ...model.modelfile import is_model_path, load_model, saved_model
     from ...model.stated_cautions import stated_cautions
 
     name, folder = options["name"], Path(output)
     of_records = {"name": name, "description": options["description"] or None}
     if len(sources) == 1 and describes_system(sources[0]):
-        others = {**spring_options(building), **of_records, "zero": zero, "record": record}
+        others = {**building.of_springs, **of_records, "zero": zero, "record": record}
         opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
         _build_system(sources[0], folder, candidate, building, as_json)
         return
@@ -116,7 +116,7 @@ def build(
         records = tuple(opt.read_records(record, reading)) if record else ()
         note_cautions(stated_cautions(model))
         for kind in kinds:
-            refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
+            refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
         from ...api.common.given import bundled_record
         from .records import identified
@@ -131,7 +131,7 @@ def build(
         refuse_unwritable(models, is_folder=True)
         model_path = models / f"{chosen}.json"
         for kind in kinds:
-            written = {"--models": model_path, "--output": target(settings, folder, chosen, kind)}
+            written = {"--models": model_path, "--output": settings.target(folder, chosen, kind)}
             refuse_overwriting(opt.record_files(sources), written)
         identification = identified(sources, reading, Fitting())
         note_cautions(identification.findings)
