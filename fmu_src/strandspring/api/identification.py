@@ -29,7 +29,7 @@ from ..model.joint import HYSTERETIC_UNITS, ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
 from .common.progress import Progress, unseen
-from .common.result import PlottedResult
+from .common.result import PlottedResult, picked
 from .common.table import Table
 from .common.text import counted, fit_table, loop_table, parameter_table, shape_of
 from .options import Fitting
@@ -57,20 +57,7 @@ _UNITS = {**FIGURES, **HYSTERETIC_UNITS, "rmse": "N"}
 
 
 class Identification(IdentifiedModel, PlottedResult):
-    """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`.
-
-    Examples
-    --------
-    >>> from strandspring import Spring, SpringParameters, identify
-    >>> import numpy as np
-    >>> true = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
-    >>> path = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500)) * np.repeat([1.0, 0.6, 0.3], 500)
-    >>> result = identify(path, true.response(path), units={"displacement": "m", "force": "N"})
-    >>> round(result.parameters.kappa_omega, 3), round(result.rnl, 4)
-    (10.0, 1.0)
-    >>> result.to_frame().loc["rho", "unit"]
-    '1/m'
-    """
+    """An identified spring with its figures and its origin; the attributes are those of `IdentifiedModel`."""
 
     _stated: ClassVar = {"notes": NOTES}  # cautions are outcomes
 
@@ -122,13 +109,10 @@ class Identification(IdentifiedModel, PlottedResult):
     def content(self) -> dict[str, Any]:
         """Method, parameters with their uncertainty, and what the model file holds of the fit."""
         return {
-            "method": self.method,
-            "options": self.options,
+            **picked(self, "method", "options", "uncertainty", "effects"),
             "parameters": self.parameters.as_dict(),
-            "uncertainty": self.uncertainty,
             **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
             **self.model_file().fit,
-            "effects": self.effects,
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
@@ -245,10 +229,6 @@ class ManyResult(PlottedResult):
     batch : BatchSummary         Counts, first problems, outliers and findings.
     left_out : tuple of Finding  Files of folders that were not taken.
     seconds : float              That this run took.
-
-    Examples
-    --------
-    See `identify_many`.
     """
 
     _stated: ClassVar = {}  # beside `content`
@@ -352,13 +332,9 @@ class ManyResult(PlottedResult):
         batch = self.batch
         return {
             "folder": self.folder,
-            "table": batch.table,
-            "columnar_table": batch.columnar_table,
-            "files": batch.files,
-            "earlier": batch.earlier,
+            **picked(batch, "table", "columnar_table", "files", "earlier", "amplitude"),
             "statuses": {status: batch.statuses[status] for status in STATUSES},
             "problems": self._problems,
-            "amplitude": batch.amplitude,
             "figures": self._figures,
             "short": batch.short_count,
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},
@@ -419,21 +395,16 @@ def identify_many(
     --------
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> import numpy as np
     >>> from strandspring import Spring, SpringParameters, identify_many
-    >>> path = 0.02 * np.sin(np.linspace(0.0, 6.0 * np.pi, 1500)) * np.repeat([1.0, 0.6, 0.3], 500)
     >>> with TemporaryDirectory() as place:
     ...     for k in range(3):
     ...         spring = SpringParameters((0.0, 2000.0 + 10.0 * k), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02)
-    ...         table = np.column_stack([1e3 * path, Spring(spring).response(path)])
-    ...         np.savetxt(Path(place) / f"spring{k}.csv", table, delimiter=",", header="x [mm],F [N]", comments="")
+    ...         Spring(spring).synthesize([0.02, 0.012]).save(Path(place) / f"spring{k}.csv", "mm")
     ...     _ = (Path(place) / "spring9.csv").write_text("")
     ...     result = identify_many(place, Path(place) / "models", workers=1)
     ...     frame = result.to_frame()
     >>> frame["status"].tolist()
     ['identified', 'identified', 'identified', 'unreadable']
-    >>> frame["secant stiffness [N/m]"].diff()[1:3].round(2).tolist()
-    [10.0, 10.0]
     >>> result.problem
     '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """

@@ -37,7 +37,7 @@ from ..records.record import Record
 from .common.given import Source, given_records, records_of
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
 from .common.record_findings import effects_of, of_records, outside, removed_effects, unrecorded
-from .common.result import PlottedResult
+from .common.result import PlottedResult, picked
 from .common.table import Table
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
 
@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
-_DRAWN = 60  # amplitudes of the modelled line in a plot
-_OF_MEASURED = ("cycles", "frequency", "gap", "spread")
 _SAMPLES = (
     ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
     ResultColumn("force", "N", "force", "force", "N"),
@@ -134,7 +132,7 @@ class Information(PlottedResult):
         """Parameters, what the file states of the fit, and the loops."""
         loops = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in self.modelled]
         for loop in self.loops:
-            of_record = {name: getattr(loop, name) for name in _OF_MEASURED}
+            of_record = picked(loop, "cycles", "frequency", "gap", "spread")
             loops.append({"source": loop.path, **values(LOOP_FIGURES, loop.figures), **of_record})
             loops.append({"source": "model", **values(LOOP_FIGURES, loop.predicted)})
         return {
@@ -148,24 +146,17 @@ class Information(PlottedResult):
         }
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model as a line, measured
-        loops as points; returns the three axes, those of a new figure if None.
+        """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model's loops joined by a
+        line, measured ones as points; returns the three axes, those of a new figure if None.
         """
         panels = self._axes(ax)
-        solver = PathSolver(self.parameters)
-        given = [*(loop.figures for loop in self.loops), *(loop.figures for loop in self.modelled)]
-        widest = max(given, key=lambda figures: figures.amplitude)
-        middle = 0.5 * (widest.low + widest.high)
-        reaches = np.linspace(widest.amplitude / _DRAWN, widest.amplitude, _DRAWN)
-        line = [steady_loop(solver, middle - reach, middle + reach).figures for reach in reaches.tolist()]
+        frame = self.to_frame().sort_values("amplitude")
         for axis, column in zip(panels, PANELS, strict=True):
-            axis.plot(1e3 * reaches, list(map(column.drawn, line)), "k", lw=1.2, label="model")
-            for number, path in enumerate(dict.fromkeys(loop.path for loop in self.loops)):
-                shown = [loop.figures for loop in self.loops if loop.path == path]
-                amplitudes = [1e3 * figures.amplitude for figures in shown]
-                axis.plot(amplitudes, list(map(column.drawn, shown)), f"C{number}o", label=PurePath(path).name)
+            for source, rows in frame.groupby("source", sort=False):
+                amplitudes, shown = 1e3 * rows["amplitude"], column.factor * rows[column.key]
+                style = "k.-" if source == "model" else "o"
+                axis.plot(amplitudes, shown, style, label=PurePath(str(source)).name)
             axis.set(xlabel="amplitude [mm]", ylabel=column.label)
-        panels[0].set_title(f"{self.model.name}, loops about {1e3 * middle:.2f} mm", fontsize=10)
         panels[0].legend(fontsize=8)
         return panels
 

@@ -24,7 +24,7 @@ from ..records.record import Record
 from .common.given import Source, given_records
 from .common.model_source import ModelSource, model_of
 from .common.record_findings import outside
-from .common.result import Result
+from .common.result import Result, picked
 from .common.table import Table
 from .common.text import counted, loop_table
 from .options import Sampling
@@ -77,13 +77,7 @@ def show(
 
 
 class Overview(Result):
-    """What was detected in records: strokes, cycles, loops, and samples that are left out.
-
-    Parameters
-    ----------
-    records : sequence of Record
-    reader : Reader   Of `warnings`.
-    """
+    """What was detected in records, with warnings for a reader: strokes, cycles, loops, samples that are left out."""
 
     _stated: ClassVar = {}  # beside each record
 
@@ -106,7 +100,6 @@ class Overview(Result):
 
     def content(self) -> dict[str, Any]:
         """Of each record what was detected, with its cycles as `cycles` of `Reading` counts them."""
-        of_cycle = ("first_sample", "last_sample", "frequency")
         return {
             "records": [
                 {
@@ -114,7 +107,11 @@ class Overview(Result):
                     "samples": len(record),
                     "strokes": seen.strokes,
                     "cycles": [
-                        {"number": k, "amplitude": cycle.figures.amplitude, **{n: getattr(cycle, n) for n in of_cycle}}
+                        {
+                            "number": k,
+                            **picked(cycle, "first_sample", "last_sample", "frequency"),
+                            **picked(cycle.figures, "amplitude"),
+                        }
                         for k, cycle in enumerate(seen.cycles, 1)
                     ],
                     "loops": loop_table(measured_loops([record]), in_files=True),

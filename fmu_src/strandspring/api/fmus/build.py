@@ -28,7 +28,7 @@ from ...model.names import check_name
 from ...model.stated_figures import NAMES
 from ..common.model_source import ModelSource, built_with, describes_system, path_of
 from ..common.progress import Progress, unseen
-from ..common.result import Result
+from ..common.result import Result, picked
 from ..common.table import Table
 from .in_place import BuildOptions, BuiltFmu, FmuJob, Kind, build_in_place
 
@@ -70,8 +70,7 @@ class Built(Result):
 
     def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        found, settings = self.identification, self.settings
-        of_native = {name: getattr(settings, name) for name in ("real_time", "no_energy", "arrays")}
+        found, of_native = self.identification, picked(self.settings, "real_time", "no_energy", "arrays")
         return {
             "model": self.path,
             "name": self.model.name,
@@ -80,7 +79,7 @@ class Built(Result):
             "certificate": certified(self.model),
             **(dict.fromkeys(NAMES) if found is None else found.figures),
             "fitted": None if found is None else found.fitted_figures,
-            "fmus": [fmu.facts(settings) | of_native for fmu in self.fmus],
+            "fmus": [fmu.facts(self.settings) | of_native for fmu in self.fmus],
         }
 
 
@@ -93,17 +92,8 @@ def build_all(
     stated: Sequence[Stated] = (),
     progress: Progress = unseen,
 ) -> list[BuiltFmu]:
-    """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
-
-    Parameters
-    ----------
-    model : ModelFile
-    folder : Path
-    kinds : sequence of Kind
-    options : BuildOptions
-    zero : "rig", "middle", float or None      Displacement of the model file at which that of the FMU is 0 [m]; see
-                                               `chosen_zero`.
-    stated : sequence of (Record, dict)        What `stated_of` gives, along which FMUs for co-simulation are checked.
+    """Build FMUs of several kinds beside their place, check them, those for co-simulation also along records with what
+    `stated_of` gives, and put them in place if all are good.
 
     Raises
     ------
@@ -115,21 +105,21 @@ def build_all(
     certified(model)
     options.refuse_impossible(kinds)
 
-    def job(kind: Kind) -> FmuJob:
-        def build(beside: Path) -> Path:
-            if kind == "python":
-                return build_python_fmu(model, beside, zero, options.needs_execution_tool, options.author)
-            return build_native_fmu(
-                model, beside, options.chosen_platforms, zero, options.author, with_states=kind == "states",
-                fmi=options.version, real_time=options.real_time, no_energy=options.no_energy, arrays=options.arrays,
+    jobs = []
+    for kind in kinds:
+        if kind == "python":
+            execution = options.needs_execution_tool
+            build = partial(build_python_fmu, model, zero=zero, needs_execution_tool=execution, author=options.author)
+        else:
+            build = partial(
+                build_native_fmu, model, platforms=options.chosen_platforms, zero=zero, with_states=kind == "states",
+                fmi=options.version, **picked(options, "author", "real_time", "no_energy", "arrays"),
             )  # fmt: skip
-
         # With states the path is the host's.
         along = () if kind == "states" or options.no_energy else stated
         examine = partial(_examined, mechanisms=len(model.parameters.mechanisms), stated=along)
-        return FmuJob(options.target(folder, model.name, kind), kind, build, examine)
-
-    return build_in_place(folder, [job(kind) for kind in kinds], progress)
+        jobs.append(FmuJob(options.target(folder, model.name, kind), kind, build, examine))
+    return build_in_place(folder, jobs, progress)
 
 
 def stated_of(model: ModelFile, records: Sequence[Record]) -> list[Stated]:

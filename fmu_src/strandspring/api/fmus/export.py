@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -23,86 +24,69 @@ from ..common.progress import Progress, unseen
 from ..common.result import Result
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Exports(Result):
-    """Files to be written for a model.
+    """Files to be written for a model; the arguments are those of `export`."""
 
-    Parameters
-    ----------
-    model : ModelFile         In the record's coordinates.
-    zero : float              Displacement of the model file at which that of the export is 0 [m].
-    folder : Path             For the Modelica library and the C sources.
-    files : mapping           Of "ssv", "ssp", "modelica" and "c": the parameter values, the system, the spring's record
-                              in the Modelica library, its C file; None if not asked for.
-    ssp_mass : float or None  Mass in the system [kg].
-    """
-
-    model: ModelFile
-    zero: float
-    folder: Path
-    files: Mapping[str, Path | None]
+    source: ModelSource
+    output: str | os.PathLike[str]
+    ssv: bool = False
+    modelica: bool = False
+    c: bool = False
     ssp_mass: float | None = None
+    zero: str | float | None = None
 
     _stated: ClassVar[Mapping[str, Any]] = {}
 
-    @classmethod
-    def of(
-        cls,
-        model: ModelSource,
-        output: str | os.PathLike[str],
-        *,
-        ssv: bool = False,
-        modelica: bool = False,
-        c: bool = False,
-        ssp_mass: float | None = None,
-        zero: str | float | None = None,
-    ) -> Exports:
-        """Of a model into a folder, or into a file ending in .ssv or .ssp.
+    @cached_property
+    def model(self) -> ModelFile:
+        """In the record's coordinates."""
+        return model_of(self.source)
 
-        Raises
-        ------
-        OptionError   If what is written does not go there.
-        ModelError    If the model is not a physically possible spring.
+    @cached_property
+    def origin(self) -> float:
+        """Displacement of the model file at which that of the export is 0 [m]."""
+        return origin_of(self.source, self.zero, self.model.parameters)
+
+    @cached_property
+    def files(self) -> dict[str, Path | None]:
+        """The parameter values, the system, the spring's record in the Modelica library, its C file; None if not asked
+        for. Raises OptionError if what is written does not go there.
         """
-        content, target = model_of(model), Path(output)
-        name = content.name
-        for what, is_asked in ((f"The Modelica library {LIBRARY} is", modelica), ("The C sources are", c)):
+        name, target = self.model.name, Path(self.output)
+        for what, is_asked in ((f"The Modelica library {LIBRARY} is", self.modelica), ("The C sources are", self.c)):
             if is_asked and target.suffix and not target.is_dir():
-                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=output)
-        if modelica and (target / "package.mo").exists():
+                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=target)
+        if self.modelica and (target / "package.mo").exists():
             raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
-        files = {
-            "ssv": _file(target, f"{name}.ssv") if ssv else None,
-            "ssp": None if ssp_mass is None else _file(target, f"{name}.ssp"),
-            "modelica": record_path(target, name) if modelica else None,
-            "c": law_path(target, name) if c else None,
+        return {
+            "ssv": _file(target, f"{name}.ssv") if self.ssv else None,
+            "ssp": None if self.ssp_mass is None else _file(target, f"{name}.ssp"),
+            "modelica": record_path(target, name) if self.modelica else None,
+            "c": law_path(target, name) if self.c else None,
         }
-        return cls(content, origin_of(model, zero, content.parameters), target, files, ssp_mass)
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What is good to know."""
         name = self.model.name
-        is_other = self.files["modelica"] is not None and record_name(name) != name
+        is_other = self.modelica and record_name(name) != name
         return (f"The record is named {record_name(name)}, because {name} is taken in Modelica.",) * is_other
 
     def parts(self, brief: bool) -> Iterator[str]:  # noqa: ARG002 - all of it is short
         """What is written, in words."""
-        record = f"{LIBRARY}.Records.{record_name(self.model.name)}"
-        size = constant_bytes(self.model.parameters) / 1000
-        said = {
-            "ssv": f"SSP parameter values: {self.files['ssv']}",
-            "ssp": f"SSP system: {self.files['ssp']}",
-            "modelica": f"Modelica library: {self.folder / LIBRARY}, record {record}",
-            "c": f"C sources: {self.files['c']} and what it needs; {size:.0f} kB of constants",
-        }
-        if sentence := zero_sentence(self.zero):
+        if sentence := zero_sentence(self.origin):
             yield sentence
-        yield from (said[kind] for kind, path in self.files.items() if path is not None)
+        titles = {"ssv": "SSP parameter values", "ssp": "SSP system", "modelica": "Modelica record", "c": "C sources"}
+        for kind, path in self.files.items():
+            if path is not None:
+                constants = constant_bytes(self.model.parameters) / 1000
+                size = f" and what it needs; {constants:.0f} kB of constants" if kind == "c" else ""
+                yield f"{titles[kind]}: {path}{size}"
 
     def content(self) -> dict[str, Any]:
         """The files."""
-        return {"name": self.model.name, "zero": self.zero, **self.files}
+        return {"name": self.model.name, "zero": self.origin, **self.files}
 
     def refuse_unwritable(self) -> None:
         """Raise StrandspringError if a file or the folder cannot be written."""
@@ -117,23 +101,22 @@ class Exports(Result):
         StrandspringError   If a file cannot be written, or the folder holds something else by the library's name.
         BuildError          If the FMU of the system cannot be built.
         """
-        content, _ = placed(self.model, self.zero)
-        ssv, ssp = self.files["ssv"], self.files["ssp"]
+        content, _ = placed(self.model, self.origin)
         # The library first: it may be refused.
-        if self.files["modelica"] is not None:
-            write_library(self.folder, content, self.zero)
-        if ssv is not None:
-            write_text(ssv, parameter_values(content))
-        if ssp is not None and self.ssp_mass is not None:
+        if self.modelica:
+            write_library(Path(self.output), content, self.origin)
+        if path := self.files["ssv"]:
+            write_text(path, parameter_values(content))
+        if (path := self.files["ssp"]) and self.ssp_mass is not None:
             from ...exchange.ssp import ShakenMassValues, write_system
             from ...fmu.native.native_fmu import build_native_fmu
 
             progress("Building the FMU of the system", 0, 1)
             with TemporaryFolder() as folder:
-                fmu = build_native_fmu(self.model, folder, zero=self.zero)
-                write_system(ssp, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
-        if self.files["c"] is not None:
-            write_c_sources(self.folder, content, self.zero)
+                fmu = build_native_fmu(self.model, folder, zero=self.origin)
+                write_system(path, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
+        if self.c:
+            write_c_sources(Path(self.output), content, self.origin)
         return list(filter(None, self.files.values()))
 
 
@@ -186,7 +169,7 @@ def export(
     ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
-    exports = Exports.of(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    exports = Exports(model, folder, ssv, modelica, c, ssp_mass, zero)
     refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
     exports.refuse_unwritable()
     return exports.write()

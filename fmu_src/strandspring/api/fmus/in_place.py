@@ -104,11 +104,8 @@ class BuildOptions:
         ]
 
     def kinds(self, has_sources: bool) -> tuple[Kind, ...]:
-        """The kinds of FMU to be built; of the bundled record those of both back ends.
-
-        Raises
-        ------
-        OptionError   If what is wanted does not go together.
+        """The kinds of FMU to be built; of the bundled record those of both back ends. Raises OptionError if what is
+        wanted does not go together.
         """
         usual = "native" if has_sources or self.version == 3 or self.real_time else "both"
         backend: Any = self.backend or usual

@@ -220,7 +220,7 @@ def export(model: str, ssp: bool, mass: float | None, output: str, as_json: bool
         raise click.UsageError("--ssp and --mass KG go together.")
     from ...api.fmus.export import Exports
 
-    exports = Exports.of(model, output, ssp_mass=mass, **options)
+    exports = Exports(model, output, ssp_mass=mass, **options)
     refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     exports.refuse_unwritable()
     with reporting() as progress:
