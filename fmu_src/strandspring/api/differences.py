@@ -1,20 +1,16 @@
 """Differences between two springs against the uncertainty of both.
 
-Differences of figures (secant stiffness, energy per cycle, mean force of steady loops) are judged by draws from the
-joint covariance of each model: z is the difference over its standard deviation. Loops are slow, their Maxwell branches
-relaxed. The hysteresis parameters, and those of a second mechanism and of branches where both springs have as many, are
-judged together, d'*C^-1*d with the differences d of their logarithms and the sum C of their covariances, which is
-chi-square distributed for one spring identified twice. kappa_omega is the hysteretic force at displacement_offset,
-which two models place differently: it is compared as kappa_omega*FA at one displacement.
+Figures of steady loops, slow ones with relaxed Maxwell branches, are judged by draws from the joint covariance of each
+model: z is the difference over its standard deviation. The hysteresis parameters, also those of a second mechanism and
+of branches where both springs have as many, are judged together: d'*C^-1*d, with the differences d of their logarithms
+and the sum C of their covariances, is chi-square distributed for one spring identified twice. kappa_omega counts as
+kappa_omega*FA at one displacement, because two models place their offsets differently.
 
-Where the forms of the models differ, only what remains in a common form counts: the same degrees of FE and FA. They are
-chosen from noisy records, and another choice shifts the figures of one and the same spring by more than its uncertainty
-says: a smaller loop, which no record holds, by 10 % and more. A model is put into a simpler form by identifying the
-record that it gives itself. Of wider classes nothing is judged then.
+Where the forms of the models differ, only what remains in a common form counts, with the same degrees of FE and FA:
+these are chosen from noisy records, and another choice shifts the figures of one spring by more than its uncertainty
+says. A model is put into a simpler form by identifying the record that it gives. Of wider classes nothing is judged.
 
-All judgements together have an error of 5 % (Holm's procedure, which allows for any dependence between them). Of 150
-pairs of records of one spring (2 % noise, 1500 samples in 3 cycles of one amplitude, degrees chosen from each record),
-5 were called different.
+All judgements together have an error of 5 %, by Holm's procedure, which allows for any dependence between them.
 """
 
 from __future__ import annotations
@@ -46,8 +42,8 @@ LEVEL = 0.05  # error of all judgements together
 # Figures of loops, and whether a difference is judged; the loss factor follows from the two before.
 FIGURES = {"secant_stiffness": True, "energy_per_cycle": True, "loss_factor": False, "mean_force": True}
 _ENDS, _NORMAL_90 = (0.05, 0.95), NormalDist().inv_cdf(0.95)
-# Factor on standard deviations: what the choice of degrees and starts from noisy records adds, measured on pairs of
-# records of one spring, whose z passed 1.96 in 9 instead of 5 of 100 cases without it.
+# On standard deviations: what the choice of degrees and starts adds. Without it z of pairs of records of one spring
+# passed 1.96 in 9 of 100 cases.
 _OF_CHOICE = 1.15
 _MOST_LOG = 700.0  # whose exponential is still a number
 _CYCLES, _SAMPLES = 2, 500
@@ -74,8 +70,7 @@ class SpringDifference:
     amplitude: float | None  # of the loop [m]; None for a parameter
     relative: bool  # whether change, low, high and seen_from are shares of A's value, or differences
     reason: str  # why a parameter's z is unknown
-    # Whether it is judged to be beyond the uncertainty; None where it is not judged, as are single parameters (their
-    # joint test is), loss factors and springs that are not drawn.
+    # Whether it is beyond the uncertainty; None of what is not judged: single parameters, loss factors, no draws.
     differs: bool | None
     a: float
     b: float
@@ -83,7 +78,7 @@ class SpringDifference:
     low: float  # 5 % of the change
     high: float  # 95 %
     z: float  # change over its standard deviation
-    # Change that would have been judged beyond the uncertainty in 95 of 100 cases; NaN where it is not judged.
+    # Change that would be judged beyond the uncertainty in 95 of 100 cases.
     seen_from: float = math.nan
     p: float = field(init=False)  # probability of a z as far from 0 if the springs are the same
 
@@ -179,10 +174,7 @@ def _of_figures(
     scatter: FloatArray | None,
     test: HysteresisTest | None,
 ) -> tuple[tuple[SpringDifference, ...], HysteresisTest | None]:
-    """Differences of figures of loops, judged together with the test of the parameters by Holm's procedure.
-
-    `of_springs` are A and B as identified, and both in one form: z is that of the difference that remains there.
-    """
+    """Differences of figures of loops, of A, B and both in one form, judged with the test by Holm's procedure."""
     a, b, plain_a, plain_b = of_springs
     columns = [LOOP_FIGURE[name] for name in FIGURES]
     relative = [column.unit != "N" for column in columns]  # a force may be 0
@@ -229,11 +221,7 @@ def _of_parameters(
     spreads: Sequence[JointCovariance],
     place: float,
 ) -> tuple[tuple[SpringDifference, ...], HysteresisTest | None]:
-    """Differences of the hysteresis parameters, kappa_omega at a displacement [m], and their joint test.
-
-    Those of a second mechanism and of branches are compared where both springs are of one class. As in `_of_figures`, z
-    and the test are those of what remains in one form.
-    """
+    """Differences of the hysteresis parameters and their joint test; z is that of what remains in one form."""
     is_one_class = _class_of(springs[0]) == _class_of(springs[1])
     columns = (*HYSTERETIC_PARAMETERS, *(further_columns(springs[0]) if is_one_class else ()))
     a, b, plain_a, plain_b = (_values(p, columns, place) for p in (*springs, *plain))
@@ -242,12 +230,12 @@ def _of_parameters(
     for p, spread in zip(springs, spreads, strict=False):
         moves = spread.changes(p, lambda moved: np.log(_values(moved, columns, place)))
         covariance += moves.T @ moves
-    unbounded = [[_unbounded(c.key, *pair) for pair in zip("AB", models, strict=True)] for c in columns]
     variances = np.diag(covariance)
-    reasons = [
-        "; ".join(filter(None, reasons)) or ("" if variance > 0.0 else "no joint covariance")
-        for reasons, variance in zip(unbounded, variances, strict=True)
-    ]
+    reasons = []
+    for column, variance in zip(columns, variances, strict=True):
+        labels = [label for label, model in zip("AB", models, strict=True) if not _is_bounded(column.key, model)]
+        unbounded = f"no two-sided 95 % interval in {' and '.join(labels)}"
+        reasons.append(unbounded if labels else "" if variance > 0.0 else "no joint covariance")
     is_known = np.array([not reason for reason in reasons])
     error = np.where(is_known, np.sqrt(variances), np.nan)
     low, high = (np.expm1(np.minimum(change + side * error, _MOST_LOG)) for side in (-_NORMAL_90, _NORMAL_90))
@@ -274,13 +262,13 @@ def _values(p: SpringParameters, columns: Sequence[ResultColumn], place: float) 
     return np.array(values)
 
 
-def _unbounded(name: str, label: str, model: ModelFile) -> str:
-    """Why a parameter of a model has no two-sided uncertainty, in words; empty if it has."""
+def _is_bounded(name: str, model: ModelFile) -> bool:
+    """Whether a parameter of a model has a standard error and a two-sided interval."""
     known = model.uncertainty
     error, ends = known.get(name), bounds_95(name, known)
     if further := (known.get("further") or {}).get(name):
         error, ends = further.get("standard_error"), further.get("interval_95")
-    return f"{label} has no two-sided 95 % interval of it" if not error or not ends or None in ends else ""
+    return bool(error and ends and None not in ends)
 
 
 def _joint_test(change: FloatArray, covariance: FloatArray) -> tuple[float, int, float]:
@@ -310,9 +298,7 @@ def _class_of(p: SpringParameters) -> tuple[int, int]:
 
 
 def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int]:
-    """The lower degrees of FE and FA, which both springs can be put into; raises StrandspringError if they differ in
-    class, or are of a wider class and differ in form.
-    """
+    """The lower degrees of FE and FA; raises StrandspringError if wider classes differ in them or are not the same."""
     (elastic, _), (other, _) = forms = form_of(a), form_of(b)
     if forms[0] == forms[1] and _class_of(a) == _class_of(b):
         return forms[0]
@@ -331,9 +317,7 @@ def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, i
 
 
 def _in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParameters:
-    """A spring as it would have been identified with these degrees, from a record over its whole range; raises
-    StrandspringError if no physically possible spring of this form follows it.
-    """
+    """A spring as it would have been identified with these degrees; StrandspringError if none follows its record."""
     degree, amplifier = form
     if form_of(p) == form or degree is None:
         return p

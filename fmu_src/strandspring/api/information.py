@@ -50,11 +50,11 @@ if TYPE_CHECKING:
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
 _SAMPLES = (
-    ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3),
-    ResultColumn("force", "N", "force", "force", "N"),
-    ResultColumn("predicted", "N", "predicted force", "predicted", "N"),
-    ResultColumn("lower", "N", "lower", "lower", "N"),
-    ResultColumn("upper", "N", "upper", "upper", "N"),
+    ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3),
+    ResultColumn("force", "N", "force", shown="N"),
+    ResultColumn("predicted", "N", "predicted force", shown="N"),
+    ResultColumn("lower", "N", "lower", shown="N"),
+    ResultColumn("upper", "N", "upper", shown="N"),
 )
 
 
@@ -295,19 +295,21 @@ class Prediction(Followed, PlottedResult):
 
     def columns(self) -> dict[str, FloatArray]:
         """All samples of all records: number of the record from 1, displacement [m], measured and predicted force, and
-        lower and upper end of the 95 % prediction interval [N] if the model has one.
+        lower and upper end of the 95 % prediction interval [N], NaN if the model has none.
         """
-        predicted = np.concatenate([fit.predicted for fit in self.fits])
-        columns = {
-            "record": np.repeat(np.arange(1.0, len(self.records) + 1.0), [len(record) for record in self.records]),
-            "displacement": np.concatenate([record.displacement for record in self.records]),
-            "force": np.concatenate([record.force for record in self.records]),
-            "predicted": predicted,
-        }
-        if self.half_widths is not None:
-            half_width = np.concatenate(self.half_widths)
-            columns |= {"lower": predicted - half_width, "upper": predicted + half_width}
-        return columns
+        widths = self.half_widths or [np.full(len(record), np.nan) for record in self.records]
+        parts = [
+            {
+                "record": np.full(len(record), number),
+                "displacement": record.displacement,
+                "force": record.force,
+                "predicted": fit.predicted,
+                "lower": fit.predicted - width,
+                "upper": fit.predicted + width,
+            }
+            for number, (record, fit, width) in enumerate(zip(self.records, self.fits, widths, strict=True), start=1)
+        ]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """How well the model follows each record, and all if there are several."""
@@ -327,8 +329,8 @@ class Prediction(Followed, PlottedResult):
         StrandspringError   If the file cannot be written.
         """
         columns = self.columns()
-        shown = [column for column in _SAMPLES if column.key in columns]
-        samples = [columns["record"].astype(int), *(columns[column.key] * column.factor for column in shown)]
+        shown = [column for column in _SAMPLES if not np.isnan(columns[column.key]).all()]
+        samples = [columns["record"], *(columns[column.key] * column.factor for column in shown)]
         rows = zip(*(sample.tolist() for sample in samples), strict=True)
         write_csv(Path(path), ["record", *(column.label for column in shown)], rows)
 
@@ -339,9 +341,8 @@ class Prediction(Followed, PlottedResult):
         """
         import pandas as pd
 
-        frame = pd.DataFrame(self.columns()).reindex(columns=["record", *(column.key for column in _SAMPLES)])
-        paths = np.array([record.path for record in self.records], dtype=object)
-        return frame.assign(record=paths[frame["record"].to_numpy().astype(np.intp) - 1])
+        frame = pd.DataFrame(self.columns())
+        return frame.assign(record=frame["record"].map({k: r.path for k, r in enumerate(self.records, start=1)}))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw measured and predicted force over displacement; returns the axes, those of a new figure if None."""
