@@ -109,10 +109,12 @@ class Identification(IdentifiedModel, PlottedResult):
     def content(self) -> dict[str, Any]:
         """Method, parameters with their uncertainty, and what the model file holds of the fit."""
         return {
-            **picked(self, "method", "options", "uncertainty", "effects"),
+            **picked(self, "method", "options"),
             "parameters": self.parameters.as_dict(),
+            "uncertainty": self.uncertainty,
             **dict.fromkeys(("verdict", "small_loops", "lack_of_fit")),
             **self.model_file().fit,
+            "effects": self.effects,
             "records": [
                 {"path": fit.path, **fit.as_json(fitted)} for fit, fitted in zip(self.fits, self.fitted, strict=True)
             ],
@@ -332,9 +334,10 @@ class ManyResult(PlottedResult):
         batch = self.batch
         return {
             "folder": self.folder,
-            **picked(batch, "table", "columnar_table", "files", "earlier", "amplitude"),
+            **picked(batch, "table", "columnar_table", "files", "earlier"),
             "statuses": {status: batch.statuses[status] for status in STATUSES},
             "problems": self._problems,
+            "amplitude": batch.amplitude,
             "figures": self._figures,
             "short": batch.short_count,
             "outliers": {"count": batch.outlier_count if batch.judged else None, "first": batch.outliers},

@@ -185,7 +185,7 @@ class BuiltFmu(NamedTuple):
     def facts(self, settings: BuildOptions) -> dict[str, Any]:
         """For JSON."""
         return {
-            "path": self.path,
+            "path": str(self.path),
             "backend": "native" if self.kind == "system" else self.kind,
             "fmi": settings.version,
             "binaries": self.binaries,
