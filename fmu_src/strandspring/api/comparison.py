@@ -68,7 +68,7 @@ _DIFFERENCES = (
     ResultColumn("p", "1", "p"),
     ResultColumn("seen_from", "", "change that could have been seen"),
     ResultColumn("differs", "", "beyond the uncertainty"),
-    ResultColumn("judged", "", "", "uncertainty"),
+    ResultColumn("judged", "", "", "differs"),
     ResultColumn("reason", "", "why z is unknown"),
 )
 _FOLLOWED = (
@@ -77,7 +77,7 @@ _FOLLOWED = (
     ResultColumn("a", "N", "rms error of A", "rmse of A", "N"),
     ResultColumn("b", "N", "rms error of B", "rmse of B", "N"),
 )
-_IN_WORDS = {True: "beyond", False: "within", None: None}
+_IN_WORDS = {True: "yes", False: "no", None: None}
 _SHARE, _FORCE = ResultColumn("share", "1", "", "", "%", 100.0, 2), ResultColumn("force", "N", "", "", "N", digits=2)
 
 
@@ -160,7 +160,9 @@ class Comparison(Differences, PlottedResult):
         yield self.sentence
         if brief:
             largest = max(one.amplitude or 0.0 for one in self.figures)
-            yield _table([one for one in self.figures if one.amplitude == largest])
+            yield _table(
+                [one for one in self.figures if one.amplitude == largest], f"Loops of +-{1e3 * largest:.4g} mm:"
+            )
         else:
             centring = "" if self.align == "record" else ", each counted from the middle of its own range"
             drawn = "" if self.bands is None else f"; {self.draws} springs drawn of each, seed {self.seed}"
@@ -317,7 +319,7 @@ def compare(
     )  # fmt: skip
 
 
-def _table(rows: Sequence[SpringDifference]) -> Table:
+def _table(rows: Sequence[SpringDifference], title: str = "") -> Table:
     """Differences, whose changes are a share or a force."""
     return Table(_DIFFERENCES, [
         {
@@ -327,7 +329,7 @@ def _table(rows: Sequence[SpringDifference]) -> Table:
             "judged": _IN_WORDS[one.differs],
         }
         for one in rows
-    ], details=("z",))  # fmt: skip
+    ], title, details=("amplitude", "z"))  # fmt: skip
 
 
 def _size(difference: SpringDifference, *values: float) -> str:
