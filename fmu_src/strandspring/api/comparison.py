@@ -95,7 +95,7 @@ class Comparison(Differences, PlottedResult):
     verdict : ComparisonVerdict
     unknown : str                          Why nothing can be judged, in words; else empty.
     draws, seed : int                      Springs drawn of each model, and the seed.
-    parameters : tuple of SpringDifference Of kappa_omega in the middle of the shared range, rho, sigma and n, and of
+    parameters : tuple of SpringDifference   Of kappa_omega in the middle of the shared range, rho, sigma and n, and of
                                            those of a second mechanism and branches if both springs have as many.
     test : HysteresisTest or None          Of these together.
     figures : tuple of SpringDifference    Of steady loops about the middle of the shared range.

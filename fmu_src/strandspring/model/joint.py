@@ -199,16 +199,12 @@ class JointCovariance:
 
     def errors(self, spring: SpringParameters, of: Callable[[SpringParameters], FloatArray]) -> FloatArray:
         """Standard errors of what a function makes of a spring; see `changes`."""
-        import numpy as np  # model files are read without it
-
-        return np.asarray(np.linalg.norm(self.changes(spring, of), axis=0))
+        errors: FloatArray = (self.changes(spring, of) ** 2).sum(axis=0) ** 0.5
+        return errors
 
     def changes(self, spring: SpringParameters, of: Callable[[SpringParameters], FloatArray]) -> FloatArray:
-        """Derivatives of what a function makes of a spring by each column of L, by differences, shape (m, ...).
-
-        Raises
-        ------
-        ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
+        """Derivatives of what a function makes of a spring by each column of L, by differences, shape (m, ...); raises
+        ModelError if the covariance is so large that no neighbour of the spring is physically possible.
         """
         import numpy as np  # model files are read without it
 
