@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from numpy.typing import ArrayLike
 
-from ..campaigns.batches.batch import BatchSummary, identify_batch
 from ..campaigns.batches.figures_in_batch import FEWEST, FIGURES, JUDGED, LIMIT
 from ..campaigns.batches.sources import TABLE, find_springs
 from ..campaigns.batches.spring_row import IDENTIFIED, STATUSES, BatchWork
@@ -39,6 +38,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
+    from ..campaigns.batches.batch import BatchSummary
     from ..report import ReportDetails
 
 _PROBLEMS = (
@@ -411,6 +411,8 @@ def identify_many(
     >>> result.problem
     '1 of 4 springs is not identified (1 unreadable); springs.csv says why.'
     """
+    from ..campaigns.batches.batch import identify_batch  # slow to import
+
     work = BatchWork(fitting.chosen, reading, fitting.save_anyway)
     amplitude = optional_number("amplitude", amplitude, "m")
     if amplitude is not None and not 0.0 < amplitude < float("inf"):

@@ -90,11 +90,6 @@ class Information(PlottedResult):
     overlap: Overlap | None
     findings: tuple[Finding, ...]
 
-    @property
-    def verdicts(self) -> tuple[str, ...]:
-        """The sentences on rate and overlap, as far as there are any."""
-        return tuple(verdict.sentence for verdict in (self.rate_independence, self.overlap) if verdict is not None)
-
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """The model, its parameters, its loops beside those of the records, and the verdicts."""
         model, origin = self.model, self.model.provenance  # free JSON, of which any part may be missing
@@ -119,7 +114,7 @@ class Information(PlottedResult):
         yield from (f"  {line}" for line in lines if line)
         yield parameter_table(self.parameters, model.uncertainty, brief)
         yield loop_table(self.loops, self.modelled)
-        yield from self.verdicts
+        yield from (found.sentence for found in (self.rate_independence, self.overlap) if found is not None)
 
     @property
     def table(self) -> Table:
