@@ -152,9 +152,7 @@ class Comparison(Differences, PlottedResult):
         return _table((*self.parameters, *self.figures))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """What is compared, the verdict, the differences (if brief at the largest amplitude), and which spring follows
-        the records better.
-        """
+        """The verdict, the differences (if brief at the largest amplitude), and who follows the records better."""
         for label, model, source in zip("AB", self.models, self.sources, strict=True):
             yield f"{label}: {model.name} ({source})"
         yield self.sentence
@@ -257,9 +255,8 @@ def compare(
     """Compare two springs, such as two lots, or one spring before and after fatigue.
 
     Functions are compared, not coefficients: stiffness, energy and mean force of loops over the range that both share,
-    so that an elastic force as a table stands against a polynomial. All judgements together are made at the 5 % level,
-    as far as the uncertainty of the model files holds; of 150 pairs of records of one spring, all of one amplitude, 5
-    were found to differ.
+    also of a table against a polynomial. All judgements together are made at the 5 % level, as far as the uncertainty
+    of the model files holds: of 150 pairs of records of one spring, 5 were found to differ.
 
     Parameters
     ----------
@@ -359,9 +356,7 @@ def _aligned(models: tuple[ModelFile, ModelFile], align: Align) -> tuple[SpringP
 
 
 def _shared_range(springs: Sequence[SpringParameters], align: Align) -> tuple[float, float]:
-    """The displacements [m] that both springs were identified for; raises StrandspringError if that is less than half
-    of the narrower range, where displacements are those of the records.
-    """
+    """The displacements [m] that both springs were identified for; raises StrandspringError if they are too few."""
     low = max(p.displacement_min for p in springs)
     high = min(p.displacement_max for p in springs)
     narrower = min(p.displacement_max - p.displacement_min for p in springs)

@@ -81,9 +81,7 @@ class Identification(IdentifiedModel, PlottedResult):
         return Spring.from_model(self.model_file(name, description))
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """The verdict, how well the spring alone follows each record, and the fit where it differs, parameters; then
-        the loops, what the spring misses, what is known of small loops, and what the rig added.
-        """
+        """The verdict, how well the spring follows each record, and parameters; then the loops and what is missed."""
         if self.verdict is not None:
             yield str(self.verdict)
         if not brief:
@@ -292,11 +290,6 @@ class ManyResult(PlottedResult):
         left_out = gathered(of_severity(self.left_out, severities), reader, brief)
         return (*left_out, *self.batch.found.lines(reader, severities, brief))
 
-    def said(self, reader: Reader, brief: bool = False) -> list[str]:
-        """Cautions and notes in words for a reader, each with what it is."""
-        titles = {"Caution": CAUTIONS, "Note": NOTES}
-        return [f"{title}: {text}" for title, of in titles.items() for text in self.sentences(of, reader, brief)]
-
     @property
     def table(self) -> Table:
         """springs.csv, one file in each row."""
@@ -365,10 +358,9 @@ def identify_many(
 ) -> ManyResult:
     """Identify many springs, each from a file of its own, on all cores.
 
-    One damaged file does not stop the others. The folder gets a model file of each spring, and `springs.csv` (and
-    `springs.parquet`, if pyarrow is installed) with one row for each file. `springs.journal.sqlite` there holds what is
-    finished: the same call again, also after an interrupt, identifies only files that are new or have changed. The
-    results do not depend on the number of workers nor on interrupts.
+    One damaged file does not stop the others. The folder gets a model file of each spring, and `springs.csv` (with
+    pyarrow also `springs.parquet`) with one row for each file. `springs.journal.sqlite` there holds what is finished:
+    the same call again, also after an interrupt, identifies only files that are new or have changed.
 
     Parameters
     ----------

@@ -118,9 +118,7 @@ class Information(PlottedResult):
 
     @property
     def table(self) -> Table:
-        """One loop in each row: source ("model" or a record's path), the figures of `LoopFigures`, and cycles and
-        frequency of measured loops; "from" is the record between whose turning points a loop of the model runs.
-        """
+        """One loop in each row, with `LoopFigures`; "from" is the record whose turning points the model has."""
         return loop_table(self.loops, self.modelled, in_files=True)
 
     def content(self) -> dict[str, Any]:
@@ -141,9 +139,7 @@ class Information(PlottedResult):
         }
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw secant stiffness, energy per cycle and loss factor over the amplitude: the model's loops joined by a
-        line, measured ones as points; returns the three axes, those of a new figure if None.
-        """
+        """Draw secant stiffness, energy and loss factor over the amplitude; returns the axes, new ones if None."""
         panels = self._axes(ax)
         frame = self.to_frame().sort_values("amplitude")
         for axis, column in zip(panels, PANELS, strict=True):
@@ -289,8 +285,8 @@ class Prediction(Followed, PlottedResult):
         return tuple(map(width, self.records, self.fits))
 
     def columns(self) -> dict[str, FloatArray]:
-        """All samples of all records: number of the record from 1, displacement [m], measured and predicted force, and
-        lower and upper end of the 95 % prediction interval [N], NaN if the model has none.
+        """All samples: number of the record from 1, displacement [m], measured and predicted force, and lower and upper
+        end of the 95 % prediction interval [N], NaN if the model has none.
         """
         widths = self.half_widths or [np.full(len(record), np.nan) for record in self.records]
         parts = [
@@ -330,10 +326,7 @@ class Prediction(Followed, PlottedResult):
         write_csv(Path(path), ["record", *(column.label for column in shown)], rows)
 
     def to_frame(self) -> pd.DataFrame:
-        """One sample in each row: record (path), displacement [m], force, predicted, lower and upper [N].
-
-        lower and upper are NaN if the model has no prediction interval.
-        """
+        """One sample in each row, with the columns of `columns`, and of the record its path."""
         import pandas as pd
 
         frame = pd.DataFrame(self.columns())

@@ -168,11 +168,10 @@ def plan(
 ) -> TestPlan:
     """The displacement programme that decides most of what is open about a spring, within the limits of a rig.
 
-    Blocks are chosen one after the other, each for the most that it decides in its time: full loops, minor loops at
-    several places, small loops, another rate, dwells. Judged are the energy and stiffness of loops of 10 to 100 % of
-    the amplitude and the parameters, by a prior that allows for further friction mechanisms, an amplifier of any form
-    and relaxation. Where figures are known to 5 % (energies of the smallest loops and parameters to 10 %), or more
-    time would decide little, the programme ends.
+    Full, minor and small loops, another rate and dwells are chosen one after the other, each for what it decides in its
+    time of the parameters, and of energy and stiffness of loops of 10 to 100 % of the amplitude. The prior allows for
+    further mechanisms, any amplifier and relaxation. The programme ends where figures are known to 5 % (energies of the
+    smallest loops and parameters to 10 %), or more time would decide little.
 
     Parameters
     ----------

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _REPR_LINES = 6
+_TITLES = {"Caution": CAUTIONS, "Note": NOTES}
 
 
 class Result:
@@ -109,7 +110,7 @@ class Result:
 
     def said(self, reader: Reader, brief: bool = False) -> list[str]:
         """Cautions and notes in words for a reader, each with what it is."""
-        return said(self.all_findings, reader, brief)
+        return [f"{title}: {text}" for title, of in _TITLES.items() for text in self.sentences(of, reader, brief)]
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
@@ -167,7 +168,7 @@ class PlottedResult(Result):
 def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
     """Cautions and notes in words for a reader, each with what it is."""
     found = tuple(findings)
-    titles = {"Caution": CAUTIONS, "Note": NOTES}.items()
+    titles = _TITLES.items()
     return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
 
 

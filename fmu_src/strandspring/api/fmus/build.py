@@ -177,10 +177,9 @@ def build_fmu(
 ) -> Path:
     """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
 
-    Records are identified with the defaults of `identify`, and its cautions become warnings; along them, from where
-    they start, the FMU must have the RNL that the model has. The FMU of a SYSTEM.toml
-    is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
-    `fmi`, `platforms`, `author` and `candidate`.
+    Records are identified with the defaults of `identify`, and its cautions become warnings; along them the FMU must
+    have the RNL that the model has. The FMU of a SYSTEM.toml is for co-simulation: base acceleration in, motion of
+    points and forces of mounts out. It takes `fmi`, `platforms`, `author` and `candidate`.
 
     Parameters
     ----------
@@ -250,9 +249,7 @@ def build_fmu(
 def _model(
     source: Any, path: str | None, record: Source | Sequence[Source] | None
 ) -> tuple[ModelFile, Sequence[Record]]:
-    """The model of a spring, of the file at a path, of an identification, or of records that are identified now, and
-    the records along which its FMU is checked.
-    """
+    """The model that is given or identified now, and the records along which its FMU is checked."""
     held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
     if isinstance(held, ModelFile) and record is None:
         return held, ()
@@ -313,11 +310,10 @@ class Verification(Result):
 def verify(fmu: str | os.PathLike[str]) -> Verification:
     """Verify an FMU on this computer.
 
-    Compares every file with the hash that was written when the FMU was built, the model description with FMI's rules,
-    the spring with its certificate, which is the range of force that its records support, and co-simulation and model
-    exchange with the reference result that the FMU carries. An FMU with a changed file is not run, except for binaries
-    that were added to or compiled anew from the sources of the same FMU: they are named and run. The hashes show
-    damage, not who built it: run FMUs of people you trust only.
+    Compares every file with its hash of when the FMU was built, the model description with FMI's rules, the spring with
+    its certificate, the range of force that its records support, and co-simulation and model exchange with the
+    reference result that the FMU carries. An FMU with a changed file is not run; binaries that were added or compiled
+    anew are named and run. The hashes show damage, not who built it: run FMUs of people you trust only.
 
     Parameters
     ----------
