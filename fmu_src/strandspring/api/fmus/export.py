@@ -75,14 +75,17 @@ class Exports(Result):
 
     def parts(self, brief: bool) -> Iterator[str]:  # noqa: ARG002 - all of it is short
         """What is written, in words."""
+        library, record = Path(self.output) / LIBRARY, f"{LIBRARY}.Records.{record_name(self.model.name)}"
+        size = constant_bytes(self.model.parameters) / 1000
+        said = {
+            "ssv": f"SSP parameter values: {self.files['ssv']}",
+            "ssp": f"SSP system: {self.files['ssp']}",
+            "modelica": f"Modelica library: {library}, record {record}",
+            "c": f"C sources: {self.files['c']} and what it needs; {size:.0f} kB of constants",
+        }
         if sentence := zero_sentence(self.origin):
             yield sentence
-        titles = {"ssv": "SSP parameter values", "ssp": "SSP system", "modelica": "Modelica record", "c": "C sources"}
-        for kind, path in self.files.items():
-            if path is not None:
-                constants = constant_bytes(self.model.parameters) / 1000
-                size = f" and what it needs; {constants:.0f} kB of constants" if kind == "c" else ""
-                yield f"{titles[kind]}: {path}{size}"
+        yield from (said[kind] for kind, path in self.files.items() if path is not None)
 
     def content(self) -> dict[str, Any]:
         """The files."""
