@@ -222,7 +222,7 @@ def _of_parameters(
     place: float,
 ) -> tuple[tuple[SpringDifference, ...], HysteresisTest | None]:
     """Differences of the hysteresis parameters and their joint test; z is that of what remains in one form."""
-    is_one_class = _class_of(springs[0]) == _class_of(springs[1])
+    is_one_class = form_of(springs[0])[2:] == form_of(springs[1])[2:]
     columns = (*HYSTERETIC_PARAMETERS, *(further_columns(springs[0]) if is_one_class else ()))
     a, b, plain_a, plain_b = (_values(p, columns, place) for p in (*springs, *plain))
     change, remaining = np.log(b / a), np.log(plain_b / plain_a)
@@ -283,42 +283,37 @@ def _joint_test(change: FloatArray, covariance: FloatArray) -> tuple[float, int,
     return chi_square, degrees, float(gammaincc(0.5 * degrees, 0.5 * chi_square))
 
 
-def form_of(p: SpringParameters) -> tuple[int | None, int]:
-    """Degrees of FE, None for a table, and of FA."""
-    return None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1
+def form_of(p: SpringParameters) -> tuple[int | None, int, int, int]:
+    """Degrees of FE, None for a table, and of FA; how many mechanisms and Maxwell branches."""
+    return None if p.FE_knots else len(p.kE) - 1, len(p.kA) - 1, len(p.mechanisms), len(p.branches)
 
 
-def form_words(form: tuple[int | None, int]) -> str:
-    """A form in words."""
+def form_words(form: tuple[int | None, int, int, int]) -> str:
+    """The degrees of a form in words."""
     return f"{'FE as a table' if form[0] is None else f'FE of degree {form[0]}'} and FA of degree {form[1]}"
 
 
-def _class_of(p: SpringParameters) -> tuple[int, int]:
-    return len(p.mechanisms), len(p.branches)
-
-
-def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int]:
+def common_form(a: SpringParameters, b: SpringParameters) -> tuple[int | None, int, int, int]:
     """The lower degrees of FE and FA; raises StrandspringError if wider classes differ in them or are not the same."""
-    (elastic, _), (other, _) = forms = form_of(a), form_of(b)
-    if forms[0] == forms[1] and _class_of(a) == _class_of(b):
+    forms = form_of(a), form_of(b)
+    if forms[0] == forms[1]:
         return forms[0]
     if not (a.is_plain and b.is_plain):
         of_a, of_b = (
-            f"{form_words(form_of(p))}, {counted(len(p.mechanisms), 'mechanism')} and {len(p.branches)} Maxwell "
-            f"branch{'es' * (len(p.branches) != 1)}"
-            for p in (a, b)
+            f"{form_words(form)}, {counted(form[2], 'mechanism')} and {form[3]} Maxwell branch{'es' * (form[3] != 1)}"
+            for form in forms
         )
         raise StrandspringError(
             f"A has {of_a}, B {of_b}; identify both with the same `degrees`, `mechanisms` and `branches`."
         )
-    degrees = [degree for degree in (elastic, other) if degree is not None]
+    degrees = [form[0] for form in forms if form[0] is not None]
     # The identification takes no FE of degree 0, which a model file may have.
-    return max(min(degrees, default=_OF_TABLES), 1), min(degree for _, degree in forms)
+    return max(min(degrees, default=_OF_TABLES), 1), min(form[1] for form in forms), *forms[0][2:]
 
 
-def _in_form(p: SpringParameters, form: tuple[int | None, int]) -> SpringParameters:
+def _in_form(p: SpringParameters, form: tuple[int | None, int, int, int]) -> SpringParameters:
     """A spring as it would have been identified with these degrees; StrandspringError if none follows its record."""
-    degree, amplifier = form
+    degree, amplifier, *_ = form
     if form_of(p) == form or degree is None:
         return p
     record = synthesize(ModelFile("spring", p), cycles=_CYCLES, samples=_SAMPLES)
