@@ -58,7 +58,7 @@ _DIFFERENCES = (
     ResultColumn("amplitude", "m", "amplitude", "at", "mm", 1e3),
     ResultColumn("a", "", "A", "A"),
     ResultColumn("b", "", "B", "B"),
-    ResultColumn("relative", "", "change over A"),
+    ResultColumn("relative", "", "changes are shares of A"),
     ResultColumn("change", "", "change"),
     ResultColumn("low", "", "5 % of the change"),
     ResultColumn("high", "", "95 % of the change"),
