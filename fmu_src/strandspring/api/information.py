@@ -145,7 +145,7 @@ class Information(PlottedResult):
         for axis, column in zip(panels, PANELS, strict=True):
             for source, rows in frame.groupby("source", sort=False):
                 amplitudes, shown = 1e3 * rows["amplitude"], column.factor * rows[column.key]
-                style = "k.-" if source == "model" else "o"
+                style = "kx" if source == "model" else "o"
                 axis.plot(amplitudes, shown, style, label=PurePath(str(source)).name)
             axis.set(xlabel="amplitude [mm]", ylabel=column.label)
         panels[0].legend(fontsize=8)
