@@ -21,8 +21,7 @@ from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ..common.progress import Progress, unseen
-from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
-from .options import BuildOptions
+from .in_place import BuildOptions, BuiltFmu, FmuJob, build_in_place
 
 # Of the largest stable step: an error of some 0.1 % at the highest natural frequency.
 _OF_STABLE = 0.05

@@ -47,7 +47,7 @@ def show(records: tuple[str, ...], output: str | None, as_json: bool, reading: R
       strandspring show rig.xlsx --force "Sheet 2/Load" -o rig.html
       strandspring show campaign.toml -o campaign.html
     """
-    from ...api.overview import Overview
+    from ...api.records import Overview
 
     refuse_overwriting(opt.record_files(records), {"--output": output})
     group = opt.read_records(records, reading)
