@@ -118,7 +118,7 @@ def predict(model: str, records: tuple[str, ...], output: str | None, as_json: b
 @click.argument("b", metavar="B.json")
 @click.argument("records", nargs=-1, metavar="[RECORD...]")
 @opt.takes_options(comparing=Comparing, reading=Reading)
-@opt.plot_option("Plot loops, figures and transmissibility")
+@opt.plot_option("Plot loops, stiffness, energy and loss factor")
 @opt.output_options
 def compare(
     a: str, b: str, records: tuple[str, ...], plot: str | None, as_json: bool, comparing: Comparing, reading: Reading
