@@ -198,6 +198,18 @@ def in_json(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def records(key: str, names: Iterable[str], **columns: Iterable[Any]) -> list[dict[str, Any]]:
+    """What JSON holds of things by their names, with an item of each column for each thing.
+
+    Examples
+    --------
+    >>> records("body", ["box", "lid"], mass=[2.0, 0.5])
+    [{'body': 'box', 'mass': 2.0}, {'body': 'lid', 'mass': 0.5}]
+    """
+    rows = zip(names, *columns.values(), strict=True)
+    return [dict(zip((key, *columns), row, strict=True)) for row in rows]
+
+
 def _lines(parts: Iterable[str | Table], width: int | None, brief: bool) -> list[str]:
     lines: list[str] = []
     for part in parts:
