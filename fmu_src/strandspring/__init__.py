@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from .api.fmus.build import build_fmu as build_fmu
     from .api.fmus.export import export as export
     from .api.fmus.options import BuildOptions as BuildOptions
-    from .api.fmus.system_information import SystemInformation as SystemInformation
+    from .api.fmus.system_fmu import SystemInformation as SystemInformation
     from .api.fmus.verification import Verification as Verification
     from .api.fmus.verification import verify as verify
     from .api.identification import Identification as Identification
@@ -55,12 +55,12 @@ if TYPE_CHECKING:
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
     from .api.spring import Spring as Spring
-    from .api.studies.model_study import study as study
-    from .api.studies.study_result import StudyResult as StudyResult
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
     from .api.vibration.simulation import simulate as simulate
+    from .api.vibration.studies import StudyResult as StudyResult
+    from .api.vibration.studies import study as study
     from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
     from .campaigns.jobs.options import Cluster as Cluster
     from .campaigns.jobs.options import Workers as Workers
@@ -102,7 +102,7 @@ _NAMES = {
     "api.comparing.comparison": ("Comparison", "compare"),
     "api.fmus.build": ("build_fmu",),
     "api.fmus.export": ("export",),
-    "api.fmus.system_information": ("SystemInformation",),
+    "api.fmus.system_fmu": ("SystemInformation",),
     "api.fmus.verification": ("Verification", "verify"),
     "api.identification": ("Identification", "identify"),
     "api.identifying.information": ("Information", "info"),
@@ -115,10 +115,9 @@ _NAMES = {
     "api.responses": ("Computing", "Responses", "responses"),
     "api.overview": ("show",),
     "api.spring": ("Spring",),
-    "api.studies.model_study": ("study",),
-    "api.studies.study_result": ("StudyResult",),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
+    "api.vibration.studies": ("StudyResult", "study"),
     "api.vibration.system_isolation": ("SystemIsolation",),
     "campaigns.jobs.options": ("Cluster", "Workers"),
     "campaigns.planning.limits": ("Limits",),

@@ -1,22 +1,27 @@
-"""`isolate`: one model or several in, transmissibility and resonance of a mass on each of them out."""
+"""`isolate`: one model or several in, transmissibility and resonance of a mass on each of them out.
+
+What the isolation of one mass and of a whole system have in common is here, too: a part is one of those that are
+compared, a model or a candidate of a description.
+"""
 
 from __future__ import annotations
 
 import math
 import os
+from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import partial
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from itertools import islice
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from numpy.typing import NDArray
-
+from ...campaigns.jobs.threads import in_threads
 from ...errors import IsolationError, OptionError
 from ...findings import Finding, Outcome
 from ...ground.arguments import number
+from ...ground.one_thread import one_thread
 from ...ground.options import changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn
 from ...ground.scratch import TemporaryFolder
@@ -24,55 +29,68 @@ from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.band import band_frequencies
-from ...vibration.one_mass.curve_points import ResponsePoint
-from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
+from ...vibration.one_mass.options import DEFAULT_SHARES, Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.response import FrequencyResponse, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
+from ..common.result import PlottedResult
 from ..common.table import Table
-from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from ...cosimulation.steady_check import SteadyCheck
     from ...vibration.description.system_file import SystemFile
+    from ...vibration.one_mass.curves_plot import Panel
     from .system_isolation import SystemIsolation
 
-_MODEL = ResultColumn("model", "", "model")
+Part = TypeVar("Part", bound=Any)
+
+# Of every resonance: the level, in text with its unit, and whether it lies inside the band.
+LEVELS = (ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level"))
+FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
+ENDS = (
+    ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz"),
+    ResultColumn("inside", "", "inside the band"),
+    ResultColumn("band", "", "", "band"),
+)
+_MODEL = ResultColumn("model", "", "model", "model")
 _PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
-_FIGURES = (
+_RESONANCES = (
+    _MODEL,
+    *LEVELS,
     FREQUENCY,
     ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
     ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
     ResultColumn("stiffness", "N/m", "secant stiffness", "stiffness", "N/mm", 1e-3),
     ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
-    ISOLATION_FREQUENCY,
+    *ENDS,
 )
-# Of the curves: keys, units and words.
 _POINT = (
-    ("frequency", "Hz", "frequency"),
-    ("transmissibility", "1", "transmissibility"),
-    ("phase", "deg", "phase"),
-    ("relative", "", "relative motion over"),
-    ("relative_phase", "deg", "relative phase"),
-    ("amplitude", "m", "amplitude of the mount"),
-    ("mean", "m", "mean displacement of a spring"),
-    ("min", "m", "lowest displacement of a spring"),
-    ("max", "m", "highest displacement of a spring"),
-    ("force", "N", "force on the base"),
-    ("acceleration", "m/s^2", "acceleration"),
-    ("start_displacement", "m", "displacement of the mount at the crest"),
-    ("start_speed", "m/s", "speed of the mount at the crest"),
-    ("start_omega", "1", "omega at the crest"),
-    ("stable", "", "stable"),
-    ("requested", "", "requested frequency"),
-    ("extrapolating", "", "outside the identified range"),
+    ResultColumn("frequency", "Hz", "frequency"),
+    ResultColumn("transmissibility", "1", "transmissibility"),
+    ResultColumn("phase", "deg", "phase"),
+    ResultColumn("relative", "1", "relative motion over base motion"),
+    ResultColumn("relative_phase", "deg", "relative phase"),
+    ResultColumn("amplitude", "m", "amplitude of the mount"),
+    ResultColumn("mean", "m", "mean displacement of a spring"),
+    ResultColumn("min", "m", "lowest displacement of a spring"),
+    ResultColumn("max", "m", "highest displacement of a spring"),
+    ResultColumn("force", "N", "force on the base"),
+    ResultColumn("acceleration", "m/s^2", "acceleration"),
+    ResultColumn("start_displacement", "m", "displacement of the mount at the crest"),
+    ResultColumn("start_speed", "m/s", "speed of the mount at the crest"),
+    ResultColumn("start_omega", "1", "omega at the crest"),
+    ResultColumn("stable", "", "stable"),
+    ResultColumn("requested", "", "requested frequency"),
+    ResultColumn("extrapolating", "", "outside the identified range"),
 )
+_OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
 _CHECK = (
-    ResultColumn("model", "", "model", "model"),
+    _MODEL,
     ResultColumn("level", "", "level", "level"),
     ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
     ResultColumn("difference", "1", "difference of the amplitude", "amplitude off by", "%", 100.0, 3),
@@ -81,30 +99,85 @@ _CHECK = (
 )
 
 
+class AnyIsolation(PlottedResult):
+    """Steady motions of parts that are compared, each with its `label` and its `responses`."""
+
+    @property
+    @abstractmethod
+    def _parts(self) -> Sequence[Any]: ...
+
+    @property
+    @abstractmethod
+    def _peaks(self) -> Table:
+        """A row for each resonance; the first column is that of the part."""
+
+    @property
+    @abstractmethod
+    def _panels(self) -> list[Panel]:
+        """Of the plot, in two rows."""
+
+    @property
+    @abstractmethod
+    def title(self) -> str:
+        """Of the plot."""
+
+    @property
+    def every(self) -> Iterator[tuple[Any, Any]]:
+        """Each part with each of its responses."""
+        return ((part, response) for part in self._parts for response in part.responses)
+
+    def resonances(self) -> pd.DataFrame:
+        """One row for each resonance: what it is of, and its attributes in SI units."""
+        return self._peaks.frame()
+
+    def _peak_table(self, details: Sequence[str] = ()) -> Table:
+        """Resonances in text, with what they are of if there are several parts."""
+        peaks = self._peaks
+        varied = {"level_text", *(column.key for column in peaks.columns if column.unit)}
+        return replace(peaks, columns=peaks.columns[int(len(self._parts) == 1) :], details=details, varied=varied)
+
+    def _overview(self) -> pd.DataFrame:
+        return self.resonances()
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels
+
+        draw_panels(figure, self._panels, self.title)
+
+    def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
+        """Everything in a new figure of pyplot, or as many panels as there are axes."""
+        if ax is None:
+            from matplotlib import pyplot as plt
+
+            figure = plt.figure(figsize=self._size, layout="constrained")
+            self._draw(figure)
+            return figure.axes
+        axes = self._axes(ax)
+        for one, panel in zip(axes, self._panels, strict=False):
+            panel.draw(one)
+        axes[0].legend(fontsize=8)
+        return axes
+
+
+def peak_row(response: Any, peak: Any) -> dict[str, Any]:
+    """A resonance by the keys of its columns, beside those of the part and the excitation."""
+    band = None if peak.inside else "at its end"
+    return {**vars(peak), "level": response.level, "level_text": response.level_text, "band": band}
+
+
 @dataclass(frozen=True, eq=False)
 class IsolatedModel:
-    """A mass on springs of one model.
+    """A mass on springs of one model."""
 
-    Attributes
-    ----------
-    label : str                       The model's name, with a number where several models have one name.
-    source : str or None              Path as it was given; None for a model in memory.
-    model : ModelFile
-    zero : float                      Where displacement is counted from [m].
-    system : IsolatedMass
-    equilibrium : StaticEquilibrium
-    responses : tuple of FrequencyResponse   One for each level.
-    """
-
-    label: str
-    source: str | None
+    label: str  # the model's name, with a number where several models have one name
+    source: str | None  # path as it was given; None for a model in memory
     model: ModelFile
-    zero: float
+    zero: float  # where displacement is counted from [m]
     system: IsolatedMass
     equilibrium: StaticEquilibrium
-    responses: tuple[FrequencyResponse, ...] = ()
+    responses: tuple[FrequencyResponse, ...] = ()  # one for each level
 
-    def equilibrium_lines(self) -> list[str]:
+    def lines(self) -> list[str]:
         """The static equilibrium in words."""
         system, rest = self.system, self.equilibrium
         mount = system.mount
@@ -121,11 +194,11 @@ class IsolatedModel:
 
     def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions for JSON."""
-        described = {"mass": self.system.mass, **asdict(self.system.mount)}
+        system = {"mass": self.system.mass, **asdict(self.system.mount), "load": self.system.static_load}
         return {
             "model": self.source,
             "zero": self.zero,
-            "system": {**described, "load": self.system.static_load},
+            "system": system,
             "static_equilibrium": self.equilibrium,
             "excitation": self.responses[0].excitation,
             "levels": [
@@ -166,10 +239,12 @@ class CheckedMotion:
         """Whether the simulation stays on the computed motion."""
         return self.check.agrees
 
-    def words(self, several: bool) -> dict[str, str | None]:
-        """The verdict, and of what it is: the model only if there are several."""
+    @property
+    def row(self) -> dict[str, Any]:
+        """What it is of, how far both differ, and the verdict."""
         verdict = "agrees" if self.agrees else "DIFFERS: the computed motion is not steady or not stable"
-        return {"model": self.model.label if several else None, "level": self.response.level_text, "verdict": verdict}
+        of = {"model": self.model.label, "level": self.response.level_text}
+        return {**vars(self.check), **of, "verdict": verdict}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -204,28 +279,35 @@ class Isolation(AnyIsolation):
     levels_chosen: str = ""
     checked: tuple[CheckedMotion, ...] = ()
 
-    _details = ("stiffness", "loss_factor")
     _size = (8.0, 8.0)
 
     @property
     def _parts(self) -> tuple[IsolatedModel, ...]:
-        """The models."""
         return self.models
 
     @property
     def title(self) -> str:
-        """Of a plot."""
-        mass = f"{self.models[0].system.mass:g} kg"
+        """Of the plot."""
+        mass = f"{self.models[0].system.mass:g} kg, {self.excitation.value}"
         return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
 
-    def _of(self, part: IsolatedModel, response: FrequencyResponse) -> dict[ResultColumn, Any]:
-        return {_MODEL: part.label, ResultColumn("level", self.excitation.unit, "level"): response.level}
+    @property
+    def table(self) -> Table:
+        """All points of the curves in their order."""
+        level = ResultColumn("level", self.excitation.unit, "level")
+        of_force = self.excitation is Excitation.FORCE
+        point = [_OF_FORCE if of_force and column.key == "relative" else column for column in _POINT]
+        rows = [
+            {"model": isolated.label, "level": response.level, **vars(of_point)}
+            for isolated, response in self.every
+            for of_point in response.points
+        ]
+        return Table((_MODEL, level, *point), rows)
 
-    def _curve(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[ResultColumn, NDArray[Any]]:
-        columns = {key: ResultColumn(key, unit, words) for key, unit, words in _POINT}
-        over = ("m/N", "force") if self.excitation is Excitation.FORCE else ("1", "base motion")
-        columns["relative"] = ResultColumn("relative", over[0], f"{columns['relative'].words} {over[1]}")
-        return {columns[key]: values for key, values in response.columns.items()}
+    @property
+    def _peaks(self) -> Table:
+        rows = [{"model": part.label, **peak_row(response, response.resonance)} for part, response in self.every]
+        return Table(_RESONANCES, rows)
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all points of the curves, with their model if there are several.
@@ -241,20 +323,18 @@ class Isolation(AnyIsolation):
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
         several = len(self.models) > 1
         for isolated in self.models:
-            first, *rest = isolated.equilibrium_lines()
-            yield f"{self._name(isolated)}: {first}" if several else first
+            first, *rest = isolated.lines()
+            of = isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
+            yield f"{of}: {first}" if several else first
             yield from rest
         if several and self.levels_chosen:
             yield self.levels_chosen
-        yield self._resonance_table(_FIGURES, attrgetter("resonances"))
+        yield self._peak_table(details=("stiffness", "loss_factor"))
         if self.checked:
             from ...cosimulation.steady_check import PERIODS
 
-            rows = [{**vars(motion.check), **motion.words(several)} for motion in self.checked]
-            yield Table(_CHECK, rows, f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:")
-
-    def _name(self, isolated: IsolatedModel) -> str:
-        return isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
+            title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
+            yield Table(_CHECK[int(not several) :], [motion.row for motion in self.checked], title)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -292,19 +372,33 @@ class Isolation(AnyIsolation):
         -------
         Axes                  Those of the transmissibility.
         """
-        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, draw_transmissibility
+        return self._drawn(ax)[0]
 
-        if ax is None:
-            return self._drawn()[0]
-        (axes,) = self._axes(ax)
-        draw_transmissibility(axes, self.curves)
-        axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
-        return axes
+    @property
+    def _panels(self) -> list[Panel]:
+        from ...vibration.one_mass.curves_plot import Curve as Drawn
+        from ...vibration.one_mass.curves_plot import Panel
 
-    def _fill(self, figure: Figure) -> list[Axes]:
-        from ...vibration.one_mass.curves_plot import fill
+        several = len(self.models) > 1
 
-        return [*fill(figure, self.curves, self.title)]
+        def curves(name: str, factor: float = 1.0) -> list[Drawn]:
+            return [
+                Drawn(response.column("frequency"), factor * response.column(name), ~response.unstable,
+                      *((isolated.label, response.level_text) if several else (response.level_text,)))
+                for isolated, response in self.every
+            ]  # fmt: skip
+
+        kind = "force" if self.excitation is Excitation.FORCE else "absolute"
+        return [
+            Panel(f"{kind} transmissibility [-]", curves("transmissibility"), level=1.0),
+            Panel("amplitude of the mount [mm]", curves("amplitude", 1e3)),
+        ]
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import mark_superharmonics
+
+        super()._draw(figure)
+        mark_superharmonics(figure.axes[1], [response for _, response in self.every])
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -325,20 +419,18 @@ class Isolation(AnyIsolation):
         from ...cosimulation.steady_check import check_steady
         from ...fmu.native.native_fmu import build_native_fmu
 
-        runs = [(isolated, response, point) for isolated, response in self.every for point in _ends(response)]
-        total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
         with TemporaryFolder() as folder:
-            fmus = {}
-            for built, isolated in enumerate(self.models):
-                progress(f"Building the FMU of {isolated.label}", built, total)
-                fmus[isolated] = build_native_fmu(isolated.model, folder / str(built), zero=isolated.zero)
-            for isolated, response, point in runs:
-                task = f"Simulating {isolated.label}, {response.level_text}, {point.frequency:.4g} Hz"
-                progress(task, len(fmus) + len(checked), total)
-                check = check_steady(fmus[isolated], isolated.system, response.excitation, response.level, point)
-                checked.append(CheckedMotion(isolated, response, check))
-        progress("Simulated", total, total)
+            for k, isolated in enumerate(self.models):
+                progress(f"Building the FMU of {isolated.label}", k, len(self.models))
+                fmu = build_native_fmu(isolated.model, folder / str(k), zero=isolated.zero)
+                for response in isolated.responses:
+                    progress(f"Simulating {isolated.label}, {response.level_text}", k, len(self.models))
+                    stable = [point for point in response.points if point.stable]
+                    peak = max(stable, key=lambda point: point.transmissibility)
+                    for point in dict.fromkeys((stable[0], peak, stable[-1])):
+                        check = check_steady(fmu, isolated.system, response.excitation, response.level, point)
+                        checked.append(CheckedMotion(isolated, response, check))
         return tuple(checked)
 
 
@@ -431,19 +523,16 @@ def isolate(
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     if levels.chosen is None:
         excitation = Excitation.BASE_DISPLACEMENT
-        heights, chosen, nearest = default_levels([free_travel(part.system, part.equilibrium) for part in parts])
-        chosen += f" on {parts[nearest].label}{', the smallest of these models' if len(parts) > 1 else ''}."
+        heights, chosen = default_levels({part.label: free_travel(part.system, part.equilibrium) for part in parts})
     else:
         (excitation, heights), chosen = levels.chosen, ""
 
-    def respond(level: float, part: IsolatedModel, advance: Callable[[float], None]) -> FrequencyResponse:
+    def respond(part: IsolatedModel, level: float) -> FrequencyResponse:
         frequencies = band_frequencies(curve.band, curve.points, part.equilibrium)
         with _named(part.label, len(parts)):
-            return frequency_response(
-                part.system, excitation, level, frequencies, curve.extrapolate, resolve=True, advance=advance
-            )
+            return frequency_response(part.system, excitation, level, frequencies, curve.extrapolate, resolve=True)
 
-    motions = [(excitation.level_text(level), partial(respond, level)) for level in heights]
+    motions = {excitation.level_text(level): partial(respond, level=level) for level in heights}
     return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
 
 
@@ -465,8 +554,24 @@ def _labels(models: Sequence[ModelFile]) -> list[str]:
     return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
-def _ends(response: FrequencyResponse) -> list[ResponsePoint]:
-    """The stable motions at both ends of the band and at peak transmissibility."""
-    stable = [point for point in response.points if point.stable]
-    chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
-    return list(dict.fromkeys(chosen))
+def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str]:
+    """Shares of the smallest free travel [m] of parts by their labels as levels, and in words how they were chosen."""
+    label, least = min(travels.items(), key=lambda travel: travel[1])
+    way = f"{1e3 * least:.4g} mm"
+    of = f"smallest free travel, {way} of {label}" if len(travels) > 1 else f"free travel of {way}"
+    return tuple(share * least for share in DEFAULT_SHARES), f"Levels: 0.5, 1 and 2 % of the {of}."
+
+
+def with_responses(
+    parts: Sequence[Part], motions: Mapping[str, Callable[[Part], Any]], points: int, progress: Progress
+) -> tuple[Part, ...]:
+    """The parts, dataclasses with a label, with all motions, which are computed in threads with so many points."""
+    names, total = [f"{part.label}, {name}" for part in parts for name in motions], len(parts) * len(motions) * points
+    responses: list[Any] = []
+    # The systems of equations are too small to be shared among threads.
+    with one_thread():
+        for response in in_threads(partial(respond, part) for part in parts for respond in motions.values()):
+            responses.append(response)
+            progress(names[len(responses) - 1], len(responses) * points, total)
+    each = iter(responses)
+    return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)

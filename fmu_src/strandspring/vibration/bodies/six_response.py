@@ -9,7 +9,7 @@ Motions between two folds of the curve are unstable; other losses of stability a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -199,7 +199,6 @@ def system_response(
     frequencies: Sequence[float] | FloatArray,
     *,
     extrapolate: bool = False,
-    advance: Callable[[float], None] = lambda _: None,
 ) -> SystemResponse:
     """Steady motions of a system over a band of frequencies, through folds if there are any.
 
@@ -210,7 +209,6 @@ def system_response(
     level : float                In its unit, > 0.
     frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
     extrapolate : bool           Go on where the motion leaves an identified range.
-    advance : callable           Is called with the number of frequencies done.
 
     Raises
     ------
@@ -225,7 +223,7 @@ def system_response(
         raise MountedSystemError(
             f"A {shaking.name} moves nothing, because no body is free to follow it; give another direction."
         )
-    motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band, advance))
+    motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band))
     _check_ranges(shaken, motions)
     moved = _MovedPoints(shaken)
     gains = _Gains(shaken, moved)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import Any
@@ -116,7 +116,6 @@ def frequency_response(
     harmonics: int = HARMONICS,
     samples: int = SAMPLES,
     resolve: bool = False,
-    advance: Callable[[float], None] = lambda _: None,
 ) -> FrequencyResponse:
     """Steady motion of a mass on a mount over a band of frequencies, through folds if there are any.
 
@@ -129,7 +128,6 @@ def frequency_response(
     extrapolate : bool           Go on where the motion leaves the identified range.
     harmonics, samples : int     Of the Fourier series, and per period.
     resolve : bool               Add points to the superharmonic resonances that the frequencies meet, for a plot.
-    advance : callable           Is called with the number of frequencies done.
 
     Returns
     -------
@@ -147,7 +145,7 @@ def frequency_response(
     balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
     shaken = ExcitedMass(system, equilibrium, excitation, level, balance)
     linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]), np.zeros(1))
-    motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
+    motions = list(follow(balance, linear, 2.0 * np.pi * band))
     _check_range(shaken, motions)
     motions = refine_peak(balance, motions, shaken.transmissibility)
     if resolve:
