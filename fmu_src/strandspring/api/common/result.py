@@ -210,6 +210,17 @@ def records(key: str, names: Iterable[str], **columns: Iterable[Any]) -> list[di
     return [dict(zip((key, *columns), row, strict=True)) for row in rows]
 
 
+def picked(of: Any, *names: str) -> dict[str, Any]:
+    """Attributes of an object by their names.
+
+    Examples
+    --------
+    >>> picked(1.0 + 2.0j, "real", "imag")
+    {'real': 1.0, 'imag': 2.0}
+    """
+    return {name: getattr(of, name) for name in names}
+
+
 def _lines(parts: Iterable[str | Table], width: int | None, brief: bool) -> list[str]:
     lines: list[str] = []
     for part in parts:

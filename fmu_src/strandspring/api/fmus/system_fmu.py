@@ -211,6 +211,6 @@ def system_information(fmu: str | os.PathLike[str]) -> SystemInformation:
     options = held.settings.options
     pose = rest(held.system, options.omega_start)
     of_pose = modes(SmallMotion(held.system, pose.pose), omega=pose.omega)
-    at_rest = RestingSystem(held.settings.candidate, held.system, pose, of_pose)
+    at_rest = RestingSystem(held.settings.candidate, held.system, (pose,), of_pose)
     variables = system_variables(held.system, options)
     return SystemInformation(os.fspath(fmu), held.file.name, held.file.description, held.settings, at_rest, variables)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import repeat
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -38,12 +36,12 @@ from ...vibration.verdicts.answers import (
 from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import Unknowns
-from ...vibration.verdicts.static_answer import SECANT_SHARE
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult, records
+from ..common.result import PlottedResult, picked, records
 from ..common.table import Table
 from ..common.text import counted
+from .system_isolation import RestingSystem, rest_tables
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -56,50 +54,31 @@ _FIGURES = tuple(
     for key in ("candidate", "case", "verdict", "quantity", "subject", "unit", "value", "error", "low", "high", "limit",
                 "margin", "beyond")
 )  # fmt: skip
-_CANDIDATE, _CASE = (ResultColumn(key, "", key, key) for key in ("candidate", "case"))
+_CASE = ResultColumn("case", "", "case", "case")
 _SHARE = ResultColumn("share", "1", "share of the limit", "of limit", "%", 100.0)
 _RANGES = {
     kind: replace(kind.column, short="accel." if kind is FigureKind.ACCELERATION else kind.value, digits=3)
-    for kind in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.TILT, FigureKind.STROKE)
-}
+    for kind in (FigureKind.ACCELERATION, FigureKind.SWAY, FigureKind.STROKE, FigureKind.TILT,
+                 FigureKind.RMS_ACCELERATION, FigureKind.RMS_SWAY)
+}  # fmt: skip
+_FIRST = [*_RANGES.values()][:3]
 _ANSWERS = (
     _CASE,
     ResultColumn("verdict", "", "verdict", "verdict"),
-    *(column for kind, column in _RANGES.items() if kind is not FigureKind.TILT),
+    *_FIRST,
     ResultColumn("nearest", "", "nearest limit", "nearest limit"),
     ResultColumn("nearest of", "", "what it is of", "of"),
 )
 _DETAILS = (
     _CASE,
-    _RANGES[FigureKind.TILT],
-    *(ResultColumn(f"{column.key} of", "", f"{column.words} of", f"{column.short} of") for column in _RANGES.values()),
+    *(ResultColumn(f"{column.key} of", "", f"{column.words} of", f"{column.short} of") for column in _FIRST),
+    *[*_RANGES.values()][3:],
     ResultColumn("error", "1", "largest numerical error", "error", "%", 100.0, 2),
     ResultColumn("draws", "", "draws", "draws", digits=9),
     ResultColumn("beyond", "1", "draws beyond a limit", "beyond a limit", "%", 100.0, 3),
     ResultColumn("refused", "", "refused draws", "refused", digits=9),
     ResultColumn("step", "s", "step of the nominal run", "step", "us", 1e6),
     ResultColumn("residual", "1", "energy residual", "energy residual", "%", 100.0, 2),
-)
-_POSES = (
-    _CANDIDATE,
-    ResultColumn("body", "", "body", "body"),
-    *(ResultColumn(way, "m", f"displacement along {way}", way, "mm", 1e3, 3) for way in "xyz"),
-    ResultColumn("tilt", "rad", "tilt", "tilt up to", "deg", math.degrees(1.0), 3),
-    ResultColumn("places", "1", "place of springs in their ranges", "springs at", "% of range", 100.0, 2),
-)
-_MODES = (
-    _CANDIDATE,
-    ResultColumn("number", "", "mode", "mode"),
-    ResultColumn("frequency", "Hz", "natural frequency", "Hz"),
-    ResultColumn("motion", "", "motion", "motion"),
-    ResultColumn("secant", "Hz", "secant frequency", "secant", "Hz"),
-    ResultColumn("damping", "1", "damping", "damping", "%", 100.0, 2),
-)
-_SETTLED = (
-    _CANDIDATE,
-    _CASE,
-    ResultColumn("point", "", "point", "point"),
-    *(ResultColumn(name, "", name, name, digits=3) for name in ("x g", "y g", "z g", "x mm", "y mm", "z mm")),
 )
 # Of runs, by their names there and in JSON.
 _OF_POINTS = ("acceleration", "acceleration_time", "acceleration_components", "sway", "sway_components",
@@ -229,16 +208,15 @@ class Simulation(PlottedResult):
         yield Table(_ANSWERS, rows, details=["nearest of"])
         yield from _refusals(self.candidates, self.answers)
         if not brief:
-            start = "with friction" if self.file.options.rest_omega is None else "at the omega that is given"
-            poses = f"Static poses from the nominal ones, {start}:"
-            share = f"{100.0 * SECANT_SHARE:.0f} % of their free travel"
-            modes = f"Modes of small motion (tangent), and of springs moving by {share} (secant):"
-            settled = "Root mean squares from the settling on, of sway about its mean:"
-            one = int(len(self.candidates) == 1)  # needs no name
-            yield Table(_DETAILS, rows, "Where the figures are largest, their numerical errors and draws:")
-            yield Table(_POSES[one:], [*_pose_rows(self.candidates)], poses)
-            yield Table(_MODES[one:], [*_mode_rows(self.candidates)], modes)
-            yield Table(_SETTLED[one:], [*_settled_rows(self.answers)], settled)
+            yield Table(_DETAILS, rows, "Where the figures are largest, others, and their numerical errors and draws:")
+            yield from rest_tables(
+                [
+                    RestingSystem(one.name, one.system, one.static.poses, one.static.tangent, one.static.secant)
+                    for one in self.candidates
+                    if one.static is not None
+                ],
+                brief=False,
+            )
 
     def _answer_rows(self) -> Iterator[dict[str, Any]]:
         """A row for each candidate, with one for each of its cases below."""
@@ -346,36 +324,6 @@ def _histories(answer: CaseAnswer) -> Iterator[tuple[str, FloatArray]]:
         yield f"{name} force [N]", histories.force[:, k]
 
 
-def _pose_rows(candidates: Sequence[CandidateAnswer]) -> Iterator[dict[str, Any]]:
-    """Where each body rests; beside the first the places of the springs."""
-    for candidate in candidates:
-        if (static := candidate.static) is None:
-            continue
-        for k, body in enumerate(candidate.system.bodies):
-            moved = np.array([pose.displacements[k] for pose in static.poses])
-            row = {"candidate": candidate.name, "body": body.name, **dict(zip("xyz", map(_ends, moved.T), strict=True))}
-            yield {**row, "tilt": float(static.tilt[:, k].max()), "places": None if k else _ends(static.places)}
-
-
-def _mode_rows(candidates: Sequence[CandidateAnswer]) -> Iterator[dict[str, Any]]:
-    for candidate in candidates:
-        tangent, secants = ((), ()) if candidate.static is None else (candidate.static.tangent, candidate.static.secant)
-        for k, (mode, secant) in enumerate(zip(tangent, secants or repeat(None), strict=False), start=1):
-            row = {"candidate": candidate.name, "number": k, "frequency": mode.frequency, "motion": mode.words}
-            yield row if secant is None else {**row, "secant": secant.frequency, "damping": secant.damping}
-
-
-def _settled_rows(answers: Sequence[CaseAnswer]) -> Iterator[dict[str, Any]]:
-    keys = [column.key for column in _SETTLED]
-    for answer in answers:
-        for name, values in answer.settled:
-            yield dict(zip(keys, (answer.candidate, answer.case.name, name, *values), strict=True))
-
-
-def _ends(values: FloatArray) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
-
-
 def _refusals(candidates: Sequence[CandidateAnswer], answers: Sequence[CaseAnswer]) -> Iterator[str]:
     """Why candidates, or cases of them, or draws of these were refused, each once."""
     refused = {candidate.name: candidate.refusal for candidate in candidates}
@@ -390,34 +338,20 @@ def _candidate(candidate: CandidateAnswer, verdict: CaseVerdict) -> dict[str, An
     """For JSON: the verdict on a candidate in all load cases together, its static poses and modes."""
     static, system, rest, modes = candidate.static, candidate.system, None, None
     if static is not None:
-        pose = static.poses[0]
+        pose, forces = static.poses[0], _ranged(np.array([drawn.force for drawn in static.poses]))
+        sag, tilt, place = map(_ranged, (static.sag, static.tilt, static.places))
+        bodies: dict[str, Any] = {"displacement": pose.displacements, "quaternion": pose.coordinates[:, 3:]}
+        bodies |= {"sag": sag, "tilt": tilt}
+        axes: dict[str, Any] = {"displacement": pose.displacement, "force": forces, "place_in_range": place}
         rest = {
-            "bodies": records(
-                "body",
-                (body.name for body in system.bodies),
-                displacement=pose.displacements,
-                quaternion=pose.coordinates[:, 3:],
-                sag=_ranged(static.sag),
-                tilt=_ranged(static.tilt),
-            ),
-            "axes": records(
-                "axis",
-                system.axis_names,
-                displacement=pose.displacement,
-                force=_ranged(np.array([drawn.force for drawn in static.poses])),
-                place_in_range=_ranged(static.places),
-            ),
+            "bodies": records("body", (body.name for body in system.bodies), **bodies),
+            "axes": records("axis", system.axis_names, **axes),
             "mounts": records("mount", (mount.name for mount in system.mounts), load=mount_loads(system, pose)),
         }
         modes = {"tangent": [*map(_mode, static.tangent)], "secant": [*map(_mode, static.secant)]}
-    return {
-        "name": candidate.name,
-        "verdict": verdict,
-        "refusal": candidate.refusal or None,
-        "cautions": [*gathered(candidate.findings, Reader.FILE)],
-        "static_equilibrium": rest,
-        "modes": modes,
-    }
+    of = {"name": candidate.name, "verdict": verdict, "refusal": candidate.refusal or None}
+    cautions = [*gathered(candidate.findings, Reader.FILE)]
+    return {**of, "cautions": cautions, "static_equilibrium": rest, "modes": modes}
 
 
 def _ranged(values: FloatArray) -> list[dict[str, Any]]:
@@ -426,20 +360,19 @@ def _ranged(values: FloatArray) -> list[dict[str, Any]]:
 
 
 def _mode(mode: Mode) -> dict[str, Any]:
-    return {"frequency": mode.frequency, "damping": mode.damping, "motion": mode.words, "shape": mode.shape}
+    return {**picked(mode, "frequency", "damping", "shape"), "motion": mode.words}
 
 
 def _case(answer: CaseAnswer) -> dict[str, Any]:
     """For JSON: a candidate in a load case."""
     return {
-        "candidate": answer.candidate,
+        **picked(answer, "candidate", "verdict"),
         "case": answer.case.name,
         "text": answer.case.text,
-        "verdict": answer.verdict,
         "refusal": answer.refusal or None,
         "figures": [*map(_figure, answer.figures)],
         "nominal": _nominal(answer) if answer.runs else None,
-        "draws": {"count": answer.draws, "refused": answer.refused, "beyond": answer.beyond},
+        "draws": {"count": answer.draws, **picked(answer, "refused", "beyond")},
         "cautions": [*gathered(answer.findings, Reader.FILE)],
         "spectra": None if answer.courses is None else _spectra(answer, answer.courses),
     }
@@ -455,14 +388,12 @@ def _nominal(answer: CaseAnswer) -> dict[str, Any]:
     run, use, system = answer.runs[0], answer.uses[0], answer.system
     of_axes = {"range_low": use.low, "range_high": use.high, "static_equilibrium": use.rest, "share_used": use.share,
                "stop_deflection": use.stop_deflection, "stop_force": use.stop_force}  # fmt: skip
-    of_axes |= {key: getattr(run.figures, key) for key in _OF_AXES}
-    of_points = {key: getattr(run.figures, key) for key in _OF_POINTS}
     return {
         "step": run.step,
         "energies": {**vars(run.energies), "residual": run.energies.residual},
         "relative_energy_residual": run.energies.relative_residual,
-        "points": records("point", (point.name for point in system.points), **of_points),
-        "axes": records("axis", system.axis_names, **of_axes),
+        "points": records("point", (point.name for point in system.points), **picked(run.figures, *_OF_POINTS)),
+        "axes": records("axis", system.axis_names, **of_axes, **picked(run.figures, *_OF_AXES)),
     }
 
 

@@ -57,6 +57,9 @@ MODES = (
     ResultColumn("frequency", "Hz", "natural frequency", "mode", "Hz"),
     ResultColumn("viscous_damping", "1", "viscous damping", "viscous damping", "%", 100.0, 3),
     ResultColumn("motion", "", "motion", "small motion"),
+    # Of text, where springs move by much of their free travel.
+    ResultColumn("secant", "Hz", "", "secant", "Hz"),
+    ResultColumn("damping", "1", "", "damping", "%", 100.0, 2),
 )
 _DIGITS = 9  # of metres and radians, beyond which a pose is rounding
 
@@ -67,8 +70,9 @@ class RestingSystem:
 
     label: str
     system: MountedSystem
-    rest: RestPose
-    modes: tuple[Mode, ...]  # of small motion about it
+    poses: tuple[RestPose, ...]  # where friction may leave it, first the nominal one
+    modes: tuple[Mode, ...]  # of small motion about that
+    secants: tuple[Mode, ...] = ()  # of large motion, if they are known
 
     @property
     def mode_rows(self) -> list[dict[str, Any]]:
@@ -80,18 +84,18 @@ class RestingSystem:
 
     def content(self) -> dict[str, Any]:
         """For JSON."""
-        bodies, pose = self.system.bodies, self.rest
-        masses, turned = (body.mass for body in bodies), pose.rotations
-        names = (body.name for body in bodies)
-        poses = records("body", names, mass=masses, displacement=pose.displacements, rotation=turned)
-        return {"static_equilibrium": poses, "modes": self.mode_rows}
+        (names, masses), pose = (
+            zip(*((body.name, body.mass) for body in self.system.bodies), strict=True),
+            self.poses[0],
+        )
+        rest = records("body", names, mass=masses, displacement=pose.displacements, rotation=pose.rotations)
+        return {"static_equilibrium": rest, "modes": self.mode_rows}
 
 
 @dataclass(frozen=True, eq=False)
 class IsolatedSystem(RestingSystem):
     """A candidate, at rest midway in the hysteresis."""
 
-    motion: SmallMotion
     responses: tuple[SystemResponse, ...] = ()  # one for each excitation and level
 
     def content(self) -> dict[str, Any]:
@@ -103,18 +107,23 @@ class IsolatedSystem(RestingSystem):
 
 def rest_tables(candidates: Sequence[RestingSystem], brief: bool) -> Iterator[Table]:
     """Where the bodies rest, and the modes; of these the frequencies alone if it is to be brief."""
-    several = len(candidates) > 1
-    rows = []
+    several, rows = len(candidates) > 1, []
     for candidate in candidates:
         of = {"candidate": candidate.label, "natural": ", ".join(f"{mode.frequency:.3g}" for mode in candidate.modes)}
-        for body, pose in zip(candidate.system.bodies, candidate.rest.coordinates.tolist(), strict=True):
-            tilt = 2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3]))
-            moved = dict(zip((*DIRECTIONS, "tilt"), np.round([*pose[:3], tilt], _DIGITS).tolist(), strict=True))
-            rows.append({**of, "body": body.name, "mass": body.mass, **moved})
+        for k, body in enumerate(candidate.system.bodies):
+            x, y, z, w, *turned = np.array([pose.coordinates[k] for pose in candidate.poses]).T
+            tilt = 2.0 * np.arctan2(np.linalg.norm(turned, axis=0), np.abs(w))
+            ends = ((float(moved.min()), float(moved.max())) for moved in np.round((x, y, z, tilt), _DIGITS))
+            rows.append(
+                {**of, "body": body.name, "mass": body.mass, **dict(zip((*DIRECTIONS, "tilt"), ends, strict=True))}
+            )
             of = dict.fromkeys(of, "")
     yield Table(_REST[int(not several) : None if brief else -1], rows, "Static equilibrium:")
     for candidate in () if brief else candidates:
-        yield Table(MODES, candidate.mode_rows, f"Modes of {candidate.label}:" if several else "Modes:")
+        modes = candidate.mode_rows
+        for row, secant in zip(modes, candidate.secants, strict=False):
+            row |= {"secant": secant.frequency, "damping": secant.damping}
+        yield Table(MODES, modes, f"Modes of {candidate.label}:" if several else "Modes:")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -278,41 +287,41 @@ def isolated_bodies(
     if levels.at is not None and levels.force is None:
         raise OptionError("{to[at]} says where a force acts; give {to[force]}, too, or leave it out.", at=levels.at)
     description = source if isinstance(source, SystemFile) else load_system_file(source)
-    parts = []
+    parts, motions = [], {}
     for label, system in description.chosen_candidates(candidates):
         pose = rest(system)
-        motion = SmallMotion(system, pose.pose)
-        parts.append(IsolatedSystem(label, system, pose, modes(motion, omega=pose.omega), motion))
+        motions[label] = SmallMotion(system, pose.pose)
+        parts.append(IsolatedSystem(label, system, (pose,), modes(motions[label], omega=pose.omega)))
     kind, about, chosen = Excitation.BASE_DISPLACEMENT, None, ""
     if levels.rotation is not None:
         about, heights = (0.0, 0.0, 0.0), levels.rotation
     elif levels.chosen is not None:
         kind, heights = levels.chosen
     else:
-        travels = {part.label: float(part.system.laws.free_travel(part.rest.displacement).min()) for part in parts}
+        travels = {part.label: float(part.system.laws.free_travel(part.poses[0].displacement).min()) for part in parts}
         heights, chosen = default_levels(travels)
     given = [levels.directions] if isinstance(levels.directions, str) else levels.directions
     shakings = [_shaking(parts[0].system, kind, direction, about, levels.at) for direction in given or DIRECTIONS]
     if given is None:
         # Those that some body is free to follow.
-        shakings = [one for one in shakings if all(ShakenSystem(part.motion, one, 1.0).moves for part in parts)]
+        shakings = [one for one in shakings if all(ShakenSystem(motions[part.label], one, 1.0).moves for part in parts)]
 
     def respond(part: IsolatedSystem, shaking: Shaking, level: float) -> SystemResponse:
         held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
         ends = curve.band or (DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1])
         band = np.geomspace(*ends, curve.points)
         try:
-            return system_response(part.motion, shaking, level, band, extrapolate=curve.extrapolate)
+            return system_response(motions[part.label], shaking, level, band, extrapolate=curve.extrapolate)
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
 
-    motions = {
+    shaken = {
         f"{shaking.name}, {shaking.level_text(level)}": partial(respond, shaking=shaking, level=level)
         for shaking in shakings
         for level in heights
     }
     path = None if isinstance(source, SystemFile) else os.fspath(source)
-    return SystemIsolation(description.name, path, with_responses(parts, motions, curve.points, progress), chosen)
+    return SystemIsolation(description.name, path, with_responses(parts, shaken, curve.points, progress), chosen)
 
 
 def _shaking(
