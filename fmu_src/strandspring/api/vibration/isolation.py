@@ -12,10 +12,10 @@ from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ...campaigns.jobs.threads import in_threads
 from ...errors import IsolationError, OptionError
@@ -23,18 +23,19 @@ from ...findings import Finding, Outcome
 from ...ground.arguments import number
 from ...ground.one_thread import one_thread
 from ...ground.options import changed, refuse_given, takes
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, columns_of
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.curve_points import ResponsePoint
 from ...vibration.one_mass.options import DEFAULT_SHARES, Curve, Excitation, Levels, Mount
-from ...vibration.one_mass.response import FrequencyResponse, frequency_response
+from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult
+from ..common.result import PlottedResult, picked
 from ..common.table import Table
 
 if TYPE_CHECKING:
@@ -49,62 +50,18 @@ if TYPE_CHECKING:
 
 Part = TypeVar("Part", bound=Any)
 
-# Of every resonance: the level, in text with its unit, and whether it lies inside the band.
+# Of every resonance: the level and this as text, and whether it is at an end of the band.
 LEVELS = (ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level"))
-FREQUENCY = ResultColumn("frequency", "Hz", "resonance", "resonance", "Hz")
-ENDS = (
-    ResultColumn("isolation_frequency", "Hz", "isolation begins", "isolates from", "Hz"),
-    ResultColumn("inside", "", "inside the band"),
-    ResultColumn("band", "", "", "band"),
-)
+BAND = ResultColumn("band", "", "", "band")
 _MODEL = ResultColumn("model", "", "model", "model")
 _PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
-_RESONANCES = (
-    _MODEL,
-    *LEVELS,
-    FREQUENCY,
-    ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
-    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
-    ResultColumn("stiffness", "N/m", "secant stiffness", "stiffness", "N/mm", 1e-3),
-    ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
-    *ENDS,
-)
-_POINT = (
-    ResultColumn("frequency", "Hz", "frequency"),
-    ResultColumn("transmissibility", "1", "transmissibility"),
-    ResultColumn("phase", "deg", "phase"),
-    ResultColumn("relative", "1", "relative motion over base motion"),
-    ResultColumn("relative_phase", "deg", "relative phase"),
-    ResultColumn("amplitude", "m", "amplitude of the mount"),
-    ResultColumn("mean", "m", "mean displacement of a spring"),
-    ResultColumn("min", "m", "lowest displacement of a spring"),
-    ResultColumn("max", "m", "highest displacement of a spring"),
-    ResultColumn("force", "N", "force on the base"),
-    ResultColumn("acceleration", "m/s^2", "acceleration"),
-    ResultColumn("start_displacement", "m", "displacement of the mount at the crest"),
-    ResultColumn("start_speed", "m/s", "speed of the mount at the crest"),
-    ResultColumn("start_omega", "1", "omega at the crest"),
-    ResultColumn("stable", "", "stable"),
-    ResultColumn("requested", "", "requested frequency"),
-    ResultColumn("extrapolating", "", "outside the identified range"),
-)
 _OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
-_CHECK = (
-    _MODEL,
-    ResultColumn("level", "", "level", "level"),
-    ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
-    ResultColumn("difference", "1", "difference of the amplitude", "amplitude off by", "%", 100.0, 3),
-    ResultColumn("phase", "deg", "difference of the phase", "phase off by", "deg", digits=3),
-    ResultColumn("verdict", "", "verdict", "verdict"),
-)
 
 
 class AnyIsolation(PlottedResult):
     """Steady motions of parts that are compared, each with its `label` and its `responses`."""
 
-    @property
-    @abstractmethod
-    def _parts(self) -> Sequence[Any]: ...
+    _parts_in: ClassVar[str]  # attribute that holds them
 
     @property
     @abstractmethod
@@ -117,9 +74,9 @@ class AnyIsolation(PlottedResult):
         """Of the plot, in two rows."""
 
     @property
-    @abstractmethod
-    def title(self) -> str:
-        """Of the plot."""
+    def _parts(self) -> Sequence[Any]:
+        parts: Sequence[Any] = getattr(self, self._parts_in)
+        return parts
 
     @property
     def every(self) -> Iterator[tuple[Any, Any]]:
@@ -139,11 +96,6 @@ class AnyIsolation(PlottedResult):
     def _overview(self) -> pd.DataFrame:
         return self.resonances()
 
-    def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import draw_panels
-
-        draw_panels(figure, self._panels, self.title)
-
     def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
         """Everything in a new figure of pyplot, or as many panels as there are axes."""
         if ax is None:
@@ -160,9 +112,8 @@ class AnyIsolation(PlottedResult):
 
 
 def peak_row(response: Any, peak: Any) -> dict[str, Any]:
-    """A resonance by the keys of its columns, beside those of the part and the excitation."""
-    band = None if peak.inside else "at its end"
-    return {**vars(peak), "level": response.level, "level_text": response.level_text, "band": band}
+    """A resonance by the keys of its columns, without what it is of."""
+    return {**vars(peak), **picked(response, "level", "level_text"), "band": None if peak.inside else "at its end"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,57 +145,36 @@ class IsolatedModel:
 
     def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions for JSON."""
-        system = {"mass": self.system.mass, **asdict(self.system.mount), "load": self.system.static_load}
+        levels = []
+        for response in self.responses:
+            checks = [motion for motion in checked if motion.response is response]
+            of_level = {
+                **picked(response, "level", "resonance", "extrapolating", "points"),
+                "unit": response.excitation.unit,
+            }
+            levels.append({**of_level, "verification": [{**vars(c.check), "agrees": c.agrees} for c in checks]})
         return {
             "model": self.source,
             "zero": self.zero,
-            "system": system,
+            "system": {"mass": self.system.mass, **vars(self.system.mount), "load": self.system.static_load},
             "static_equilibrium": self.equilibrium,
             "excitation": self.responses[0].excitation,
-            "levels": [
-                {
-                    "level": response.level,
-                    "unit": response.excitation.unit,
-                    "resonance": response.resonance,
-                    "extrapolating": response.extrapolating,
-                    "points": response.points,
-                    "verification": [
-                        {**vars(motion.check), "agrees": motion.agrees}
-                        for motion in checked
-                        if motion.response is response
-                    ],
-                }
-                for response in self.responses
-            ],
+            "levels": levels,
         }
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedMotion:
-    """A computed steady motion and its co-simulation.
-
-    Attributes
-    ----------
-    model : IsolatedModel
-    response : FrequencyResponse   The level.
-    check : SteadyCheck
-    """
+    """A computed steady motion and its co-simulation."""
 
     model: IsolatedModel
-    response: FrequencyResponse
+    response: FrequencyResponse  # the level
     check: SteadyCheck
 
     @property
     def agrees(self) -> bool:
         """Whether the simulation stays on the computed motion."""
         return self.check.agrees
-
-    @property
-    def row(self) -> dict[str, Any]:
-        """What it is of, how far both differ, and the verdict."""
-        verdict = "agrees" if self.agrees else "DIFFERS: the computed motion is not steady or not stable"
-        of = {"model": self.model.label, "level": self.response.level_text}
-        return {**vars(self.check), **of, "verdict": verdict}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -279,24 +209,15 @@ class Isolation(AnyIsolation):
     levels_chosen: str = ""
     checked: tuple[CheckedMotion, ...] = ()
 
+    _parts_in = "models"
     _size = (8.0, 8.0)
-
-    @property
-    def _parts(self) -> tuple[IsolatedModel, ...]:
-        return self.models
-
-    @property
-    def title(self) -> str:
-        """Of the plot."""
-        mass = f"{self.models[0].system.mass:g} kg, {self.excitation.value}"
-        return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
 
     @property
     def table(self) -> Table:
         """All points of the curves in their order."""
         level = ResultColumn("level", self.excitation.unit, "level")
         of_force = self.excitation is Excitation.FORCE
-        point = [_OF_FORCE if of_force and column.key == "relative" else column for column in _POINT]
+        point = (_OF_FORCE if of_force and each.key == "relative" else each for each in columns_of(ResponsePoint))
         rows = [
             {"model": isolated.label, "level": response.level, **vars(of_point)}
             for isolated, response in self.every
@@ -307,7 +228,7 @@ class Isolation(AnyIsolation):
     @property
     def _peaks(self) -> Table:
         rows = [{"model": part.label, **peak_row(response, response.resonance)} for part, response in self.every]
-        return Table(_RESONANCES, rows)
+        return Table((_MODEL, *LEVELS, *columns_of(Resonance), BAND), rows)
 
     def save_csv(self, path: str | os.PathLike[str]) -> None:
         """Write all points of the curves, with their model if there are several.
@@ -331,10 +252,17 @@ class Isolation(AnyIsolation):
             yield self.levels_chosen
         yield self._peak_table(details=("stiffness", "loss_factor"))
         if self.checked:
-            from ...cosimulation.steady_check import PERIODS
+            from ...cosimulation.steady_check import PERIODS, SteadyCheck
 
+            verdicts = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
+            rows = [
+                {**vars(one.check), "model": one.model.label, "level_text": one.response.level_text,
+                 "verdict": verdicts[one.agrees]}
+                for one in self.checked
+            ]  # fmt: skip
+            columns = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
             title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
-            yield Table(_CHECK[int(not several) :], [motion.row for motion in self.checked], title)
+            yield Table(columns[int(not several) :], rows, title)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -395,10 +323,12 @@ class Isolation(AnyIsolation):
         ]
 
     def _draw(self, figure: Figure) -> None:
-        from ...vibration.one_mass.curves_plot import mark_superharmonics
+        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
 
-        super()._draw(figure)
-        mark_superharmonics(figure.axes[1], [response for _, response in self.every])
+        models = "" if len(self.models) > 1 else f"{self.models[0].label}: "
+        title = f"{models}{self.models[0].system.mass:g} kg, {self.excitation.value}"
+        _, below = draw_panels(figure, self._panels, title)
+        mark_superharmonics(below, [response for _, response in self.every])
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.

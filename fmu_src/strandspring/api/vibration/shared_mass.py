@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from ...vibration.one_mass.band import DEFAULT_BAND
 from ...vibration.one_mass.options import Excitation, Mount
 from ...vibration.one_mass.response import FrequencyResponse, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, static_equilibrium
+from ..common.result import picked
 
 _APART = 100.0  # natural frequencies that differ by more are not swept through in one band
 _LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
@@ -25,20 +27,13 @@ _LEAST_WEIGHT = 0.02  # static load that is a weight, share of the range of forc
 
 @dataclass(frozen=True, eq=False)
 class SharedMass:
-    """Transmissibility of a mass on spring A and on spring B.
+    """Transmissibility of a mass on spring A and on spring B."""
 
-    Attributes
-    ----------
-    mass, load, level : float                        [kg], [N], amplitude of the base [m]; NaN if unknown.
-    responses : tuple of 2 FrequencyResponse, or ()  Of A and of B.
-    refusal : str                                    Why there are none, in words; else empty.
-    """
-
-    mass: float
-    load: float
-    level: float
-    responses: tuple[FrequencyResponse, ...]
-    refusal: str
+    mass: float = math.nan  # [kg], like the others NaN where it is unknown
+    load: float = math.nan  # [N]
+    level: float = math.nan  # amplitude of the base [m]
+    responses: tuple[FrequencyResponse, ...] = ()  # of A and of B, if there are any
+    refusal: str = ""  # why there are none
 
     def lines(self) -> list[str]:
         """The peaks in words."""
@@ -53,8 +48,8 @@ class SharedMass:
 
     def as_json(self) -> dict[str, Any]:
         """The peaks as JSON."""
-        a, b = [asdict(response.resonance) for response in self.responses] or (None, None)
-        return {"mass": self.mass, "load": self.load, "level": self.level, "a": a, "b": b, "refusal": self.refusal}
+        a, b = [vars(response.resonance) for response in self.responses] or (None, None)
+        return {**picked(self, "mass", "load", "level", "refusal"), "a": a, "b": b}
 
 
 def shared_mass(
@@ -70,46 +65,36 @@ def shared_mass(
                            the range, or where A does not carry one there, a mass for 10 Hz of small motion.
     """
     try:
-        chosen, load = (mass, mass * STANDARD_GRAVITY) if mass is not None else _default(springs[0], low, high)
+        chosen, load = _default(springs[0], low, high) if mass is None else (mass, mass * STANDARD_GRAVITY)
         systems = [IsolatedMass(spring, chosen, Mount(load)) for spring in springs]
         rest = [static_equilibrium(system) for system in systems]
-        level = _LEVEL * min(
-            min(equilibrium.displacement - low, high - equilibrium.displacement) for equilibrium in rest
-        )
+        places = [equilibrium.displacement for equilibrium in rest]
+        level = _LEVEL * min(min(places) - low, high - max(places))
         if not level > 0.0:
+            at = " and ".join(f"{1e3 * place:.4g} mm on {name}" for name, place in zip("AB", places, strict=True))
+            raise IsolationError(f"{chosen:.4g} kg rest at {at}, outside the range that both share; use another mass.")
+        lowest, highest = sorted(equilibrium.frequency for equilibrium in rest)
+        if not highest <= _APART * lowest < math.inf:
             raise IsolationError(
-                f"{chosen:.4g} kg rest at {1e3 * rest[0].displacement:.4g} mm on A and "
-                f"{1e3 * rest[1].displacement:.4g} mm on B, outside the range that both share; use another mass."
+                f"The natural frequencies of {lowest:.4g} and {highest:.4g} Hz are too far apart for one band; look at "
+                "each spring with isolate."
             )
-        frequencies = [equilibrium.frequency for equilibrium in rest]
-        if not max(frequencies) <= _APART * min(frequencies) < np.inf:
-            raise IsolationError(
-                f"The natural frequencies of {frequencies[0]:.4g} Hz on A and {frequencies[1]:.4g} Hz on B are too far "
-                "apart for one band; look at each spring with isolate."
-            )
-        band = np.geomspace(DEFAULT_BAND[0] * min(frequencies), DEFAULT_BAND[1] * max(frequencies), _POINTS)
+        band = np.geomspace(DEFAULT_BAND[0] * lowest, DEFAULT_BAND[1] * highest, _POINTS)
         responses = tuple(frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band) for system in systems)
     except IsolationError as refusal:
-        return SharedMass(np.nan, np.nan, np.nan, (), str(refusal))
-    return SharedMass(chosen, load, level, responses, "")
+        return SharedMass(refusal=str(refusal))
+    return SharedMass(chosen, load, level, responses)
 
 
 def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, float]:
-    """Mass [kg] and static load [N] that let a spring rest in the middle of a range.
-
-    Raises
-    ------
-    IsolationError   If its force does not rise there.
-    """
-    solver = PathSolver(spring)
-    places = np.linspace(low, high, 101)
-    force, stiffnesses = solver.small_motion(places)
-    load, stiffness = float(force[50]), float(stiffnesses[50])
-    if load > _LEAST_WEIGHT * float(np.ptp(force)):
+    """Mass [kg] and static load [N] that let a spring rest in the middle of a range, if its force rises there."""
+    forces, stiffnesses = PathSolver(spring).small_motion(np.linspace(low, high, 101))
+    load, stiffness = float(forces[50]), float(stiffnesses[50])
+    if load > _LEAST_WEIGHT * float(np.ptp(forces)):
         return load / STANDARD_GRAVITY, load
     if not stiffness > 0.0:
         raise IsolationError(
             f"The stiffness of A in the middle of the range that both share must be > 0 for a mass to rest there, got "
             f"{stiffness:.4g} N/m; give a mass that rests elsewhere."
         )
-    return stiffness / (2.0 * np.pi * _FREQUENCY) ** 2, load
+    return stiffness / (2.0 * math.pi * _FREQUENCY) ** 2, load

@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from ...errors import IsolationError, MountedSystemError, OptionError, Reader
 from ...findings import Finding, gathered
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, columns_of
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import RestPose, rest
 from ...vibration.bodies.shaken_system import ShakenSystem
 from ...vibration.bodies.shaking import Shaking
-from ...vibration.bodies.six_response import DIRECTIONS, SystemResponse, all_points, system_response
+from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
 from ...vibration.description.table_types import read_direction
@@ -30,18 +30,18 @@ from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.progress import Progress, unseen
-from ..common.result import records
+from ..common.result import picked, records
 from ..common.table import Table
-from .isolation import ENDS, FREQUENCY, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
+from .isolation import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ...vibration.one_mass.curves_plot import Panel
 
 _CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
 _EXCITATION = ResultColumn("excitation", "", "excitation", "excitation")
-_POINT = (ResultColumn("point", "", "point", "point"), ResultColumn("direction", "", "motion", "motion"))
 _PHASE = ResultColumn("phase", "deg", "phase")
 _ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration")
 _SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
@@ -143,16 +143,8 @@ class SystemIsolation(AnyIsolation):
     candidates: tuple[IsolatedSystem, ...]
     levels_chosen: str = ""
 
+    _parts_in = "candidates"
     _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
-
-    @property
-    def _parts(self) -> tuple[IsolatedSystem, ...]:
-        return self.candidates
-
-    @property
-    def title(self) -> str:
-        """Of the plot."""
-        return self.name
 
     @property
     def table(self) -> Table:
@@ -176,7 +168,8 @@ class SystemIsolation(AnyIsolation):
             for peak in response.resonances
         ]
         gain = next(self.every)[1].gain_column
-        return Table((_CANDIDATE, _EXCITATION, *LEVELS, *_POINT, FREQUENCY, gain, _SWAY, *ENDS), rows)
+        figures = (gain if column.key == gain.key else column for column in columns_of(PointResonance))
+        return Table((_CANDIDATE, _EXCITATION, *LEVELS, *figures, BAND), rows)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """Static equilibrium, modes, and of each point the largest resonance in any direction."""
@@ -244,6 +237,11 @@ class SystemIsolation(AnyIsolation):
     def _size(self) -> tuple[float, float]:
         curves = len(self._panels[0].curves)
         return max(8.0, 4.5 * len(self._excitations)), 7.5 + 0.08 * curves
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels
+
+        draw_panels(figure, self._panels, self.name)
 
     @property
     def _panels(self) -> list[Panel]:
@@ -370,20 +368,14 @@ def _headed(candidate: IsolatedSystem, response: SystemResponse) -> Iterator[tup
 
 def _response_content(response: SystemResponse) -> dict[str, Any]:
     series = {column.key: values for column, values in _series(response).items()}
+    figures = picked(response, "level", "gain_unit", "resonances", "frequency", "stable", "requested", "extrapolating")
     return {
         "excitation": response.shaking.name,
-        "direction": response.shaking.direction,
-        "level": response.level,
-        "unit": response.shaking.unit,
-        "gain_unit": response.gain_unit,
-        "resonances": response.resonances,
+        **picked(response.shaking, "direction", "unit"),
+        **figures,
         "cautions": [*gathered(response.findings, Reader.FILE)],
         "errors_against_time_integration": response.errors,
-        "frequency": response.frequency,
         "points": records("name", (point.name for point in response.points), **series),
         "base_force": np.abs(response.base_force),
         "axes": records("name", response.axes, min=response.low.T, max=response.high.T),
-        "stable": response.stable,
-        "requested": response.requested,
-        "extrapolating": response.extrapolating,
     }

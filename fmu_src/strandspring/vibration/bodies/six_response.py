@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...findings import Finding, Outcome
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, figure
 from ...kernel.arrays import BoolArray, FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
 from ..one_mass.harmonic_balance import (
@@ -52,26 +52,18 @@ _GAINS = {"1": ("transmissibility", "", 1.0), "m/rad": ("", "mm/rad", 1e3), "m/N
 
 @dataclass(frozen=True)
 class PointResonance:
-    """The largest gain of one point in one direction.
+    """The largest gain of one point in one direction."""
 
-    Attributes
-    ----------
-    point : str
-    direction : str                 "x", "y" or "z".
-    frequency : float               [Hz].
-    gain : float                    See `SystemResponse`.
-    sway : float                    Largest distance of the point from its place at rest, relative to the base [m].
-    isolation_frequency : float     From here on the gain stays below 1 [Hz]; NaN if it does nowhere, or is never above.
-    inside : bool                   Whether it lies inside the band, not at one of its ends.
-    """
-
-    point: str
-    direction: str
-    frequency: float
-    gain: float
-    sway: float
-    isolation_frequency: float
-    inside: bool
+    point: str = figure("", "point", "point")
+    direction: str = figure("", "motion", "motion")  # "x", "y" or "z"
+    frequency: float = figure("Hz", "resonance", "resonance", "Hz")
+    gain: float = figure("", "")  # see `SystemResponse.gain_column`
+    sway: float = figure(
+        "m", "sway", "sway", "mm", 1e3
+    )  # largest distance from the place at rest, relative to the base
+    # From here on the gain stays below 1; NaN if it does nowhere, or is never above.
+    isolation_frequency: float = figure("Hz", "isolation begins", "isolates from", "Hz")
+    inside: bool = figure("", "inside the band")  # not at one of its ends
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import IsolationError
+from ...ground.result_columns import figure
 from ...kernel.arrays import BoolArray, FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import steady_loop
@@ -27,24 +28,16 @@ _SUPERHARMONIC = 0.7
 
 @dataclass(frozen=True)
 class Resonance:
-    """Figures of one level.
+    """Figures of one level at the greatest transmissibility."""
 
-    Attributes
-    ----------
-    frequency, transmissibility, amplitude : float   At the greatest transmissibility [Hz], [-], [m].
-    stiffness : float                 Secant stiffness of the mount's loop there [N/m].
-    loss_factor : float               Of the same loop, viscous damping of the mount included [-].
-    isolation_frequency : float       From here on the transmissibility stays below 1 [Hz]; NaN if it does nowhere.
-    inside : bool                     Whether the greatest lies inside the band, not at one of its ends.
-    """
-
-    frequency: float
-    transmissibility: float
-    amplitude: float
-    stiffness: float
-    loss_factor: float
-    isolation_frequency: float
-    inside: bool
+    frequency: float = figure("Hz", "resonance", "resonance", "Hz")
+    transmissibility: float = figure("1", "transmissibility", "transmissibility")
+    amplitude: float = figure("m", "amplitude", "amplitude", "mm", 1e3)
+    stiffness: float = figure("N/m", "secant stiffness", "stiffness", "N/mm", 1e-3)  # of the mount's loop
+    loss_factor: float = figure("1", "loss factor", "loss factor", digits=3)  # of it, with the mount's viscous damping
+    # From here on the transmissibility stays below 1; NaN if it does nowhere.
+    isolation_frequency: float = figure("Hz", "isolation begins", "isolates from", "Hz")
+    inside: bool = figure("", "inside the band")  # not at one of its ends
 
 
 @dataclass(frozen=True, eq=False)
