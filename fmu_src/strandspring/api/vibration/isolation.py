@@ -66,7 +66,7 @@ class AnyIsolation(PlottedResult):
     @property
     @abstractmethod
     def _peaks(self) -> Table:
-        """A row for each resonance; the first column is that of the part."""
+        """A row for each resonance."""
 
     @property
     @abstractmethod
@@ -89,9 +89,9 @@ class AnyIsolation(PlottedResult):
 
     def _peak_table(self, details: Sequence[str] = ()) -> Table:
         """Resonances in text, with what they are of if there are several parts."""
-        peaks = self._peaks
-        varied = {"level_text", *(column.key for column in peaks.columns if column.unit)}
-        return replace(peaks, columns=peaks.columns[int(len(self._parts) == 1) :], details=details, varied=varied)
+        first, *others = self._peaks.columns
+        columns = [*([first] if len(self._parts) > 1 else []), *others]
+        return replace(self._peaks, columns=columns, details=details, varied=[each.key for each in others if each.unit])
 
     def _overview(self) -> pd.DataFrame:
         return self.resonances()
@@ -147,12 +147,9 @@ class IsolatedModel:
         """The model and its motions for JSON."""
         levels = []
         for response in self.responses:
-            checks = [motion for motion in checked if motion.response is response]
-            of_level = {
-                **picked(response, "level", "resonance", "extrapolating", "points"),
-                "unit": response.excitation.unit,
-            }
-            levels.append({**of_level, "verification": [{**vars(c.check), "agrees": c.agrees} for c in checks]})
+            of_level = picked(response, "level", "resonance", "extrapolating", "points")
+            checks = [{**vars(one.check), "agrees": one.agrees} for one in checked if one.response is response]
+            levels.append({**of_level, "unit": response.excitation.unit, "verification": checks})
         return {
             "model": self.source,
             "zero": self.zero,
@@ -462,7 +459,7 @@ def isolate(
         with _named(part.label, len(parts)):
             return frequency_response(part.system, excitation, level, frequencies, curve.extrapolate, resolve=True)
 
-    motions = {excitation.level_text(level): partial(respond, level=level) for level in heights}
+    motions = [(excitation.level_text(level), partial(respond, level=level)) for level in heights]
     return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
 
 
@@ -493,15 +490,16 @@ def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str
 
 
 def with_responses(
-    parts: Sequence[Part], motions: Mapping[str, Callable[[Part], Any]], points: int, progress: Progress
+    parts: Sequence[Part], motions: Sequence[tuple[str, Callable[[Part], Any]]], points: int, progress: Progress
 ) -> tuple[Part, ...]:
-    """The parts, dataclasses with a label, with all motions, which are computed in threads with so many points."""
-    names, total = [f"{part.label}, {name}" for part in parts for name in motions], len(parts) * len(motions) * points
+    """The parts, dataclasses with a label, with all motions by their names, computed in threads with so many points."""
+    pairs = [(part, *motion) for part in parts for motion in motions]
     responses: list[Any] = []
     # The systems of equations are too small to be shared among threads.
     with one_thread():
-        for response in in_threads(partial(respond, part) for part in parts for respond in motions.values()):
+        for response in in_threads(partial(respond, part) for part, _, respond in pairs):
+            part, name, _ = pairs[len(responses)]
             responses.append(response)
-            progress(names[len(responses) - 1], len(responses) * points, total)
+            progress(f"{part.label}, {name}", len(responses) * points, len(pairs) * points)
     each = iter(responses)
     return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)

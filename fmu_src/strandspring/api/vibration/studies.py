@@ -31,7 +31,7 @@ from ...vibration.one_mass.system import IsolatedMass, free_travel, static_equil
 from ...vibration.options import Part, Run, StudyRun
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult
+from ..common.result import PlottedResult, picked
 from ..common.table import Table
 
 if TYPE_CHECKING:
@@ -103,51 +103,46 @@ class StudyResult(PlottedResult):
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its table knows
         """What was counted, the figures from the 5 to the 95 % quantile, and refusals."""
-        study, shown = self.study, self._summaries.head(_MOST_SHOWN)
+        study, columns, rows = self.study, [*self.study.head], []
         yield f"{self.name}: {study.headline(self._summaries)}"
         has_ranges = bool(study.draws and study.rows_of_draws)
         if has_ranges:
             yield "Figures are 5 to 95 % of the draws."
-        columns = [*study.head]
         for figure in (figure for figure in study.figures if figure.short):
             median = replace(figure, key=f"{figure.key}_median", short="median", shown="")
             columns += [figure, median] if has_ranges else [figure]
-        known = {"candidate", "verdict", *(figure.key for figure in study.figures)}
-        few = {*study.few, *(column.key for column in study.head)}
-        details = [column.key for column in columns if column.key not in few]
-        rows = [
-            {**point, **{name: ends and (ends["q05"], ends["q95"]) for name, ends in self._ends(point).items()}}
-            for point in _records(shown)
-        ]
-        yield Table(columns, rows, details=details, varied=known)
+        details = [column.key for column in columns[len(study.head) :] if column.key not in study.few]
+        varied = {"candidate", "verdict", *(figure.key for figure in study.figures)}
+        for point, figures in self._points(self._summaries.head(_MOST_SHOWN)):
+            known = {name: ends for name, ends in figures.items() if ends is not None}
+            medians = {f"{name}_median": ends["median"] for name, ends in known.items()}
+            rows.append({**point, **medians, **{name: (ends["q05"], ends["q95"]) for name, ends in known.items()}})
+        yield Table(columns, rows, details=details, varied=varied)
         runs = len(study) // len(self._summaries)
         for row in rows:
             if row["refused"]:
                 yield f"  {study.where(row)}: {row['refused']} of {runs} refused, most often: {row['reason']}"
-        if more := len(self._summaries) - len(shown):
+        if more := len(self._summaries) - len(rows):
             yield f"  and {more} more {study.rows_are}, all of them in the results file"
         if self.zero is not None and (counted := zero_sentence(self.zero)):
             yield counted
 
-    def _ends(self, point: Mapping[str, Any]) -> dict[str, dict[str, float] | None]:
-        """Quantiles of each figure; None where it has none."""
-        of = {figure.key: {end: point[f"{figure.key}_{end}"] for end in QUANTILES} for figure in self.study.figures}
-        return {name: None if None in ends.values() else ends for name, ends in of.items()}
+    def _points(self, summary: pd.DataFrame) -> Iterator[tuple[dict[str, Any], dict[str, dict[str, float] | None]]]:
+        """What was counted of each candidate at each grid point, and the quantiles of its figures that are known."""
+        for point in _records(summary):
+            figures = {}
+            for figure in self.study.figures:
+                ends = {end: point.pop(f"{figure.key}_{end}") for end in QUANTILES}
+                figures[figure.key] = None if None in ends.values() else ends
+            yield point, figures
 
     def content(self) -> Mapping[str, Any]:
         """What was run, and the quantiles of each candidate at each grid point."""
-        study = self.study
-        quantiles = {f"{figure.key}_{end}" for figure in study.figures for end in QUANTILES}
-        points = [
-            {
-                **study.stated_point({name: value for name, value in point.items() if name not in quantiles}),
-                "figures": self._ends(point),
-            }
-            for point in _records(self._summaries)
-        ]
         of = {"name": self.name} if self.zero is None else {"zero": self.zero}
-        counts = {"runs": len(study), "draws": study.draws, "seed": study.seed}
-        return {**of, **study.stated, **counts, "points": points}
+        counts = {"runs": len(self.study), **picked(self.study, "draws", "seed")}
+        points = self._points(self._summaries)
+        stated = [{**self.study.stated_point(point), "figures": figures} for point, figures in points]
+        return {**of, **self.study.stated, **counts, "points": stated}
 
     def _overview(self) -> pd.DataFrame:
         return self.quantiles()
@@ -217,8 +212,8 @@ def study(
                                    displacement of 1 % of the free travel under the smallest mass.
     stiffness : float or array_like   Factors on all forces of the spring of a model.
     mount, curve : Mount, Curve    Of a model, as for `isolate`; or their fields as keywords.
-    part : Part                    Cases and candidates of a system; or its fields as keywords.
-    run : StudyRun                 Draws, their seed, and the time step of a system; or its fields as keywords.
+    part, run : Part, StudyRun     Cases and candidates of a system; draws, their seed, and the time step of a system;
+                                   or their fields as keywords.
     zero : str, float or None      Of a model, as for `isolate`.
     placing : Workers              Where the runs are executed, in this process by default; or its fields as keywords. A
                                    script that asks for more than one worker must call this below
@@ -230,7 +225,7 @@ def study(
 
     Returns
     -------
-    StudyResult or StudyResult
+    StudyResult
 
     Raises
     ------
@@ -249,10 +244,9 @@ def study(
        mass  frequency  transmissibility
     0   5.0        7.7               8.6
     1   6.0        7.1               8.6
-    >>> import strandspring
     >>> from strandspring.examples.system_models import SYSTEMS
     >>> box = SYSTEMS / "electronics_box.toml"
-    >>> result = strandspring.study(box, vary={"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
+    >>> result = study(box, vary={"body.box.mass": "15 kg:25 kg:3"}, cases="drop", candidates="softer")
     >>> result.quantiles()[["body.box.mass [kg]", "verdict", "stroke_median"]].round(2)
        body.box.mass [kg]      verdict  stroke_median
     0                15.0         pass           0.65
@@ -327,14 +321,9 @@ def _executed(
     planned: Runs[Any], placing: Workers, output: str | os.PathLike[str] | None, progress: Progress, *known: Any
 ) -> StudyResult:
     """Execute a study with its results in a file, a temporary one if none is asked for."""
-
-    def run(results: Path) -> pd.DataFrame:
+    with TemporaryFolder() as folder:
+        results = folder / "results.csv" if output is None else Path(output)
         done = lambda runs: progress("Running", runs, len(planned))  # noqa: E731
         run_study(planned, results, placing.runner, done, placing.notify)
-        return summaries(planned, results)
-
-    if output is not None:
-        return StudyResult(planned, run(Path(output)), Path(output), None, *known)
-    with TemporaryFolder() as folder:
-        results = folder / "results.csv"
-        return StudyResult(planned, run(results), None, read_results(planned, results), *known)
+        kept = (results, None) if output is not None else (None, read_results(planned, results))
+        return StudyResult(planned, summaries(planned, results), *kept, *known)

@@ -235,8 +235,7 @@ class SystemIsolation(AnyIsolation):
 
     @property
     def _size(self) -> tuple[float, float]:
-        curves = len(self._panels[0].curves)
-        return max(8.0, 4.5 * len(self._excitations)), 7.5 + 0.08 * curves
+        return max(8.0, 4.5 * len(self._excitations)), 7.5 + 0.1 * len(self._panels[0].curves)
 
     def _draw(self, figure: Figure) -> None:
         from ...vibration.one_mass.curves_plot import draw_panels
@@ -313,11 +312,11 @@ def isolated_bodies(
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
 
-    shaken = {
-        f"{shaking.name}, {shaking.level_text(level)}": partial(respond, shaking=shaking, level=level)
+    shaken = [
+        (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking=shaking, level=level))
         for shaking in shakings
         for level in heights
-    }
+    ]
     path = None if isinstance(source, SystemFile) else os.fspath(source)
     return SystemIsolation(description.name, path, with_responses(parts, shaken, curve.points, progress), chosen)
 

@@ -27,7 +27,6 @@ _COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 _STYLES: tuple[Style, ...] = ("-", (0, (7.0, 2.0)), (0, (7.0, 2.0, 2.0, 2.0)))
 _UNSTABLE = (0, (1.0, 1.6))
 _HANDLE_LENGTH = 3.6  # of a legend, so that its dashes can be distinguished
-_LEGEND_COLUMNS = 3
 # A superharmonic peak: its prominence in ln(amplitude), and how near its multiple lies to the natural frequency.
 _PROMINENT = 0.02
 _ORDERS = range(2, 12)
@@ -87,14 +86,15 @@ class Panel:
 
 def draw_panels(figure: Figure, panels: Sequence[Panel], title: str) -> list[Axes]:
     """Draw panels into two rows of an empty figure with a constrained layout, and one legend below them."""
-    axes = list(figure.subplots(2, len(panels) // 2, sharex="col", sharey="row", squeeze=False).flat)
+    columns = len(panels) // 2
+    axes = list(figure.subplots(2, columns, sharex="col", sharey="row", squeeze=False).flat)
     for one, panel in zip(axes, panels, strict=True):
         panel.draw(one)
         one.label_outer()
     figure.suptitle(title)
     is_stable = all(curve.is_stable.all() for panel in panels for curve in panel.curves)
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=_LEGEND_COLUMNS, fontsize=9, frameon=False,
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns + 1, fontsize=9, frameon=False,
                   handlelength=_HANDLE_LENGTH, title="" if is_stable else "unstable where dotted")  # fmt: skip
     return axes
 
