@@ -7,7 +7,6 @@ compared, a model or a candidate of a description.
 from __future__ import annotations
 
 import math
-import os
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -211,7 +210,7 @@ class Isolation(AnyIsolation):
 
     @property
     def table(self) -> Table:
-        """All points of the curves in their order."""
+        """All points of the curves in their order, with their model if there are several."""
         level = ResultColumn("level", self.excitation.unit, "level")
         of_force = self.excitation is Excitation.FORCE
         point = (_OF_FORCE if of_force and each.key == "relative" else each for each in columns_of(ResponsePoint))
@@ -220,22 +219,12 @@ class Isolation(AnyIsolation):
             for isolated, response in self.every
             for of_point in response.points
         ]
-        return Table((_MODEL, level, *point), rows)
+        return Table((_MODEL, level, *point)[int(len(self.models) == 1) :], rows)
 
     @property
     def _peaks(self) -> Table:
         rows = [{"model": part.label, **peak_row(response, response.resonance)} for part, response in self.every]
         return Table((_MODEL, *LEVELS, *columns_of(Resonance), BAND), rows)
-
-    def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all points of the curves, with their model if there are several.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
-        table = self.table
-        replace(table, columns=table.columns[int(len(self.models) == 1) :]).save_csv(path)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
@@ -252,11 +241,10 @@ class Isolation(AnyIsolation):
             from ...cosimulation.steady_check import PERIODS, SteadyCheck
 
             verdicts = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
-            rows = [
-                {**vars(one.check), "model": one.model.label, "level_text": one.response.level_text,
-                 "verdict": verdicts[one.agrees]}
-                for one in self.checked
-            ]  # fmt: skip
+            rows = []
+            for one in self.checked:
+                what = {"model": one.model.label, "level_text": one.response.level_text}
+                rows.append({**vars(one.check), **what, "verdict": verdicts[one.agrees]})
             columns = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
             title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
             yield Table(columns[int(not several) :], rows, title)
@@ -285,17 +273,8 @@ class Isolation(AnyIsolation):
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency, dotted where the motion is unstable.
-
-        Without axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
-
-        Parameters
-        ----------
-        ax : Axes or None     Where to draw.
-
-        Returns
-        -------
-        Axes                  Those of the transmissibility.
+        """Draw transmissibility over frequency, dotted where the motion is unstable, into axes, and return them; without
+        axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
         """
         return self._drawn(ax)[0]
 
@@ -391,8 +370,7 @@ def isolate(
     zero : "rig", "middle", float or None
         Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
     candidates : str, sequence of str or None   Names of those of a system to compute; all if None.
-    progress : callable            Is called with what is being done, the number of frequencies done, and how many there
-                                   are.
+    progress : callable            Is called with the curve that is done, the number of frequencies done, and of all.
 
     Returns
     -------

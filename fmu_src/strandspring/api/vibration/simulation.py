@@ -123,11 +123,9 @@ class Simulation(PlottedResult):
         """Candidates down, cases across, and the verdict of each; "all cases" is that on all of them together."""
         import pandas as pd
 
-        cases = list(dict.fromkeys(answer.case.name for answer in self.answers))
-        table = {name: {"all cases": verdict.value} for name, verdict in overall_verdicts(self.answers).items()}
-        for answer in self.answers:
-            table[answer.candidate][answer.case.name] = answer.verdict.value
-        return pd.DataFrame.from_dict(table, orient="index", columns=[*cases, "all cases"])
+        verdicts = {(answer.candidate, answer.case.name): answer.verdict.value for answer in self.answers}
+        verdicts |= {(name, "all cases"): verdict.value for name, verdict in overall_verdicts(self.answers).items()}
+        return pd.Series(verdicts).unstack(sort=False)
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
@@ -138,9 +136,8 @@ class Simulation(PlottedResult):
         """
         from ...report.system_pages import write_simulation
 
-        file = self.file
-        source = PurePath(file.path).name
-        write_simulation(os.fspath(path), file.name, file.description, source, self.candidates, self.answers)
+        of_file = (self.file.name, self.file.description, PurePath(self.file.path).name)
+        write_simulation(os.fspath(path), *of_file, self.candidates, self.answers)
 
     def save_histories(self, folder: str | os.PathLike[str]) -> list[Path]:
         """Write the histories of each answer into a CSV file of its own, with units in the header.
@@ -209,14 +206,12 @@ class Simulation(PlottedResult):
         yield from _refusals(self.candidates, self.answers)
         if not brief:
             yield Table(_DETAILS, rows, "Where the figures are largest, others, and their numerical errors and draws:")
-            yield from rest_tables(
-                [
-                    RestingSystem(one.name, one.system, one.static.poses, one.static.tangent, one.static.secant)
-                    for one in self.candidates
-                    if one.static is not None
-                ],
-                brief=False,
-            )
+            at_rest = [
+                RestingSystem(one.name, one.system, one.static.poses, one.static.tangent, one.static.secant)
+                for one in self.candidates
+                if one.static is not None
+            ]
+            yield from rest_tables(at_rest, brief=False)
 
     def _answer_rows(self) -> Iterator[dict[str, Any]]:
         """A row for each candidate, with one for each of its cases below."""
@@ -231,10 +226,9 @@ class Simulation(PlottedResult):
                     row["nearest"] = f"{_SHARE.text(near.share)} % {near.quantity.value}"
                     row["nearest of"] = near.subject
                 if answer.runs:
-                    row |= {"error": answer.relative_error, "step": answer.runs[0].step}
+                    row |= {**picked(answer, "draws", "refused", "beyond"), "error": answer.relative_error}
+                    row["step"] = answer.runs[0].step
                     row["residual"] = max(run.energies.relative_residual for run in answer.runs)
-                    row |= {"draws": answer.draws, "refused": answer.refused}
-                    row["beyond"] = answer.beyond if answer.draws else None
                 yield row
 
     def _overview(self) -> pd.DataFrame:
@@ -276,22 +270,19 @@ def simulate(
     workers, courses = workers_of(workers), flag("courses", courses)
     file = system if isinstance(system, SystemFile) else load_system_file(system)
     chosen = file.chosen_candidates(candidates)
-    loads = file.chosen_cases(cases)
-    drawn = file.options.draws if run.draws is None else run.draws
-    chosen_seed = file.options.seed if run.seed is None else run.seed
+    draws = file.options.draws if run.draws is None else run.draws
+    seed = file.options.seed if run.seed is None else run.seed
     unknowns = {
-        name: Unknowns(Drawn.from_models(mounted, file.models), drawn, chosen_seed, file.options.rest_omega)
+        name: Unknowns(Drawn.from_models(mounted, file.models), draws, seed, file.options.rest_omega)
         for name, mounted in chosen
     }
     statics = tuple(answer_candidate(name, mounted, file.models, unknowns[name]) for name, mounted in chosen)
+    step = run.step or file.options.step
     tasks = [
-        partial(
-            answer_case, name, mounted, case, file.limits, unknowns[name], run.step or file.options.step,
-            with_courses=courses,
-        )
+        partial(answer_case, name, mounted, case, file.limits, unknowns[name], step, with_courses=courses)
         for name, mounted in chosen
-        for case in loads
-    ]  # fmt: skip
+        for case in file.chosen_cases(cases)
+    ]
     answers: list[CaseAnswer] = []
     room = _MOST_NUMBERS
     for answer in in_threads(tasks, workers):
@@ -299,11 +290,12 @@ def simulate(
             room -= answer.courses.size
         answers.append(answer if room >= 0 else replace(answer, courses=None))
         progress(answer.where, len(answers), len(tasks))
-    if all(answer.verdict is CaseVerdict.REFUSED for answer in answers):
-        raise MountedSystemError(answers[0].refusal)
-    refusals = [candidate.refusal for candidate in statics if candidate.refusal]
-    if len(refusals) == len(statics):
-        raise MountedSystemError(refusals[0])
+    for refusals in (
+        [answer.refusal if answer.verdict is CaseVerdict.REFUSED else "" for answer in answers],
+        [candidate.refusal for candidate in statics],
+    ):
+        if all(refusals):
+            raise MountedSystemError(refusals[0])
     return Simulation(file, statics, tuple(answers))
 
 

@@ -149,11 +149,7 @@ class StudyResult(PlottedResult):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency at resonance, or the acceleration over the stroke of systems in the
-        colours of their verdicts, with bars from 5 to 95 % of the draws.
-
-        Parameters
-        ----------
-        ax : Axes or None   Of matplotlib; those of a new figure if None.
+        colours of their verdicts, with bars from 5 to 95 % of the draws, into axes, those of a new figure if None.
         """
         (axes,) = self._axes(ax)
         x, y = (next(figure for figure in self.study.figures if figure.key == key) for key in self.study.drawn)
@@ -220,8 +216,7 @@ def study(
                                    ``if __name__ == "__main__":``.
     output : path or None          File with one line for each run. Finished runs are kept beside it until all are done,
                                    and the same call continues from there.
-    progress : callable            Is called with what is being done, the number of finished runs, and how many there
-                                   are.
+    progress : callable            Is called with what is being done, the number of finished runs, and of all.
 
     Returns
     -------

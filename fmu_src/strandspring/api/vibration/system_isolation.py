@@ -78,16 +78,14 @@ class RestingSystem:
     def mode_rows(self) -> list[dict[str, Any]]:
         """The modes by keys of JSON."""
         return [
-            {"frequency": mode.frequency, "viscous_damping": mode.damping, "motion": mode.words, "shape": mode.shape}
+            {**picked(mode, "frequency", "shape"), "viscous_damping": mode.damping, "motion": mode.words}
             for mode in self.modes
         ]
 
     def content(self) -> dict[str, Any]:
         """For JSON."""
-        (names, masses), pose = (
-            zip(*((body.name, body.mass) for body in self.system.bodies), strict=True),
-            self.poses[0],
-        )
+        bodies, pose = self.system.bodies, self.poses[0]
+        names, masses = [body.name for body in bodies], [body.mass for body in bodies]
         rest = records("body", names, mass=masses, displacement=pose.displacements, rotation=pose.rotations)
         return {"static_equilibrium": rest, "modes": self.mode_rows}
 
@@ -113,10 +111,9 @@ def rest_tables(candidates: Sequence[RestingSystem], brief: bool) -> Iterator[Ta
         for k, body in enumerate(candidate.system.bodies):
             x, y, z, w, *turned = np.array([pose.coordinates[k] for pose in candidate.poses]).T
             tilt = 2.0 * np.arctan2(np.linalg.norm(turned, axis=0), np.abs(w))
-            ends = ((float(moved.min()), float(moved.max())) for moved in np.round((x, y, z, tilt), _DIGITS))
-            rows.append(
-                {**of, "body": body.name, "mass": body.mass, **dict(zip((*DIRECTIONS, "tilt"), ends, strict=True))}
-            )
+            ranges = ((float(moved.min()), float(moved.max())) for moved in np.round((x, y, z, tilt), _DIGITS))
+            moved = dict(zip((*DIRECTIONS, "tilt"), ranges, strict=True))
+            rows.append({**of, **picked(body, "mass"), "body": body.name, **moved})
             of = dict.fromkeys(of, "")
     yield Table(_REST[int(not several) : None if brief else -1], rows, "Static equilibrium:")
     for candidate in () if brief else candidates:
@@ -144,6 +141,7 @@ class SystemIsolation(AnyIsolation):
     levels_chosen: str = ""
 
     _parts_in = "candidates"
+    _size = (12.0, 9.5)
     _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
 
     @property
@@ -213,15 +211,8 @@ class SystemIsolation(AnyIsolation):
         write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, modes, curves)
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable.
-
-        Parameters
-        ----------
-        ax : sequence of Axes or None   Those of the gains, then those of the sways; those of a new figure if None.
-
-        Returns
-        -------
-        list of Axes
+        """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable, into
+        axes, first those of the gains, and return them; those of a new figure if None.
         """
         return self._drawn(ax)
 
@@ -232,10 +223,6 @@ class SystemIsolation(AnyIsolation):
     @property
     def _grid(self) -> tuple[int, int]:  # type: ignore[override]
         return 2, len(self._excitations)
-
-    @property
-    def _size(self) -> tuple[float, float]:
-        return max(8.0, 4.5 * len(self._excitations)), 7.5 + 0.1 * len(self._panels[0].curves)
 
     def _draw(self, figure: Figure) -> None:
         from ...vibration.one_mass.curves_plot import draw_panels
@@ -298,10 +285,11 @@ def isolated_bodies(
         travels = {part.label: float(part.system.laws.free_travel(part.poses[0].displacement).min()) for part in parts}
         heights, chosen = default_levels(travels)
     given = [levels.directions] if isinstance(levels.directions, str) else levels.directions
-    shakings = [_shaking(parts[0].system, kind, direction, about, levels.at) for direction in given or DIRECTIONS]
+    ways = DIRECTIONS if given is None else given
+    shakings = [_shaking(parts[0].system, kind, direction, about, levels.at) for direction in ways]
     if given is None:
         # Those that some body is free to follow.
-        shakings = [one for one in shakings if all(ShakenSystem(motions[part.label], one, 1.0).moves for part in parts)]
+        shakings = [one for one in shakings if all(ShakenSystem(motion, one, 1.0).moves for motion in motions.values())]
 
     def respond(part: IsolatedSystem, shaking: Shaking, level: float) -> SystemResponse:
         held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
