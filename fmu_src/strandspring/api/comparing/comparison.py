@@ -22,7 +22,7 @@ from ..common.model_source import ModelSource, model_of, source_of
 from ..common.result import PlottedResult
 from ..common.table import Table
 from ..options import Align, Comparing
-from ..vibration.shared_mass import SharedMass, shared_mass
+from ..vibration.isolation import SharedMass, shared_mass
 from .comparison_words import (
     ComparisonVerdict,
     aligned,

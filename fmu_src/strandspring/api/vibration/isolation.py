@@ -1,44 +1,43 @@
-"""`isolate`: one model or several in, transmissibility and resonance of a mass on each of them out.
-
-What the isolation of one mass and of a whole system have in common is here, too: a part is one of those that are
-compared, a model or a candidate of a description.
+"""One mass on springs: `isolate`, one model or several in and transmissibility and resonance on each of them out; and
+the transmissibility of two springs over one band, for `compare`.
 """
 
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from itertools import islice
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from ...campaigns.jobs.threads import in_threads
+import numpy as np
+
+from ...core.parameters import SpringParameters
 from ...errors import IsolationError, OptionError
 from ...findings import Finding, Outcome
 from ...ground.arguments import number
-from ...ground.one_thread import one_thread
+from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.options import changed, refuse_given, takes
 from ...ground.result_columns import ResultColumn, columns_of
 from ...ground.scratch import TemporaryFolder
+from ...kernel.path import PathSolver
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
-from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.band import DEFAULT_BAND, band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
-from ...vibration.one_mass.options import DEFAULT_SHARES, Curve, Excitation, Levels, Mount
+from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
-from ..common.result import PlottedResult, picked
+from ..common.result import picked
 from ..common.table import Table
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -47,72 +46,15 @@ if TYPE_CHECKING:
     from ...vibration.one_mass.curves_plot import Panel
     from .system_isolation import SystemIsolation
 
-Part = TypeVar("Part", bound=Any)
-
-# Of every resonance: the level and this as text, and whether it is at an end of the band.
-LEVELS = (ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level"))
-BAND = ResultColumn("band", "", "", "band")
 _MODEL = ResultColumn("model", "", "model", "model")
 _PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
 _OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
-
-
-class AnyIsolation(PlottedResult):
-    """Steady motions of parts that are compared, each with its `label` and its `responses`."""
-
-    _parts_in: ClassVar[str]  # attribute that holds them
-
-    @property
-    @abstractmethod
-    def _peaks(self) -> Table:
-        """A row for each resonance."""
-
-    @property
-    @abstractmethod
-    def _panels(self) -> list[Panel]:
-        """Of the plot, in two rows."""
-
-    @property
-    def _parts(self) -> Sequence[Any]:
-        parts: Sequence[Any] = getattr(self, self._parts_in)
-        return parts
-
-    @property
-    def every(self) -> Iterator[tuple[Any, Any]]:
-        """Each part with each of its responses."""
-        return ((part, response) for part in self._parts for response in part.responses)
-
-    def resonances(self) -> pd.DataFrame:
-        """One row for each resonance: what it is of, and its attributes in SI units."""
-        return self._peaks.frame()
-
-    def _peak_table(self, details: Sequence[str] = ()) -> Table:
-        """Resonances in text, with what they are of if there are several parts."""
-        first, *others = self._peaks.columns
-        columns = [*([first] if len(self._parts) > 1 else []), *others]
-        return replace(self._peaks, columns=columns, details=details, varied=[each.key for each in others if each.unit])
-
-    def _overview(self) -> pd.DataFrame:
-        return self.resonances()
-
-    def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
-        """Everything in a new figure of pyplot, or as many panels as there are axes."""
-        if ax is None:
-            from matplotlib import pyplot as plt
-
-            figure = plt.figure(figsize=self._size, layout="constrained")
-            self._draw(figure)
-            return figure.axes
-        axes = self._axes(ax)
-        for one, panel in zip(axes, self._panels, strict=False):
-            panel.draw(one)
-        axes[0].legend(fontsize=8)
-        return axes
-
-
-def peak_row(response: Any, peak: Any) -> dict[str, Any]:
-    """A resonance by the keys of its columns, without what it is of."""
-    return {**vars(peak), **picked(response, "level", "level_text"), "band": None if peak.inside else "at its end"}
+# Of two springs.
+_APART = 100.0  # natural frequencies that differ by more are not swept through in one band
+_LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
+_POINTS = 200
+_FREQUENCY = 10.0  # Hz, where no mass rests in the middle of the range by its weight
+_LEAST_WEIGHT = 0.02  # static load that is a weight, share of the range of forces
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,7 +215,7 @@ class Isolation(AnyIsolation):
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency, dotted where the motion is unstable, into axes, and return them; without
+        """Draw transmissibility over frequency, dotted where it is unstable, into axes, and return them. Without
         axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
         """
         return self._drawn(ax)[0]
@@ -459,25 +401,76 @@ def _labels(models: Sequence[ModelFile]) -> list[str]:
     return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
-def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str]:
-    """Shares of the smallest free travel [m] of parts by their labels as levels, and in words how they were chosen."""
-    label, least = min(travels.items(), key=lambda travel: travel[1])
-    way = f"{1e3 * least:.4g} mm"
-    of = f"smallest free travel, {way} of {label}" if len(travels) > 1 else f"free travel of {way}"
-    return tuple(share * least for share in DEFAULT_SHARES), f"Levels: 0.5, 1 and 2 % of the {of}."
+@dataclass(frozen=True, eq=False)
+class SharedMass:
+    """Transmissibility of a mass on spring A and on spring B."""
+
+    mass: float = math.nan  # [kg], like the others NaN where it is unknown
+    load: float = math.nan  # [N]
+    level: float = math.nan  # amplitude of the base [m]
+    responses: tuple[FrequencyResponse, ...] = ()  # of A and of B, if there are any
+    refusal: str = ""  # why there are none
+
+    def lines(self) -> list[str]:
+        """The peaks in words."""
+        if self.refusal:
+            return [f"Transmissibility was not compared: {self.refusal}"]
+        a, b = (response.resonance for response in self.responses)
+        return [
+            f"A mass of {self.mass:.4g} kg under a load of {self.load:.4g} N, base moved by {1e3 * self.level:.3g} mm: "
+            f"transmissibility {a.transmissibility:.4g} at {a.frequency:.4g} Hz on A, {b.transmissibility:.4g} at "
+            f"{b.frequency:.4g} Hz on B."
+        ]
+
+    def as_json(self) -> dict[str, Any]:
+        """The peaks as JSON."""
+        a, b = [vars(response.resonance) for response in self.responses] or (None, None)
+        return {**picked(self, "mass", "load", "level", "refusal"), "a": a, "b": b}
 
 
-def with_responses(
-    parts: Sequence[Part], motions: Sequence[tuple[str, Callable[[Part], Any]]], points: int, progress: Progress
-) -> tuple[Part, ...]:
-    """The parts, dataclasses with a label, with all motions by their names, computed in threads with so many points."""
-    pairs = [(part, *motion) for part in parts for motion in motions]
-    responses: list[Any] = []
-    # The systems of equations are too small to be shared among threads.
-    with one_thread():
-        for response in in_threads(partial(respond, part) for part, _, respond in pairs):
-            part, name, _ = pairs[len(responses)]
-            responses.append(response)
-            progress(f"{part.label}, {name}", len(responses) * points, len(pairs) * points)
-    each = iter(responses)
-    return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)
+def shared_mass(
+    springs: tuple[SpringParameters, SpringParameters], low: float, high: float, mass: float | None
+) -> SharedMass:
+    """The transmissibility of both springs, or why there is none.
+
+    Parameters
+    ----------
+    springs : (SpringParameters, SpringParameters)
+    low, high : float      The range that both share [m].
+    mass : float or None   Loads the springs by its weight [kg]; if None the mass whose weight A holds in the middle of
+                           the range, or where A does not carry one there, a mass for 10 Hz of small motion.
+    """
+    try:
+        chosen, load = _default(springs[0], low, high) if mass is None else (mass, mass * STANDARD_GRAVITY)
+        systems = [IsolatedMass(spring, chosen, Mount(load)) for spring in springs]
+        rest = [static_equilibrium(system) for system in systems]
+        places = [equilibrium.displacement for equilibrium in rest]
+        level = _LEVEL * min(min(places) - low, high - max(places))
+        if not level > 0.0:
+            at = " and ".join(f"{1e3 * place:.4g} mm on {name}" for name, place in zip("AB", places, strict=True))
+            raise IsolationError(f"{chosen:.4g} kg rest at {at}, outside the range that both share; use another mass.")
+        lowest, highest = sorted(equilibrium.frequency for equilibrium in rest)
+        if not highest <= _APART * lowest < math.inf:
+            raise IsolationError(
+                f"The natural frequencies of {lowest:.4g} and {highest:.4g} Hz are too far apart for one band; look at "
+                "each spring with isolate."
+            )
+        band = np.geomspace(DEFAULT_BAND[0] * lowest, DEFAULT_BAND[1] * highest, _POINTS)
+        responses = tuple(frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band) for system in systems)
+    except IsolationError as refusal:
+        return SharedMass(refusal=str(refusal))
+    return SharedMass(chosen, load, level, responses)
+
+
+def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, float]:
+    """Mass [kg] and static load [N] that let a spring rest in the middle of a range, if its force rises there."""
+    forces, stiffnesses = PathSolver(spring).small_motion(np.linspace(low, high, 101))
+    load, stiffness = float(forces[50]), float(stiffnesses[50])
+    if load > _LEAST_WEIGHT * float(np.ptp(forces)):
+        return load / STANDARD_GRAVITY, load
+    if not stiffness > 0.0:
+        raise IsolationError(
+            f"The stiffness of A in the middle of the range that both share must be > 0 for a mass to rest there, got "
+            f"{stiffness:.4g} N/m; give a mass that rests elsewhere."
+        )
+    return stiffness / (2.0 * math.pi * _FREQUENCY) ** 2, load

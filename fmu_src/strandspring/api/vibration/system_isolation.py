@@ -32,7 +32,7 @@ from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.progress import Progress, unseen
 from ..common.result import picked, records
 from ..common.table import Table
-from .isolation import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,0 +1,115 @@
+"""What the isolation of one mass and of a whole system have in common: resonances, plots, and the computation.
+
+A part is one of those that are compared, a model or a candidate of a description.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+
+from ...campaigns.jobs.threads import in_threads
+from ...ground.one_thread import one_thread
+from ...ground.result_columns import ResultColumn
+from ...vibration.one_mass.options import DEFAULT_SHARES
+from ..common.progress import Progress
+from ..common.result import PlottedResult, picked
+from ..common.table import Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from ...vibration.one_mass.curves_plot import Panel
+
+Part = TypeVar("Part", bound=Any)
+
+# Of every resonance: the level and this as text, and whether it is at an end of the band.
+LEVELS = (ResultColumn("level", "", "level"), ResultColumn("level_text", "1", "", "level"))
+BAND = ResultColumn("band", "", "", "band")
+
+
+class AnyIsolation(PlottedResult):
+    """Steady motions of parts that are compared, each with its `label` and its `responses`."""
+
+    _parts_in: ClassVar[str]  # attribute that holds them
+
+    @property
+    @abstractmethod
+    def _peaks(self) -> Table:
+        """A row for each resonance."""
+
+    @property
+    @abstractmethod
+    def _panels(self) -> list[Panel]:
+        """Of the plot, in two rows."""
+
+    @property
+    def _parts(self) -> Sequence[Any]:
+        parts: Sequence[Any] = getattr(self, self._parts_in)
+        return parts
+
+    @property
+    def every(self) -> Iterator[tuple[Any, Any]]:
+        """Each part with each of its responses."""
+        return ((part, response) for part in self._parts for response in part.responses)
+
+    def resonances(self) -> pd.DataFrame:
+        """One row for each resonance: what it is of, and its attributes in SI units."""
+        return self._peaks.frame()
+
+    def _peak_table(self, details: Sequence[str] = ()) -> Table:
+        """Resonances in text, with what they are of if there are several parts."""
+        first, *others = self._peaks.columns
+        columns = [*([first] if len(self._parts) > 1 else []), *others]
+        return replace(self._peaks, columns=columns, details=details, varied=[each.key for each in others if each.unit])
+
+    def _overview(self) -> pd.DataFrame:
+        return self.resonances()
+
+    def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
+        """Everything in a new figure of pyplot, or as many panels as there are axes."""
+        if ax is None:
+            from matplotlib import pyplot as plt
+
+            figure = plt.figure(figsize=self._size, layout="constrained")
+            self._draw(figure)
+            return figure.axes
+        axes = self._axes(ax)
+        for one, panel in zip(axes, self._panels, strict=False):
+            panel.draw(one)
+        axes[0].legend(fontsize=8)
+        return axes
+
+
+def peak_row(response: Any, peak: Any) -> dict[str, Any]:
+    """A resonance by the keys of its columns, without what it is of."""
+    return {**vars(peak), **picked(response, "level", "level_text"), "band": None if peak.inside else "at its end"}
+
+
+def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str]:
+    """Shares of the smallest free travel [m] of parts by their labels as levels, and in words how they were chosen."""
+    label, least = min(travels.items(), key=lambda travel: travel[1])
+    way = f"{1e3 * least:.4g} mm"
+    of = f"smallest free travel, {way} of {label}" if len(travels) > 1 else f"free travel of {way}"
+    return tuple(share * least for share in DEFAULT_SHARES), f"Levels: 0.5, 1 and 2 % of the {of}."
+
+
+def with_responses(
+    parts: Sequence[Part], motions: Sequence[tuple[str, Callable[[Part], Any]]], points: int, progress: Progress
+) -> tuple[Part, ...]:
+    """The parts, dataclasses with a label, with all motions by their names, computed in threads with so many points."""
+    pairs = [(part, *motion) for part in parts for motion in motions]
+    responses: list[Any] = []
+    # The systems of equations are too small to be shared among threads.
+    with one_thread():
+        for response in in_threads(partial(respond, part) for part, _, respond in pairs):
+            part, name, _ = pairs[len(responses)]
+            responses.append(response)
+            progress(f"{part.label}, {name}", len(responses) * points, len(pairs) * points)
+    each = iter(responses)
+    return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)
