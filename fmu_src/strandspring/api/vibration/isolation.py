@@ -137,8 +137,6 @@ class Isolation(AnyIsolation):
        model  frequency  transmissibility
     0   soft        7.7               8.6
     1  stiff       11.0               8.6
-    >>> bool(result.to_frame().query("model == 'stiff'").transmissibility.max() > 8.5)
-    True
     """
 
     models: tuple[IsolatedModel, ...]
@@ -302,17 +300,20 @@ def isolate(
     Parameters
     ----------
     models : Spring, path of a model file or FMU, or a sequence of these; or path of a SYSTEM.toml, or SystemFile
-    mass : float                   On the mount of a model [kg].
-    levels : Levels                What shakes the base or the mass; or its fields as keywords. If none are given, base
-                                   displacements of 0.5, 1 and 2 % of the free travel from static equilibrium to the
-                                   nearer end of the identified range, the smallest of all models or mounts.
-    mount : Mount                  Load and arrangement of springs of a model; or its fields as keywords.
-    curve : Curve                  Frequencies; or its fields as keywords. The band of a system is by default 0.23 times
-                                   the lowest to 5 times the highest natural frequency of each candidate.
+    mass : float
+        On the mount of a model [kg].
+    levels : Levels
+        What shakes the base or the mass; or its fields as keywords. If none are given, base displacements of 0.5, 1 and
+        2 % of the free travel from static equilibrium to the nearer end of the identified range, the smallest of all.
+    mount, curve : Mount, Curve
+        Load and arrangement of springs of a model, and frequencies; or their fields as keywords. The band of a system
+        is by default 0.23 times the lowest to 5 times the highest natural frequency of each candidate.
     zero : "rig", "middle", float or None
         Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
-    candidates : str, sequence of str or None   Names of those of a system to compute; all if None.
-    progress : callable            Is called with the curve that is done, the number of frequencies done, and of all.
+    candidates : str, sequence of str or None
+        Names of those of a system to compute; all if None.
+    progress : callable
+        Is called with the curve that is done, the number of frequencies done, and of all.
 
     Returns
     -------

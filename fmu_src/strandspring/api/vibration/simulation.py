@@ -251,13 +251,16 @@ def simulate(
     Parameters
     ----------
     system : path or SystemFile
-    cases, candidates : str, sequence of str or None   Names of those to simulate; all if None. The name of a case with
-                                                       several directions stands for all of them.
-    run : Run                  Draws, their seed, and the time step; or its fields as keywords.
-    workers : int or None      Threads; as many as cores if None.
-    courses : bool             Whether histories and spectra are kept, of the first cases as far as memory allows
-                               (400 MB); the others have None.
-    progress : callable        Is called with what is being done, the number of runs done, and how many there are.
+    cases, candidates : str, sequence of str or None
+        Names of those to simulate; all if None. That of a case with several directions stands for all of them.
+    run : Run
+        Draws, their seed, and the time step; or its fields as keywords.
+    workers : int or None
+        Threads; as many as cores if None.
+    courses : bool
+        Whether histories and spectra are kept, of the first cases as far as memory allows (400 MB).
+    progress : callable
+        Is called with what is being done, the number of runs done, and how many there are.
 
     Returns
     -------

@@ -82,7 +82,7 @@ class StudyResult(PlottedResult):
     @property
     def table(self) -> Table:
         """The same, as in the results file."""
-        return Table(self.study.columns, list(_records(self._runs())))
+        return Table(self.study.columns, _records(self._runs()))
 
     def _runs(self) -> pd.DataFrame:
         return read_results(self.study, Path(self.output or "")) if self._frame is None else self._frame
@@ -164,11 +164,10 @@ class StudyResult(PlottedResult):
         return axes
 
 
-def _records(table: pd.DataFrame) -> Iterator[dict[str, Any]]:
+def _records(table: pd.DataFrame) -> list[dict[str, Any]]:
     """The rows of a table, None where a value is unknown."""
-    names = table.columns.tolist()
-    for row in table.itertuples(index=False, name=None):
-        yield {name: None if value != value else value for name, value in zip(names, row, strict=True)}
+    rows: Any = table.astype(object).where(table.notna(), None).to_dict("records")
+    return list(rows)
 
 
 @takes(levels=Levels, mount=Mount, curve=_CURVE, part=Part, run=StudyRun, placing=Workers)
@@ -198,25 +197,30 @@ def study(
     Parameters
     ----------
     model : Spring, or path of a model file, FMU or SYSTEM.toml
-    mass : float or array_like     On the mount of a model, each [kg].
-    vary : mapping                 Of a system: values of each path, such as "body.box.mass"; `*` stands for all entries
-                                   of a list. Text is LOW:HIGH:COUNT or a list with commas, with one unit:
-                                   "15 kg:25 kg:5", "4,6,8"; percent are of what the file says. Other numbers are in
-                                   what its `units` state. The value of "mount.NAME.places" is how many of the places
-                                   have a mount, from the first on.
-    levels : Levels                What shakes a model; or its fields as keywords. If nothing is given, a base
-                                   displacement of 1 % of the free travel under the smallest mass.
-    stiffness : float or array_like   Factors on all forces of the spring of a model.
-    mount, curve : Mount, Curve    Of a model, as for `isolate`; or their fields as keywords.
-    part, run : Part, StudyRun     Cases and candidates of a system; draws, their seed, and the time step of a system;
-                                   or their fields as keywords.
-    zero : str, float or None      Of a model, as for `isolate`.
-    placing : Workers              Where the runs are executed, in this process by default; or its fields as keywords. A
-                                   script that asks for more than one worker must call this below
-                                   ``if __name__ == "__main__":``.
-    output : path or None          File with one line for each run. Finished runs are kept beside it until all are done,
-                                   and the same call continues from there.
-    progress : callable            Is called with what is being done, the number of finished runs, and of all.
+    mass : float or array_like
+        On the mount of a model, each [kg].
+    vary : mapping
+        Of a system: values of each path, such as "body.box.mass"; `*` stands for all entries of a list. Text is
+        LOW:HIGH:COUNT or a list with commas, with one unit: "15 kg:25 kg:5", "4,6,8"; percent are of what the file
+        says. Other numbers are in what its `units` state. The value of "mount.NAME.places" is how many of the places
+        have a mount, from the first on.
+    levels, mount, curve : Levels, Mount, Curve
+        Of a model, as for `isolate`; or their fields as keywords. If no level is given, a base displacement of 1 % of
+        the free travel under the smallest mass.
+    stiffness : float or array_like
+        Factors on all forces of the spring of a model.
+    part, run : Part, StudyRun
+        Cases and candidates, draws, their seed, and time step of a system; or their fields as keywords.
+    zero : str, float or None
+        Of a model, as for `isolate`.
+    placing : Workers
+        Where the runs are executed, in this process by default; or its fields as keywords. A script that asks for more
+        than one worker must call this below ``if __name__ == "__main__":``.
+    output : path or None
+        File with one line for each run. Finished runs are kept beside it until all are done, and the same call
+        continues from there.
+    progress : callable
+        Is called with what is being done, the number of finished runs, and of all.
 
     Returns
     -------
