@@ -88,9 +88,10 @@ class IsolatedModel:
         """The model and its motions for JSON."""
         levels = []
         for response in self.responses:
-            of_level = picked(response, "level", "resonance", "extrapolating", "points")
+            of_level = {"level": response.level, "unit": response.excitation.unit}
             checks = [{**vars(one.check), "agrees": one.agrees} for one in checked if one.response is response]
-            levels.append({**of_level, "unit": response.excitation.unit, "verification": checks})
+            of_level |= picked(response, "resonance", "extrapolating", "points")
+            levels.append({**of_level, "verification": checks})
         return {
             "model": self.source,
             "zero": self.zero,
@@ -426,7 +427,7 @@ class SharedMass:
     def as_json(self) -> dict[str, Any]:
         """The peaks as JSON."""
         a, b = [vars(response.resonance) for response in self.responses] or (None, None)
-        return {**picked(self, "mass", "load", "level", "refusal"), "a": a, "b": b}
+        return {**picked(self, "mass", "load", "level"), "a": a, "b": b, "refusal": self.refusal}
 
 
 def shared_mass(

@@ -355,15 +355,16 @@ def _ranged(values: FloatArray) -> list[dict[str, Any]]:
 
 
 def _mode(mode: Mode) -> dict[str, Any]:
-    return {**picked(mode, "frequency", "damping", "shape"), "motion": mode.words}
+    return {**picked(mode, "frequency", "damping"), "motion": mode.words, "shape": mode.shape}
 
 
 def _case(answer: CaseAnswer) -> dict[str, Any]:
     """For JSON: a candidate in a load case."""
     return {
-        **picked(answer, "candidate", "verdict"),
+        "candidate": answer.candidate,
         "case": answer.case.name,
         "text": answer.case.text,
+        "verdict": answer.verdict,
         "refusal": answer.refusal or None,
         "figures": [*map(_figure, answer.figures)],
         "nominal": _nominal(answer) if answer.runs else None,
@@ -374,8 +375,8 @@ def _case(answer: CaseAnswer) -> dict[str, Any]:
 
 
 def _figure(figure: Figure) -> dict[str, Any]:
-    kind = figure.quantity
-    return {**vars(figure), "quantity": kind.value, "unit": kind.unit, "margin": figure.margin}
+    kind = {"quantity": figure.quantity.value, "unit": figure.quantity.unit}
+    return {**kind, **vars(figure), **kind, "margin": figure.margin}
 
 
 def _nominal(answer: CaseAnswer) -> dict[str, Any]:
@@ -398,14 +399,13 @@ def _spectra(answer: CaseAnswer, courses: Courses) -> dict[str, Any]:
     def of(points: Sequence[Sequence[Any]], base: Sequence[Any], key: str) -> dict[str, Any]:
         along = [[getattr(spectrum, key) for spectrum in spectra] for spectra in (base, *points)]
         names = (point.name for point in answer.system.points)
-        frequency = points[0][0].frequency
-        return {"frequency": frequency, "base": along[0], "points": dict(zip(names, along[1:], strict=True))}
+        return {"base": along[0], "points": dict(zip(names, along[1:], strict=True))}
 
-    shock, power = courses.shock, courses.power
-    of_shock = of(shock, courses.base_shock, "maximax") if shock else {}
-    of_power = of(power, courses.base_power, "density") if power else {}
-    return {
-        "interval": courses.interval,
-        "shock": {"damping": courses.damping, **of_shock} if shock else None,
-        "power": {"relative_error": power[0][0].relative_error, **of_power} if power else None,
-    }
+    form: dict[str, Any] = {"interval": courses.interval, "shock": None, "power": None}
+    if shock := courses.shock:
+        first = {"damping": courses.damping, "frequency": shock[0][0].frequency}
+        form["shock"] = {**first, **of(shock, courses.base_shock, "maximax")}
+    if power := courses.power:
+        first = picked(power[0][0], "frequency", "relative_error")
+        form["power"] = {**first, **of(power, courses.base_power, "density")}
+    return form

@@ -78,7 +78,7 @@ class RestingSystem:
     def mode_rows(self) -> list[dict[str, Any]]:
         """The modes by keys of JSON."""
         return [
-            {**picked(mode, "frequency", "shape"), "viscous_damping": mode.damping, "motion": mode.words}
+            {"frequency": mode.frequency, "viscous_damping": mode.damping, "motion": mode.words, "shape": mode.shape}
             for mode in self.modes
         ]
 
@@ -355,14 +355,17 @@ def _headed(candidate: IsolatedSystem, response: SystemResponse) -> Iterator[tup
 
 def _response_content(response: SystemResponse) -> dict[str, Any]:
     series = {column.key: values for column, values in _series(response).items()}
-    figures = picked(response, "level", "gain_unit", "resonances", "frequency", "stable", "requested", "extrapolating")
     return {
         "excitation": response.shaking.name,
-        **picked(response.shaking, "direction", "unit"),
-        **figures,
+        "direction": response.shaking.direction,
+        "level": response.level,
+        "unit": response.shaking.unit,
+        **picked(response, "gain_unit", "resonances"),
         "cautions": [*gathered(response.findings, Reader.FILE)],
         "errors_against_time_integration": response.errors,
+        "frequency": response.frequency,
         "points": records("name", (point.name for point in response.points), **series),
         "base_force": np.abs(response.base_force),
         "axes": records("name", response.axes, min=response.low.T, max=response.high.T),
+        **picked(response, "stable", "requested", "extrapolating"),
     }
