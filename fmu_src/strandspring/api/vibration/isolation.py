@@ -10,13 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...core.parameters import SpringParameters
 from ...errors import IsolationError, OptionError
-from ...findings import Finding, Outcome
+from ...findings import Finding
 from ...ground.arguments import number
 from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.options import changed, refuse_given, takes
@@ -193,20 +194,8 @@ class Isolation(AnyIsolation):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Of the identifications, where a curve folds, and where a motion leaves the identified range."""
-        found: list[Finding] = []
-        for isolated in self.models:
-            found += cautions_in_use(isolated.label, isolated.model)
-            spring = isolated.system.spring
-            ends = (spring.displacement_min, spring.displacement_max)
-            for response in isolated.responses:
-                of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
-                where = f"{of_model}{response.level_text}"
-                if unstable := int(response.unstable.sum()):
-                    found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}, where))
-                if outside := [point.frequency for point in response.points if point.extrapolating]:
-                    numbers = {"frequencies": ((min(outside), max(outside)),), "range": (ends,)}
-                    found.append(Finding(Outcome.OUTSIDE_RANGE, numbers, where))
-        return tuple(found)
+        of_models = (cautions_in_use(isolated.label, isolated.model) for isolated in self.models)
+        return (*chain.from_iterable(of_models), *self._of_curves)
 
     def content(self) -> Mapping[str, Any]:
         """Of one model, or a list of them in `models`."""

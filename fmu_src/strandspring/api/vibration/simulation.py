@@ -127,6 +127,8 @@ class Simulation(PlottedResult):
         verdicts |= {(name, "all cases"): verdict.value for name, verdict in overall_verdicts(self.answers).items()}
         return pd.Series(verdicts).unstack(sort=False)
 
+    _overview = verdicts
+
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a report: a page (.html) that opens offline; print it from a browser for a PDF.
 
@@ -230,9 +232,6 @@ class Simulation(PlottedResult):
                     row["step"] = answer.runs[0].step
                     row["residual"] = max(run.energies.relative_residual for run in answer.runs)
                 yield row
-
-    def _overview(self) -> pd.DataFrame:
-        return self.verdicts()
 
 
 @takes(run=Run)

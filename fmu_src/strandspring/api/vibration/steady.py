@@ -13,6 +13,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from ...campaigns.jobs.threads import in_threads
+from ...findings import Finding
 from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn
 from ...vibration.one_mass.options import DEFAULT_SHARES
@@ -58,18 +59,24 @@ class AnyIsolation(PlottedResult):
         """Each part with each of its responses."""
         return ((part, response) for part in self._parts for response in part.responses)
 
+    @property
+    def _of_curves(self) -> Iterator[Finding]:
+        """What limits the worth of each curve, which is named."""
+        for part, response in self.every:
+            where = response.where if len(self._parts) == 1 else f"{part.label}, {response.where}"
+            yield from (replace(finding, where=where) for finding in response.findings)
+
     def resonances(self) -> pd.DataFrame:
         """One row for each resonance: what it is of, and its attributes in SI units."""
         return self._peaks.frame()
+
+    _overview = resonances
 
     def _peak_table(self, details: Sequence[str] = ()) -> Table:
         """Resonances in text, with what they are of if there are several parts."""
         first, *others = self._peaks.columns
         columns = [*([first] if len(self._parts) > 1 else []), *others]
         return replace(self._peaks, columns=columns, details=details, varied=[each.key for each in others if each.unit])
-
-    def _overview(self) -> pd.DataFrame:
-        return self.resonances()
 
     def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
         """Everything in a new figure of pyplot, or as many panels as there are axes."""

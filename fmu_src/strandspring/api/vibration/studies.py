@@ -93,6 +93,8 @@ class StudyResult(PlottedResult):
         """
         return self._summaries.copy()
 
+    _overview = quantiles
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """What limits the worth of the result."""
@@ -143,9 +145,6 @@ class StudyResult(PlottedResult):
         points = self._points(self._summaries)
         stated = [{**self.study.stated_point(point), "figures": figures} for point, figures in points]
         return {**of, **self.study.stated, **counts, "points": stated}
-
-    def _overview(self) -> pd.DataFrame:
-        return self.quantiles()
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw transmissibility over frequency at resonance, or the acceleration over the stroke of systems in the

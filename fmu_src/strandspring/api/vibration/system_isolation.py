@@ -183,14 +183,8 @@ class SystemIsolation(AnyIsolation):
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Of springs from a catalogue, and of each curve."""
-        return (
-            *shared({candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}),
-            *(
-                replace(finding, where=f"{candidate.label}, {response.shaking.name}, {response.level_text}")
-                for candidate, response in self.every
-                for finding in response.findings
-            ),
-        )
+        of_candidates = {candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}
+        return (*shared(of_candidates), *self._of_curves)
 
     def content(self) -> Mapping[str, Any]:
         """The candidates with their responses."""

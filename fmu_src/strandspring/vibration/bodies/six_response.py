@@ -32,7 +32,7 @@ from ..one_mass.harmonic_balance import (
     stacked,
 )  # fmt: skip
 from ..one_mass.options import Excitation
-from ..one_mass.response import checked_band, isolation_frequency
+from ..one_mass.response import checked_band, curve_findings, isolation_frequency
 from .mounted import MountedSystem
 from .parts import BASE, Point
 from .shaken_system import ShakenSystem
@@ -115,6 +115,11 @@ class SystemResponse:
         return self.shaking.level_text(self.level)
 
     @property
+    def where(self) -> str:
+        """Which of the curves of a system it is."""
+        return f"{self.shaking.name}, {self.level_text}"
+
+    @property
     def gain_unit(self) -> str:
         """Unit of the gain."""
         if self.shaking.kind is Excitation.FORCE:
@@ -155,8 +160,6 @@ class SystemResponse:
     def findings(self) -> tuple[Finding, ...]:
         """What limits the worth of these motions."""
         found = []
-        if unstable := int(np.sum(~self.stable)):
-            found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}))
         worst = max(self.errors, key=lambda error: error.largest, default=None)
         if worst is not None and worst.largest > _LARGE_ERROR:
             numbers = {"frequency": worst.frequency, "acceleration": worst.acceleration, "sway": worst.sway}
@@ -164,12 +167,7 @@ class SystemResponse:
             found.append(Finding(kind, {"tilt": float(self.tilt.max()), **numbers}))
         if self.sliding:
             found.append(Finding(Outcome.SLIDING_ALONE, {"mount": self.sliding}))
-        if self.extrapolating.any():
-            outside = self.frequency[self.extrapolating]
-            ends = (float(outside.min()), float(outside.max()))
-            counts = {"count": outside.size, "points": self.frequency.size}
-            found.append(Finding(Outcome.OUTSIDE_RANGE, {**counts, "frequencies": (ends,)}))
-        return tuple(found)
+        return (*found, *curve_findings(self.frequency, self.stable, self.extrapolating))
 
 
 def all_points(system: MountedSystem) -> tuple[Point, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import IsolationError
+from ...findings import Finding, Outcome
 from ...ground.result_columns import figure
 from ...kernel.arrays import BoolArray, FloatArray
 from ...kernel.path import PathSolver
@@ -76,6 +77,17 @@ class FrequencyResponse:
         return self.excitation.level_text(self.level)
 
     @property
+    def where(self) -> str:
+        """Which of the curves of a system it is."""
+        return self.level_text
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What limits the worth of these motions."""
+        columns = self.columns
+        return curve_findings(columns["frequency"], ~self.unstable, columns["extrapolating"].astype(bool))
+
+    @property
     def extrapolating(self) -> bool:
         """Whether the spring leaves the identified range anywhere on the curve."""
         return bool(self.columns["extrapolating"].any())
@@ -93,6 +105,19 @@ class FrequencyResponse:
     def dotted(self) -> NDArray[np.bool_]:
         """Unstable points with their stable neighbours, shape (P,): drawn so, the curve has no gaps."""
         return with_neighbours(self.unstable)
+
+
+def curve_findings(frequency: FloatArray, is_stable: BoolArray, is_outside: BoolArray) -> tuple[Finding, ...]:
+    """Where a curve folds, and where its motions leave the identified range; arrays of shape (P,), [Hz]."""
+    found = []
+    if unstable := int(np.sum(~is_stable)):
+        found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}))
+    if is_outside.any():
+        outside = frequency[is_outside]
+        ends = (float(outside.min()), float(outside.max()))
+        counts = {"count": outside.size, "points": frequency.size}
+        found.append(Finding(Outcome.OUTSIDE_RANGE, {**counts, "frequencies": (ends,)}))
+    return tuple(found)
 
 
 def with_neighbours(is_marked: BoolArray) -> BoolArray:
