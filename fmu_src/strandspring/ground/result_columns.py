@@ -77,11 +77,6 @@ def columns_of(kind: type[Any]) -> tuple[ResultColumn, ...]:
     return tuple(ResultColumn(each.name, *each.metadata["column"]) for each in fields(kind))
 
 
-def cells(columns: Sequence[ResultColumn], figures: Any, sign: str = "") -> list[str]:
-    """A row of a table for a terminal; empty where these figures lack one."""
-    return [column.text(getattr(figures, column.key, None), sign) for column in columns]
-
-
 def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:
     """The figures by their keys, for JSON and data frames."""
     return {column.key: getattr(figures, column.key) for column in columns}
