@@ -36,7 +36,7 @@ from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system,
 from ..common.progress import Progress, unseen
 from ..common.result import picked
 from ..common.table import Table
-from .steady import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -148,6 +148,7 @@ class Isolation(AnyIsolation):
     checked: tuple[CheckedMotion, ...] = ()
 
     _parts_in = "models"
+    _peak_columns = (_MODEL, *LEVELS, *columns_of(Resonance), BAND)
     _size = (8.0, 8.0)
 
     @property
@@ -162,11 +163,6 @@ class Isolation(AnyIsolation):
             for of_point in response.points
         ]
         return Table((_MODEL, level, *point)[int(len(self.models) == 1) :], rows)
-
-    @property
-    def _peaks(self) -> Table:
-        rows = [{"model": part.label, **peak_row(response, response.resonance)} for part, response in self.every]
-        return Table((_MODEL, *LEVELS, *columns_of(Resonance), BAND), rows)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
@@ -370,7 +366,7 @@ def isolate(
         with _named(part.label, len(parts)):
             return frequency_response(part.system, excitation, level, frequencies, curve.extrapolate, resolve=True)
 
-    motions = [(excitation.level_text(level), partial(respond, level=level)) for level in heights]
+    motions = [partial(respond, level=level) for level in heights]
     return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
 
 

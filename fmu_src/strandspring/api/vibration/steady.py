@@ -41,8 +41,8 @@ class AnyIsolation(PlottedResult):
 
     @property
     @abstractmethod
-    def _peaks(self) -> Table:
-        """A row for each resonance."""
+    def _peak_columns(self) -> Sequence[ResultColumn]:
+        """Of resonances; the first is the label of the part."""
 
     @property
     @abstractmethod
@@ -65,6 +65,17 @@ class AnyIsolation(PlottedResult):
         for part, response in self.every:
             where = response.where if len(self._parts) == 1 else f"{part.label}, {response.where}"
             yield from (replace(finding, where=where) for finding in response.findings)
+
+    @property
+    def _peaks(self) -> Table:
+        columns = self._peak_columns
+        rows = [
+            {columns[0].key: part.label, **picked(response, "excitation", "level", "level_text"), **vars(peak),
+             "band": None if peak.inside else "at its end"}
+            for part, response in self.every
+            for peak in response.resonances
+        ]  # fmt: skip
+        return Table(columns, rows)
 
     def resonances(self) -> pd.DataFrame:
         """One row for each resonance: what it is of, and its attributes in SI units."""
@@ -93,11 +104,6 @@ class AnyIsolation(PlottedResult):
         return axes
 
 
-def peak_row(response: Any, peak: Any) -> dict[str, Any]:
-    """A resonance by the keys of its columns, without what it is of."""
-    return {**vars(peak), **picked(response, "level", "level_text"), "band": None if peak.inside else "at its end"}
-
-
 def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str]:
     """Shares of the smallest free travel [m] of parts by their labels as levels, and in words how they were chosen."""
     label, least = min(travels.items(), key=lambda travel: travel[1])
@@ -107,16 +113,16 @@ def default_levels(travels: Mapping[str, float]) -> tuple[tuple[float, ...], str
 
 
 def with_responses(
-    parts: Sequence[Part], motions: Sequence[tuple[str, Callable[[Part], Any]]], points: int, progress: Progress
+    parts: Sequence[Part], motions: Sequence[Callable[[Part], Any]], points: int, progress: Progress
 ) -> tuple[Part, ...]:
-    """The parts, dataclasses with a label, with all motions by their names, computed in threads with so many points."""
-    pairs = [(part, *motion) for part in parts for motion in motions]
+    """The parts, dataclasses with a label, with their responses, computed in threads with so many points each."""
+    pairs = [(part, respond) for part in parts for respond in motions]
     responses: list[Any] = []
     # The systems of equations are too small to be shared among threads.
     with one_thread():
-        for response in in_threads(partial(respond, part) for part, _, respond in pairs):
-            part, name, _ = pairs[len(responses)]
+        for response in in_threads(partial(respond, part) for part, respond in pairs):
+            part, _ = pairs[len(responses)]
             responses.append(response)
-            progress(f"{part.label}, {name}", len(responses) * points, len(pairs) * points)
+            progress(f"{part.label}, {response.where}", len(responses) * points, len(pairs) * points)
     each = iter(responses)
     return tuple(replace(part, responses=tuple(islice(each, len(motions)))) for part in parts)

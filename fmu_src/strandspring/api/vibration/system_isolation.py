@@ -32,7 +32,7 @@ from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.progress import Progress, unseen
 from ..common.result import picked, records
 from ..common.table import Table
-from .steady import BAND, LEVELS, AnyIsolation, default_levels, peak_row, with_responses
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -151,7 +151,7 @@ class SystemIsolation(AnyIsolation):
         headings: dict[str, None] = dict.fromkeys(("candidate", "excitation", level))
         rows = []
         for candidate, response in self.every:
-            of = {"candidate": candidate.label, "excitation": response.shaking.name, level: response.level}
+            of = {"candidate": candidate.label, "excitation": response.excitation, level: response.level}
             curve = dict(_headed(candidate, response))
             headings |= dict.fromkeys(curve)
             points = zip(*(values.tolist() for values in curve.values()), strict=True)
@@ -159,15 +159,10 @@ class SystemIsolation(AnyIsolation):
         return Table([ResultColumn(heading, "", heading) for heading in headings], rows)
 
     @property
-    def _peaks(self) -> Table:
-        rows = [
-            {"candidate": candidate.label, "excitation": response.shaking.name, **peak_row(response, peak)}
-            for candidate, response in self.every
-            for peak in response.resonances
-        ]
+    def _peak_columns(self) -> tuple[ResultColumn, ...]:
         gain = next(self.every)[1].gain_column
         figures = (gain if column.key == gain.key else column for column in columns_of(PointResonance))
-        return Table((_CANDIDATE, _EXCITATION, *LEVELS, *figures, BAND), rows)
+        return (_CANDIDATE, _EXCITATION, *LEVELS, *figures, BAND)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
         """Static equilibrium, modes, and of each point the largest resonance in any direction."""
@@ -212,7 +207,7 @@ class SystemIsolation(AnyIsolation):
 
     @property
     def _excitations(self) -> list[str]:
-        return list(dict.fromkeys(response.shaking.name for _, response in self.every))
+        return list(dict.fromkeys(response.excitation for _, response in self.every))
 
     @property
     def _grid(self) -> tuple[int, int]:  # type: ignore[override]
@@ -242,7 +237,7 @@ class SystemIsolation(AnyIsolation):
                     curves += [
                         Drawn(response.frequency, along, response.stable, f"{of}{point.name}", response.level_text)
                         for point, along in zip(response.points, values.T, strict=True)
-                        if response.shaking.name == excitation
+                        if response.excitation == excitation
                     ]
                 panels.append(Panel(label, curves, excitation if label is gain else ""))
         return panels
@@ -294,11 +289,7 @@ def isolated_bodies(
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
 
-    shaken = [
-        (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking=shaking, level=level))
-        for shaking in shakings
-        for level in heights
-    ]
+    shaken = [partial(respond, shaking=shaking, level=level) for shaking in shakings for level in heights]
     path = None if isinstance(source, SystemFile) else os.fspath(source)
     return SystemIsolation(description.name, path, with_responses(parts, shaken, curve.points, progress), chosen)
 
@@ -310,7 +301,7 @@ def _shaking(
     try:
         direction = read_direction(given if isinstance(given, str) else np.ravel(given).tolist()).vector
     except ValueError as problem:
-        raise IsolationError(f"A direction {problem}.") from None
+        raise IsolationError(f"An entry of `directions` {problem}.") from None
     if kind is not Excitation.FORCE:
         return Shaking(kind, direction, about)
     places = {point.name: point for point in all_points(system)}
@@ -350,7 +341,7 @@ def _headed(candidate: IsolatedSystem, response: SystemResponse) -> Iterator[tup
 def _response_content(response: SystemResponse) -> dict[str, Any]:
     series = {column.key: values for column, values in _series(response).items()}
     return {
-        "excitation": response.shaking.name,
+        "excitation": response.excitation,
         "direction": response.shaking.direction,
         "level": response.level,
         "unit": response.shaking.unit,

@@ -115,9 +115,14 @@ class SystemResponse:
         return self.shaking.level_text(self.level)
 
     @property
+    def excitation(self) -> str:
+        """How people name it."""
+        return self.shaking.name
+
+    @property
     def where(self) -> str:
         """Which of the curves of a system it is."""
-        return f"{self.shaking.name}, {self.level_text}"
+        return f"{self.excitation}, {self.level_text}"
 
     @property
     def gain_unit(self) -> str:
