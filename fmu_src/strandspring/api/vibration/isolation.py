@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     from .system_isolation import SystemIsolation
 
 _MODEL = ResultColumn("model", "", "model", "model")
-_PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
 _OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
 # Of two springs.
 _APART = 100.0  # natural frequencies that differ by more are not swept through in one band
@@ -69,21 +68,6 @@ class IsolatedModel:
     system: IsolatedMass
     equilibrium: StaticEquilibrium
     responses: tuple[FrequencyResponse, ...] = ()  # one for each level
-
-    def lines(self) -> list[str]:
-        """The static equilibrium in words."""
-        system, rest = self.system, self.equilibrium
-        mount = system.mount
-        springs = "1 spring" if mount.parallel * mount.series == 1 else f"{mount.parallel} x {mount.series} springs"
-        place, low, high = map(_PLACE.text, (rest.displacement, rest.min, rest.max))
-        sag = "" if math.isnan(rest.sag) else f", static sag {_PLACE.text(rest.sag)} mm"
-        counted = zero_sentence(self.zero)
-        return [
-            f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
-            f"  static equilibrium at {place} mm of each spring ({low} to {high} mm with friction){sag}",
-            f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
-            *([f"  {counted}"] if counted else []),
-        ]
 
     def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions for JSON."""
@@ -166,12 +150,16 @@ class Isolation(AnyIsolation):
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
-        several = len(self.models) > 1
+        several, system = len(self.models) > 1, self.models[0].system
+        count = system.mount.parallel * system.mount.series
+        springs = "1 spring" if count == 1 else f"{system.mount.parallel} x {system.mount.series} springs"
+        yield f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N"
+        rows = [{"model": isolated.label, **vars(isolated.equilibrium)} for isolated in self.models]
+        columns = (_MODEL, *columns_of(StaticEquilibrium))[int(not several) :]
+        yield Table(columns, rows, "Static equilibrium, with the lowest and the highest that friction leaves:")
         for isolated in self.models:
-            first, *rest = isolated.lines()
-            of = isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
-            yield f"{of}: {first}" if several else first
-            yield from rest
+            if counted := zero_sentence(isolated.zero):
+                yield f"{isolated.label}: {counted}" if several else counted
         if several and self.levels_chosen:
             yield self.levels_chosen
         yield self._peak_table(details=("stiffness", "loss_factor"))
@@ -183,9 +171,9 @@ class Isolation(AnyIsolation):
             for one in self.checked:
                 what = {"model": one.model.label, "level_text": one.response.level_text}
                 rows.append({**vars(one.check), **what, "verdict": verdicts[one.agrees]})
-            columns = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
+            checks = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
             title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
-            yield Table(columns[int(not several) :], rows, title)
+            yield Table(checks[int(not several) :], rows, title)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -320,9 +308,10 @@ def isolate(
     >>> result = isolate(spring, mass=5.0, base_displacement=[1e-4, 2e-4], points=8)
     >>> print(result.summary())
     5 kg on 1 spring, static load 49.03 N
-      static equilibrium at 6.129 mm of each spring (4.879 to 7.379 mm with friction), static sag 6.129 mm
-      small motion: 13 N/mm, 8.115 Hz
-      level   resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
+    Static equilibrium, with the lowest and the highest that friction leaves:
+      spring mm  sag mm  lowest mm  highest mm  stiffness N/mm  natural Hz
+          6.129   6.129      4.879       7.379              13       8.115
+       level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
       0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
