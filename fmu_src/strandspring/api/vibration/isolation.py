@@ -146,7 +146,7 @@ class Isolation(AnyIsolation):
             for isolated, response in self.every
             for of_point in response.points
         ]
-        return Table((_MODEL, level, *point)[int(len(self.models) == 1) :], rows)
+        return Table(self._shown((_MODEL, level, *point)), rows)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
@@ -155,7 +155,7 @@ class Isolation(AnyIsolation):
         springs = "1 spring" if count == 1 else f"{system.mount.parallel} x {system.mount.series} springs"
         yield f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N"
         rows = [{"model": isolated.label, **vars(isolated.equilibrium)} for isolated in self.models]
-        columns = (_MODEL, *columns_of(StaticEquilibrium))[int(not several) :]
+        columns = self._shown((_MODEL, *columns_of(StaticEquilibrium)))
         yield Table(columns, rows, "Static equilibrium, with the lowest and the highest that friction leaves:")
         for isolated in self.models:
             if counted := zero_sentence(isolated.zero):
@@ -173,7 +173,7 @@ class Isolation(AnyIsolation):
                 rows.append({**vars(one.check), **what, "verdict": verdicts[one.agrees]})
             checks = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
             title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
-            yield Table(checks[int(not several) :], rows, title)
+            yield Table(self._shown(checks), rows, title)
 
     @property
     def findings(self) -> tuple[Finding, ...]:

@@ -83,11 +83,15 @@ class AnyIsolation(PlottedResult):
 
     _overview = resonances
 
+    def _shown(self, columns: Sequence[ResultColumn]) -> Sequence[ResultColumn]:
+        """Columns without the first, the label of the part, where there is one part only."""
+        return columns[int(len(self._parts) == 1) :]
+
     def _peak_table(self, details: Sequence[str] = ()) -> Table:
-        """Resonances in text, with what they are of if there are several parts."""
-        first, *others = self._peaks.columns
-        columns = [*([first] if len(self._parts) > 1 else []), *others]
-        return replace(self._peaks, columns=columns, details=details, varied=[each.key for each in others if each.unit])
+        """Resonances in text."""
+        columns = self._shown(self._peak_columns)
+        varied = [column.key for column in columns if column.unit]
+        return replace(self._peaks, columns=columns, details=details, varied=varied)
 
     def _drawn(self, ax: Axes | Sequence[Axes] | None) -> list[Axes]:
         """Everything in a new figure of pyplot, or as many panels as there are axes."""
