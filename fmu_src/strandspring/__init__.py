@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from .api.fmus.build import verify as verify
     from .api.fmus.export import export as export
     from .api.fmus.in_place import BuildOptions as BuildOptions
-    from .api.fmus.system_information import SystemInformation as SystemInformation
+    from .api.fmus.system_fmu import SystemInformation as SystemInformation
     from .api.identification import Identification as Identification
     from .api.identification import ManyResult as ManyResult
     from .api.identification import identify as identify
@@ -55,12 +55,12 @@ if TYPE_CHECKING:
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
     from .api.spring import Spring as Spring
-    from .api.studies.model_study import study as study
-    from .api.studies.study_result import StudyResult as StudyResult
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
     from .api.vibration.simulation import simulate as simulate
+    from .api.vibration.studies import StudyResult as StudyResult
+    from .api.vibration.studies import study as study
     from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
     from .campaigns.jobs.options import Cluster as Cluster
     from .campaigns.jobs.options import Workers as Workers
@@ -103,7 +103,7 @@ _NAMES = {
     "api.fmus.build": ("Verification", "build_fmu", "verify"),
     "api.fmus.in_place": ("BuildOptions",),
     "api.fmus.export": ("export",),
-    "api.fmus.system_information": ("SystemInformation",),
+    "api.fmus.system_fmu": ("SystemInformation",),
     "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
     "api.information": ("Information", "Prediction", "info", "predict"),
     "api.records": ("show", "synthesize"),
@@ -111,10 +111,9 @@ _NAMES = {
     "api.planning": ("TestPlan", "plan"),
     "api.responses": ("Computing", "Responses", "responses"),
     "api.spring": ("Spring",),
-    "api.studies.model_study": ("study",),
-    "api.studies.study_result": ("StudyResult",),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
+    "api.vibration.studies": ("StudyResult", "study"),
     "api.vibration.system_isolation": ("SystemIsolation",),
     "campaigns.jobs.options": ("Cluster", "Workers"),
     "campaigns.planning.limits": ("Limits",),

@@ -39,7 +39,7 @@ from .differences import (
     form_words,
 )
 from .options import Align, Comparing
-from .vibration.shared_mass import SharedMass, shared_mass
+from .vibration.isolation import SharedMass, shared_mass
 
 if TYPE_CHECKING:
     import pandas as pd

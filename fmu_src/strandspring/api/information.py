@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from .fmus.system_information import SystemInformation
+    from .fmus.system_fmu import SystemInformation
 
 _DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
 _SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
@@ -199,7 +199,7 @@ def info(
             raise OptionError(f"{path} is the FMU of a whole system; give records with a model.")
         sentence = "{option} can only be given with a model, and {where} is the FMU of a whole system; leave it out."
         refuse_given(sentence, path, amplitudes=amplitudes, zero=zero, **reading.given)
-        from .fmus.system_information import system_information  # slow to import
+        from .fmus.system_fmu import system_information  # slow to import
 
         return system_information(path)
     content, source = model_of(model), source_of(model)

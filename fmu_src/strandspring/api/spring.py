@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from .information import predict as _predict
     from .records import synthesize as _synthesize
     from .responses import responses as _responses
-    from .studies.model_study import study as _study
     from .vibration.isolation import isolate as _isolate
+    from .vibration.studies import study as _study
 
 
 class _Function:
@@ -220,7 +220,7 @@ class Spring:
         synthesize = _Function("records")
         compare = _Function("comparison")
         isolate = _Function("vibration.isolation")
-        study = _Function("studies.model_study")
+        study = _Function("vibration.studies")
         build_fmu = _Function("fmus.build")
         export = _Function("fmus.export")
         responses = _Function("responses")

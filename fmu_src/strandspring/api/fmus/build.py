@@ -225,7 +225,7 @@ def build_fmu(
     path = path_of(model)
     if path is not None and describes_system(path):
         refuse_given(OF_SYSTEM, path, **building.of_springs, zero=zero, name=name, record=record)
-        from .system_build import SystemToBuild  # slow to import
+        from .system_fmu import SystemToBuild  # slow to import
 
         wanted = SystemToBuild.load(path, candidate, building.author, building.fmi)
         return wanted.build(Path(folder), building.chosen_platforms, progress).path

@@ -140,7 +140,7 @@ def build(
 
 
 def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions, as_json: bool) -> None:
-    from ...api.fmus.system_build import BuiltSystem, SystemToBuild
+    from ...api.fmus.system_fmu import BuiltSystem, SystemToBuild
 
     refuse_unwritable(folder, is_folder=True)
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
