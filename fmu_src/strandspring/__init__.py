@@ -28,39 +28,39 @@ from ._lazy import load_lazily
 if TYPE_CHECKING:
     from ._version import __version__ as __version__
     from .api.common.given import bundled_record as bundled_record
-    from .api.comparing.comparison import Comparison as Comparison
-    from .api.comparing.comparison import compare as compare
+    from .api.comparison import Comparison as Comparison
+    from .api.comparison import compare as compare
+    from .api.fmus.build import Verification as Verification
     from .api.fmus.build import build_fmu as build_fmu
+    from .api.fmus.build import verify as verify
     from .api.fmus.export import export as export
-    from .api.fmus.options import BuildOptions as BuildOptions
-    from .api.fmus.system_information import SystemInformation as SystemInformation
-    from .api.fmus.verification import Verification as Verification
-    from .api.fmus.verification import verify as verify
+    from .api.fmus.in_place import BuildOptions as BuildOptions
+    from .api.fmus.system_fmu import SystemInformation as SystemInformation
     from .api.identification import Identification as Identification
+    from .api.identification import ManyResult as ManyResult
     from .api.identification import identify as identify
-    from .api.identifying.information import Information as Information
-    from .api.identifying.information import info as info
-    from .api.identifying.many import ManyResult as ManyResult
-    from .api.identifying.many import identify_many as identify_many
-    from .api.identifying.prediction import Prediction as Prediction
-    from .api.identifying.prediction import predict as predict
-    from .api.identifying.synthesis import synthesize as synthesize
+    from .api.identification import identify_many as identify_many
+    from .api.information import Information as Information
+    from .api.information import Prediction as Prediction
+    from .api.information import info as info
+    from .api.information import predict as predict
     from .api.options import Comparing as Comparing
     from .api.options import Fitting as Fitting
     from .api.options import Sampling as Sampling
-    from .api.overview import show as show
     from .api.planning import TestPlan as TestPlan
     from .api.planning import plan as plan
+    from .api.records import show as show
+    from .api.records import synthesize as synthesize
     from .api.responses import Computing as Computing
     from .api.responses import Responses as Responses
     from .api.responses import responses as responses
     from .api.spring import Spring as Spring
-    from .api.studies.model_study import study as study
-    from .api.studies.study_result import StudyResult as StudyResult
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
     from .api.vibration.simulation import simulate as simulate
+    from .api.vibration.studies import StudyResult as StudyResult
+    from .api.vibration.studies import study as study
     from .api.vibration.system_isolation import SystemIsolation as SystemIsolation
     from .campaigns.jobs.options import Cluster as Cluster
     from .campaigns.jobs.options import Workers as Workers
@@ -99,26 +99,21 @@ if TYPE_CHECKING:
 _NAMES = {
     "_version": ("__version__",),
     "api.common.given": ("bundled_record",),
-    "api.comparing.comparison": ("Comparison", "compare"),
-    "api.fmus.build": ("build_fmu",),
+    "api.comparison": ("Comparison", "compare"),
+    "api.fmus.build": ("Verification", "build_fmu", "verify"),
+    "api.fmus.in_place": ("BuildOptions",),
     "api.fmus.export": ("export",),
-    "api.fmus.system_information": ("SystemInformation",),
-    "api.fmus.verification": ("Verification", "verify"),
-    "api.identification": ("Identification", "identify"),
-    "api.identifying.information": ("Information", "info"),
-    "api.identifying.many": ("ManyResult", "identify_many"),
-    "api.identifying.prediction": ("Prediction", "predict"),
-    "api.identifying.synthesis": ("synthesize",),
-    "api.fmus.options": ("BuildOptions",),
+    "api.fmus.system_fmu": ("SystemInformation",),
+    "api.identification": ("Identification", "ManyResult", "identify", "identify_many"),
+    "api.information": ("Information", "Prediction", "info", "predict"),
+    "api.records": ("show", "synthesize"),
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
     "api.responses": ("Computing", "Responses", "responses"),
-    "api.overview": ("show",),
     "api.spring": ("Spring",),
-    "api.studies.model_study": ("study",),
-    "api.studies.study_result": ("StudyResult",),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
+    "api.vibration.studies": ("StudyResult", "study"),
     "api.vibration.system_isolation": ("SystemIsolation",),
     "campaigns.jobs.options": ("Cluster", "Workers"),
     "campaigns.planning.limits": ("Limits",),

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from strandspring import RefinedOptions, Spring, SpringParameters, StrandspringError, compare, identify
-from strandspring.api.comparing.comparison_words import ComparisonVerdict
-from strandspring.api.comparing.differences import loop_figures
+from strandspring.api.differences import ComparisonVerdict, loop_figures
 from strandspring.kernel.path import PathSolver
 from strandspring.model.joint import HYSTERETIC_UNITS
 from strandspring.model.modelfile import ModelFile

@@ -23,7 +23,7 @@ from strandspring import (
     simulate,
     synthesize,
 )
-from strandspring.api.overview import Overview
+from strandspring.api.records import Overview
 from strandspring.examples.system_models import SYSTEMS
 from strandspring.vibration.description.system_file import load_system_file
 from strandspring.vibration.one_mass.options import Excitation

@@ -53,7 +53,7 @@ IN_WORDS = [name for name in MADE if name not in ("Record", "Spring")]
 # Every figure, in JSON too.
 STATED = ("Information", "Isolation", "SystemIsolation", "Simulation", "SystemInformation", "TestPlan", "Verification")
 SAVED = ("Isolation", "SystemIsolation", "StudyResult", "TestPlan")  # all by one function
-ELSEWHERE = ("Comparison", "ManyResult", "TestPlan")  # the figures have other files
+ELSEWHERE = ("TestPlan",)  # the figures have other files
 PLOTTED = [name for name in MADE if name not in ("Verification", "SystemInformation")]
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
+from ..campaigns.planning.blocks import Block
 from ..campaigns.planning.figures import pace_of
 from ..campaigns.planning.limits import Limits
 from ..campaigns.planning.planned import Planned, PlannedBlock, planned
@@ -22,11 +25,10 @@ from ..ground.result_columns import ResultColumn
 from ..identification.identified import IdentifiedModel
 from ..kernel.arrays import FloatArray
 from ..loops.campaign import RateVerdict, campaign_verdicts
-from ..loops.cycles import MeasuredLoop
 from ..loops.reading import Reading
 from ..model.modelfile import ModelFile, is_model_path
 from .common.given import Source, given_records
-from .common.model_source import ModelSource, model_of
+from .common.model_source import ModelSource, model_of, path_of
 from .common.result import PlottedResult
 from .common.table import Table
 from .identification import identify
@@ -36,12 +38,9 @@ if TYPE_CHECKING:
 
 _LARGEST_STIFFNESS = 1e15  # [N/m]
 _QUIET = 4.0  # time of the largest loop where no velocity is known [s]
-_UNDECIDED = 0.995  # interval from which nothing is known, below which two digits say it
 _INTERVALS = (
-    ResultColumn("before", "1", "half of the 95 % interval before, over the value"),
-    ResultColumn("after", "1", "half of the 95 % interval after, over the value"),
-    ResultColumn("now", "1", "", "now", "%"),
-    ResultColumn("then", "1", "", "then", "%"),
+    ResultColumn("before", "1", "half of the 95 % interval before, over the value", "now", "%", 100.0, 2),
+    ResultColumn("after", "1", "half of the 95 % interval after, over the value", "then", "%", 100.0, 2),
 )
 _BLOCKS = (
     ResultColumn("block", "", "", "block"),
@@ -72,6 +71,7 @@ class Program(NamedTuple):
     displacement: FloatArray
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class TestPlan(PlottedResult):
     """A test: its blocks, what each of them decides, and how well the figures of the spring will be known.
 
@@ -84,9 +84,8 @@ class TestPlan(PlottedResult):
     __test__ = False  # no test of pytest
     _size = (9.0, 4.0)
 
-    def __init__(self, plan: Planned, assumed: tuple[Finding, ...] = ()) -> None:
-        self.plan = plan
-        self.findings = (*assumed, *plan.findings)
+    plan: Planned
+    findings: tuple[Finding, ...]
 
     @property
     def blocks(self) -> tuple[PlannedBlock, ...]:
@@ -105,58 +104,52 @@ class TestPlan(PlottedResult):
         StrandspringError   If the file cannot be written.
         """
         time, displacement = self.program()
-        rows = zip(time.tolist(), (1e3 * displacement).tolist(), strict=True)
-        write_csv(Path(path), ["time [s]", "displacement [mm]"], (map(_rounded, row) for row in rows))
+        rows = np.column_stack([time, 1e3 * displacement]).tolist()
+        write_csv(Path(path), ["time [s]", "displacement [mm]"], ([float(f"{v:.9g}") for v in row] for row in rows))
+
+    @property
+    def table(self) -> Table:
+        """One block in each row."""
+        return Table(_BLOCKS, [
+            {**vars(block.block), **vars(block), "frequency": block.frequency or None, "block": _named(block.block)}
+            for block in self.blocks
+        ])  # fmt: skip
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - all of it is short
         """The blocks with what they decide, and the intervals before and after."""
-        plan = self.plan
-        low, high = (1e3 * end for end in self._ends)
-        fastest = 1e3 * max(block.velocity for block in plan.blocks)
+        content = self.content()
+        low, high = (1e3 * end for end in content["displacement"])
         yield (
-            f"Test for {plan.name}: {plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to {fastest:.3g} mm/s, "
-            f"{plan.force[0]:.3g} to {plan.force[1]:.3g} N"
+            f"Test for {self.plan.name}: {self.plan.duration:.4g} s, {low:.4g} to {high:.4g} mm, up to "
+            f"{1e3 * content['velocity']:.3g} mm/s, {self.plan.force[0]:.3g} to {self.plan.force[1]:.3g} N"
         )
-        yield Table(_BLOCKS, [_row(block) for block in plan.blocks])
-        yield self._figures
-
-    @property
-    def _ends(self) -> tuple[float, float]:
-        """Least and greatest displacement [m]."""
-        ends = [end for leg in self.plan.legs for end in (leg.start, leg.end)]
-        return min(ends), max(ends)
-
-    @property
-    def _figures(self) -> Table:
-        """How well the figures of the spring are known, and will be."""
-        plan = self.plan
-        rows = [
-            {"quantity": figure.quantity, "of": figure.of, **_known(float(before), float(after))}
-            for figure, before, after in zip(plan.figures, plan.before, plan.after, strict=True)
-        ]
-        return Table(_FIGURES, rows, "Half of the 95 % intervals, now and after the test:")
+        yield self.table
+        yield content["figures"]
 
     def content(self) -> dict[str, Any]:
         """The plan with its blocks and figures."""
         plan = self.plan
+        ends = [end for leg in plan.legs for end in (leg.start, leg.end)]
+        known = zip(plan.figures, plan.before.tolist(), plan.after.tolist(), strict=True)
+        figures = [{**vars(figure), "before": before, "after": after} for figure, before, after in known]
         return {
             "for": plan.name,
             "duration": plan.duration,
-            "displacement": self._ends,
+            "displacement": (min(ends), max(ends)),
             "velocity": max(block.velocity for block in plan.blocks),
             "acceleration": max(leg.acceleration for leg in plan.legs),
             "force": plan.force,
             "sample_rate": plan.limits.sample_rate,
             "speeds": {pace_of(speed): speed for speed in plan.speeds},
             "blocks": self.table,
-            "figures": self._figures,
+            "figures": Table(_FIGURES, figures, "Half of the 95 % intervals, now and after the test:"),
         }
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw displacement over time into axes of matplotlib, those of a new figure if None."""
         (axes,) = self._axes(ax)
         time, displacement = self.program()
-        for block in self.plan.blocks:
+        for block in self.blocks:
             own = (time >= block.begin) & (time <= block.begin + block.duration)
             label = f"{block.block.kind} of {1e3 * block.amplitude:.3g} mm: {block.decides}"
             axes.plot(time[own], 1e3 * displacement[own], lw=1.0, label=label)
@@ -175,11 +168,10 @@ def plan(
 ) -> TestPlan:
     """The displacement programme that decides most of what is open about a spring, within the limits of a rig.
 
-    Blocks are chosen one after the other, each for the most that it decides in its time: full loops, minor loops at
-    several places, small loops, another rate, dwells. Judged are the energy and stiffness of loops of 10 to 100 % of
-    the amplitude and the parameters, by a prior that allows for further friction mechanisms, an amplifier of any form
-    and relaxation. Where figures are known to 5 % (energies of the smallest loops and parameters to 10 %), or more
-    time would decide little, the programme ends.
+    Full, minor and small loops, another rate and dwells are chosen one after the other, each for what it decides in its
+    time of the parameters, and of energy and stiffness of loops of 10 to 100 % of the amplitude. The prior allows for
+    further mechanisms, any amplifier and relaxation. The programme ends where figures are known to 5 % (energies of the
+    smallest loops and parameters to 10 %), or more time would decide little.
 
     Parameters
     ----------
@@ -216,7 +208,8 @@ def plan(
         assumed = (Finding(Outcome.VELOCITY_ASSUMED, {"velocity": velocity, "origin": origin}),)
         limits = replace(limits, velocity=velocity)
     with one_thread():  # for matrices as small as these more threads only cost
-        return TestPlan(planned(prior, limits), assumed)
+        chosen = planned(prior, limits)
+    return TestPlan(chosen, (*assumed, *chosen.findings))
 
 
 def _prior(source: Any, stiffness: float | None, limits: Limits, reading: Reading) -> Prior:
@@ -230,60 +223,21 @@ def _prior(source: Any, stiffness: float | None, limits: Limits, reading: Readin
         if limits.stroke is None:
             raise OptionError("{to[stiffness]} needs {to[stroke]}, over which the spring is tested.", stiffness=value)
         return prior_of_stiffness(value, *limits.stroke)
-    if isinstance(source, IdentifiedModel):
-        return _of_identified(source)
-    if isinstance(source, ModelFile) or hasattr(source, "model") or is_model_path(_path(source)):
-        return prior_of_model(model_of(source))
-    return _of_identified(identify(given_records(source, reading=reading)))
-
-
-def _path(source: Any) -> str:
-    return os.fspath(source) if isinstance(source, str | os.PathLike) else ""
-
-
-def _of_identified(identified: IdentifiedModel) -> Prior:
-    """Of an identification, whose records say at which rates they were recorded."""
-    rate = campaign_verdicts(identified.records)[0]
+    if not isinstance(source, IdentifiedModel):
+        if isinstance(source, ModelFile) or hasattr(source, "model") or is_model_path(path_of(source) or ""):
+            return prior_of_model(model_of(source))
+        source = identify(given_records(source, reading=reading))
+    # The records say at which rates they were recorded.
+    rate, _ = campaign_verdicts(source.records)
+    speeds = [4.0 * loop.figures.amplitude * loop.frequency for loop in source.recorded if loop.frequency]
     rates = rate is not None and rate.verdict in _RATES
-    names = ", ".join(PurePath(record.path).name for record in identified.records)
-    prior = prior_of_model(identified.model_file("spring"), rates, _velocity(identified.recorded))
-    return replace(prior, name=names)
+    prior = prior_of_model(source.model_file("spring"), rates, max(speeds, default=None))
+    return replace(prior, name=", ".join(PurePath(record.path).name for record in source.records))
 
 
-def _velocity(loops: Sequence[MeasuredLoop]) -> float | None:
-    """Largest mean velocity of the loops [m/s]; None without times."""
-    return max((4.0 * loop.figures.amplitude * loop.frequency for loop in loops if loop.frequency), default=None)
-
-
-def _row(block: PlannedBlock) -> dict[str, Any]:
-    """Of the table of blocks."""
-    of_block = block.block
-    kind = "loops" if of_block.speed == 1.0 else f"{pace_of(of_block.speed)} loops"
-    count = f"{of_block.cycles}+{of_block.cycles}" if of_block.is_beside_usual else f"{of_block.cycles}"
-    return {
-        "block": f"rests of {of_block.rest:.3g} s" if of_block.rest else f"{count} {kind}",
-        "kind": of_block.kind,
-        "amplitude": block.amplitude,
-        "centre": block.centre,
-        "cycles": of_block.cycles,
-        "velocity": block.velocity,
-        "frequency": block.frequency or None,
-        "rest": of_block.rest,
-        "begin": block.begin,
-        "duration": block.duration,
-        "decides": block.decides,
-        **_known(block.before, block.after),
-    }
-
-
-def _known(before: float, after: float) -> dict[str, Any]:
-    """Half-widths of 95 % intervals, also in percent."""
-    return {"before": before, "after": after, "now": _percent(before), "then": _percent(after)}
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.9g}")
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g}" if share < _UNDECIDED else ">100"
+def _named(block: Block) -> str:
+    """Such as: 3+3 fast loops."""
+    if block.rest:
+        return f"rests of {block.rest:.3g} s"
+    count = f"{block.cycles}+{block.cycles}" if block.is_beside_usual else f"{block.cycles}"
+    return f"{count} {'' if block.speed == 1.0 else f'{pace_of(block.speed)} '}loops"

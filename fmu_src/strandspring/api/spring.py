@@ -23,15 +23,15 @@ from ..model.modelfile import ModelFile, load_model, save_model
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .comparing.comparison import compare as _compare
+    from .comparison import compare as _compare
     from .fmus.build import build_fmu as _build_fmu
     from .fmus.export import export as _export
-    from .identifying.information import info as _info
-    from .identifying.prediction import predict as _predict
-    from .identifying.synthesis import synthesize as _synthesize
+    from .information import info as _info
+    from .information import predict as _predict
+    from .records import synthesize as _synthesize
     from .responses import responses as _responses
-    from .studies.model_study import study as _study
     from .vibration.isolation import isolate as _isolate
+    from .vibration.studies import study as _study
 
 
 class _Function:
@@ -215,12 +215,12 @@ class Spring:
         predict, info, synthesize, compare = _predict, _info, _synthesize, _compare
         isolate, study, build_fmu, export, responses = _isolate, _study, _build_fmu, _export, _responses
     else:
-        predict = _Function("identifying.prediction")
-        info = _Function("identifying.information")
-        synthesize = _Function("identifying.synthesis")
-        compare = _Function("comparing.comparison")
+        predict = _Function("information")
+        info = _Function("information")
+        synthesize = _Function("records")
+        compare = _Function("comparison")
         isolate = _Function("vibration.isolation")
-        study = _Function("studies.model_study")
+        study = _Function("vibration.studies")
         build_fmu = _Function("fmus.build")
         export = _Function("fmus.export")
         responses = _Function("responses")

@@ -11,7 +11,7 @@ import click
 
 import strandspring
 
-from ..api.fmus.options import BuildOptions
+from ..api.fmus.in_place import BuildOptions
 from ..api.options import Fitting
 from ..ground.files import readable, refuse_unwritable
 from ..loops.reading import Reading
@@ -87,13 +87,13 @@ def build(
       strandspring build box.toml --candidate softer
     """
     from ..api.common.model_source import built_with, describes_system, origin_of
-    from ..api.fmus.build import Built, build_all, spring_options, stated_of, target
+    from ..api.fmus.build import Built, build_all, stated_of
     from ..model.modelfile import is_model_path, load_model, saved_model
     from ..model.stated_cautions import stated_cautions
 
     folder, of_records = Path(output), {"name": name, "description": description or None}
     if len(sources) == 1 and describes_system(sources[0]):
-        others = {**spring_options(building), **of_records, "zero": zero, "record": record}
+        others = {**building.of_springs, **of_records, "zero": zero, "record": record}
         opt.refuse_reading(reading, "a model or records", f"{sources[0]} describes a system", **others)
         _build_system(sources[0], folder, candidate, building)
         return
@@ -109,7 +109,7 @@ def build(
         records = tuple(opt.read_records(record, reading))
         out.remark_on(stated_cautions(model))
         for kind in kinds:
-            out.refuse_overwriting(sources, {"--output": target(settings, folder, model.name, kind)})
+            out.refuse_overwriting(sources, {"--output": settings.target(folder, model.name, kind)})
     else:
         from ..api.common.given import bundled_record
         from .records import identified
@@ -123,7 +123,7 @@ def build(
         refuse_unwritable(Path(models), is_folder=True)
         model_path = Path(models) / f"{chosen}.json"
         for kind in kinds:
-            written = {"--models": model_path, "--output": target(settings, folder, chosen, kind)}
+            written = {"--models": model_path, "--output": settings.target(folder, chosen, kind)}
             out.refuse_overwriting(opt.record_files(sources), written)
         identification = identified(sources, reading, Fitting())
         out.remark(identification.sentences)
@@ -136,7 +136,7 @@ def build(
 
 
 def _build_system(source: str, folder: Path, candidate: str | None, settings: BuildOptions) -> None:
-    from ..api.fmus.system_build import BuiltSystem, SystemToBuild
+    from ..api.fmus.system_fmu import BuiltSystem, SystemToBuild
 
     refuse_unwritable(folder, is_folder=True)
     building = SystemToBuild.load(source, candidate, settings.author, settings.fmi)
@@ -208,7 +208,7 @@ def export(model: str, ssp: bool, mass: float | None, output: str, **options: An
         raise click.UsageError("--ssp and --mass KG go together.")
     from ..api.fmus.export import Exports
 
-    exports = Exports.of(model, output, ssp_mass=mass, **options)
+    exports = Exports(model, output, ssp_mass=mass, **options)
     out.refuse_overwriting([model], {f"--{kind}": path for kind, path in exports.files.items()})
     exports.refuse_unwritable()
     with out.reporting() as progress:

@@ -47,12 +47,11 @@ class GroupedOption(click.Option):
     """An option of a group in the help, perhaps a rare one, or one of a file to write, see `WrittenFile`."""
 
     def __init__(
-        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: Any = (),
+        self, *arguments: Any, group: str = _OUTPUT, is_rare: bool = False, file: Sequence[str] = (),
         **more: Any,
     ) -> None:  # fmt: skip
         super().__init__(*arguments, **more)
-        self.group, self.is_rare = group, is_rare
-        self.file: Any = file
+        self.group, self.is_rare, self.file = group, is_rare, file
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         """What the help shows; nothing of a rare option unless all are asked for."""
@@ -88,7 +87,7 @@ class OptionsCommand(click.Command):
         """Run the command."""
         values: dict[Any, Any] = ctx.params
         options = [param for param in self.params if isinstance(param, GroupedOption) and param.file]
-        files = [WrittenFile(max(each.opts, key=len), *each.file, values[each.name]) for each in options]
+        files = [WrittenFile._make((max(each.opts, key=len), *each.file, values[each.name])) for each in options]
         ctx.meta[FILES] = sorted(files, key=lambda file: file.flag != "--output")
         wanted = inspect.signature(self.callback or str).parameters
         for name in {option.name for option in options} - wanted.keys():

@@ -45,7 +45,7 @@ def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None
       strandspring show rig.xlsx --force "Sheet 2/Load" -o rig.html
       strandspring show campaign.toml -o campaign.html
     """
-    from ..api.overview import Overview
+    from ..api.records import Overview
 
     group = opt.read_records(records, reading)
     page = user_cache() / "record.html" if output is None else Path(output)

@@ -102,15 +102,15 @@ def predict(model: str, records: tuple[str, ...], output: str | None, reading: R
 
 @opt.command(a="A.json", b="B.json", records="[RECORD...]")
 @opt.takes_options(comparing=Comparing, reading=Reading)
-@opt.plot_option("Plot loops, figures and transmissibility")
+@opt.plot_option("Plot loops, stiffness, energy and loss factor")
 @opt.output_options
 def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
     """Compare two springs, such as two lots, or one before and after fatigue.
 
     Parameters, stiffness, energy, mean force and loss factor of loops, and transmissibility are compared over the
     range that both share, and judged by the uncertainty in the model files, all together at the 5 % level (5 of 150
-    pairs of records of one spring were found to differ). z is the difference over its standard deviation; * marks
-    what is beyond the uncertainty. With records: which of both follows each one better.
+    pairs of records of one spring were found to differ). The table says of each figure whether it
+    differs; z is the difference over its standard deviation. With records: which of both follows each one better.
 
     \b
     Examples:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..ground.result_columns import figure
 from ..vibration.one_mass.curve_points import ResponsePoint
 from ..vibration.one_mass.options import Excitation
 from ..vibration.one_mass.system import IsolatedMass
@@ -28,20 +29,13 @@ _DEGREES = 1.0
 
 @dataclass(frozen=True)
 class SteadyCheck:
-    """Harmonic balance against co-simulation at one frequency.
+    """Harmonic balance against co-simulation at one frequency: the last period simulated."""
 
-    Attributes
-    ----------
-    frequency : float     [Hz]
-    amplitude : float     Half the stroke of the mount in the last period simulated [m].
-    difference : float    Of this amplitude from that of harmonic balance, relative to the latter [-].
-    phase : float         Phase of the first harmonic of the mount's motion minus that of harmonic balance [degrees].
-    """
-
-    frequency: float
-    amplitude: float
-    difference: float
-    phase: float
+    frequency: float = figure("Hz", "frequency", "frequency", "Hz")
+    amplitude: float = figure("m", "amplitude of the mount")  # half its stroke
+    # Relative to the amplitude of harmonic balance, and of the phase of the first harmonic from its own.
+    difference: float = figure("1", "difference of the amplitude", "amplitude off by", "%", 100.0, 3)
+    phase: float = figure("deg", "difference of the phase", "phase off by", "deg", digits=3)
 
     @property
     def agrees(self) -> bool:

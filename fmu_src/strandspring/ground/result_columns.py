@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 _NOTHING = 1e-9  # of rounding, in the unit for people
@@ -52,6 +52,16 @@ class ResultColumn:
             return "-"
         shown = f"{value * self.factor if abs(value * self.factor) >= _NOTHING else 0.0:.{self.digits}g}"
         return f"{float(shown):.0f}" if "e+0" in shown else shown
+
+
+def figure(unit: str, words: str, short: str = "", shown: str = "", factor: float = 1.0, digits: int = 4) -> Any:
+    """A field of a dataclass that says how it is presented, as a `ResultColumn` with its name as key."""
+    return field(metadata={"column": (unit, words, short, shown, factor, digits)})
+
+
+def columns_of(kind: type[Any]) -> tuple[ResultColumn, ...]:
+    """The columns that the fields of a dataclass are."""
+    return tuple(ResultColumn(each.name, *each.metadata["column"]) for each in fields(kind))
 
 
 def values(columns: Sequence[ResultColumn], figures: Any) -> dict[str, Any]:

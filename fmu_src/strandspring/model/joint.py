@@ -198,11 +198,13 @@ class JointCovariance:
         )
 
     def errors(self, spring: SpringParameters, of: Callable[[SpringParameters], FloatArray]) -> FloatArray:
-        """Standard errors of what a function makes of a spring, by differences.
+        """Standard errors of what a function makes of a spring; see `changes`."""
+        errors: FloatArray = (self.changes(spring, of) ** 2).sum(axis=0) ** 0.5
+        return errors
 
-        Raises
-        ------
-        ModelError   If the covariance is so large that no neighbour of the spring is physically possible.
+    def changes(self, spring: SpringParameters, of: Callable[[SpringParameters], FloatArray]) -> FloatArray:
+        """Derivatives of what a function makes of a spring by each column of L, by differences, shape (m, ...); raises
+        ModelError if the covariance is so large that no neighbour of the spring is physically possible.
         """
         import numpy as np  # model files are read without it
 
@@ -218,7 +220,7 @@ class JointCovariance:
                     f'field "uncertainty.joint" is not possible: at {_STEPS[-1]:g} standard deviations from the spring '
                     'there is no other; identify the spring again, or remove the field "uncertainty.joint".'
                 )
-        return np.asarray(np.linalg.norm(changes, axis=0))
+        return np.asarray(changes)
 
     def moved(self, spring: SpringParameters, direction: Sequence[float]) -> SpringParameters:
         """The spring at L*direction from the identified one; n and sigma are kept within the ranges of the model.

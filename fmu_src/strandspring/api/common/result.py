@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _REPR_LINES = 6
+_TITLES = {"Caution": CAUTIONS, "Note": NOTES}
 
 
 class Result:
@@ -109,7 +110,7 @@ class Result:
 
     def said(self, reader: Reader, brief: bool = False) -> list[str]:
         """Cautions and notes in words for a reader, each with what it is."""
-        return said(self.all_findings, reader, brief)
+        return [f"{title}: {text}" for title, of in _TITLES.items() for text in self.sentences(of, reader, brief)]
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
@@ -167,7 +168,7 @@ class PlottedResult(Result):
 def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
     """Cautions and notes in words for a reader, each with what it is."""
     found = tuple(findings)
-    titles = {"Caution": CAUTIONS, "Note": NOTES}.items()
+    titles = _TITLES.items()
     return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
 
 
@@ -196,6 +197,29 @@ def in_json(value: Any) -> Any:
     if hasattr(value, "tolist"):  # of NumPy
         return in_json(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def records(key: str, names: Iterable[str], **columns: Iterable[Any]) -> list[dict[str, Any]]:
+    """What JSON holds of things by their names, with an item of each column for each thing.
+
+    Examples
+    --------
+    >>> records("body", ["box", "lid"], mass=[2.0, 0.5])
+    [{'body': 'box', 'mass': 2.0}, {'body': 'lid', 'mass': 0.5}]
+    """
+    rows = zip(names, *columns.values(), strict=True)
+    return [dict(zip((key, *columns), row, strict=True)) for row in rows]
+
+
+def picked(of: Any, *names: str) -> dict[str, Any]:
+    """Attributes of an object by their names.
+
+    Examples
+    --------
+    >>> picked(1.0 + 2.0j, "real", "imag")
+    {'real': 1.0, 'imag': 2.0}
+    """
+    return {name: getattr(of, name) for name in names}
 
 
 def _lines(parts: Iterable[str | Table], width: int | None, brief: bool) -> list[str]:

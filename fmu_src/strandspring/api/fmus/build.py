@@ -1,24 +1,25 @@
-"""`build_fmu`: an FMU of a model or of records, put in place after it was validated and run."""
+"""FMUs: built and put in place once they were validated and run (`build_fmu`), and verified (`verify`)."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias, get_args
 
 from ...errors import BuildError, Reader
 from ...findings import CAUTIONS, gathered, of_severity
-from ...fmu.archive import fmu_path
 from ...fmu.checks.check import CheckReport, examine_fmu
+from ...fmu.checks.verification import Check, verify_fmu
 from ...fmu.native.native_fmu import build_native_fmu
 from ...fmu.python_backed import build_python_fmu
 from ...fmu.related_files import BuildSettings
 from ...ground.files import refuse_unwritable
-from ...ground.options import changed, refuse_given, takes
+from ...ground.options import refuse_given, takes
+from ...ground.result_columns import ResultColumn
 from ...ground.strict_json import is_finite, objects
 from ...model.certificate import certified
 from ...model.coordinates import checked_zero, zero_sentence
@@ -27,8 +28,9 @@ from ...model.names import check_name
 from ...model.stated_figures import NAMES
 from ..common.model_source import ModelSource, built_with, describes_system, path_of
 from ..common.progress import Progress, unseen
-from .fmus_in_place import BuiltFmu, FmuJob, build_in_place
-from .options import BuildOptions, Kind
+from ..common.result import Result, picked
+from ..common.table import Table
+from .in_place import BuildOptions, BuiltFmu, FmuJob, Kind, build_in_place
 
 if TYPE_CHECKING:
     from ...identification.identified import IdentifiedModel
@@ -39,67 +41,45 @@ Stated: TypeAlias = "tuple[Record, dict[str, Any]]"
 
 OF_SYSTEM = "{option} can only be given with a model or records, and {where} describes a system; leave it out."
 _RNL_TOLERANCE = 1e-6  # of sums over many samples, each within rounding
+_CHECKS = tuple(ResultColumn(key, "", key) for key in ("about", "text", "is_problem"))
 
 
-def target(options: BuildOptions, folder: str | Path, name: str, kind: str) -> Path:
-    """Where an FMU of this kind of a model of this name is written."""
-    return fmu_path(folder, name, kind, options.version, options.real_time)
-
-
-def spring_options(options: BuildOptions) -> dict[str, Any]:
-    """What is asked for that the FMU of a system does not have."""
-    return {name: value for name, value in changed(options).items() if name not in ("fmi", "platforms", "author")}
-
-
-@dataclass(frozen=True)
-class Built:
-    """FMUs that were built of a model, or of records that were identified for them.
-
-    Attributes
-    ----------
-    model : ModelFile
-    path : Path                 Of the model file.
-    zero : float                Displacement of the model file at which that of the FMUs is 0 [m].
-    settings : BuildOptions
-    fmus : sequence of BuiltFmu
-    identification : Identification or None
-    """
+@dataclass(frozen=True, repr=False)
+class Built(Result):
+    """FMUs that were built of a model, or of records that were identified for them."""
 
     model: ModelFile
-    path: Path
-    zero: float
+    path: Path  # of the model file
+    zero: float  # displacement of the model file at which that of the FMUs is 0 [m]
     settings: BuildOptions
     fmus: Sequence[BuiltFmu]
-    identification: Any  # Identification, whose spring has `build_fmu`
+    identification: Any  # Identification or None
 
-    def brief(self, width: int | None = None) -> list[str]:
-        """In few words."""
-        found = [] if self.identification is None else self.identification.brief(width)
-        return [*found, *self._origin, *(fmu.brief(self.settings) for fmu in self.fmus)]
+    _stated: ClassVar[Mapping[str, Any]] = {}
 
-    def text_lines(self, width: int | None = None) -> list[str]:
-        """In words."""
-        found = [] if self.identification is None else self.identification.text_lines(width)
-        return [*found, *self._origin, *(line for fmu in self.fmus for line in fmu.text_lines(self.settings))]
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """What was identified, the model file with its certificate, and the FMUs."""
+        if self.identification is not None:
+            yield from self.identification.parts(brief)
+        yield f"Model file: {self.path}"
+        yield f"Certificate: {certified(self.model)}"
+        if sentence := zero_sentence(self.zero):
+            yield sentence
+        for fmu in self.fmus:
+            yield from [fmu.brief(self.settings)] if brief else fmu.text_lines(self.settings)
 
-    @property
-    def _origin(self) -> list[str]:
-        lines = [f"Model file: {self.path}", f"Certificate: {certified(self.model)}", zero_sentence(self.zero)]
-        return list(filter(None, lines))
-
-    def as_json(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
         """The same for JSON."""
-        found, settings = self.identification, self.settings
-        of_native = {"real_time": settings.real_time, "no_energy": settings.no_energy, "arrays": settings.arrays}
+        found, of_native = self.identification, picked(self.settings, "real_time", "no_energy", "arrays")
         return {
-            "model": str(self.path),
+            "model": self.path,
             "name": self.model.name,
             "parameters": self.model.parameters.as_dict(),
             "zero": self.zero,
             "certificate": certified(self.model),
             **(dict.fromkeys(NAMES) if found is None else found.figures),
             "fitted": None if found is None else found.fitted_figures,
-            "fmus": [fmu.facts(settings) | of_native for fmu in self.fmus],
+            "fmus": [fmu.facts(self.settings) | of_native for fmu in self.fmus],
         }
 
 
@@ -112,17 +92,8 @@ def build_all(
     stated: Sequence[Stated] = (),
     progress: Progress = unseen,
 ) -> list[BuiltFmu]:
-    """Build FMUs of several kinds beside their place, check them, and put them in place if all are good.
-
-    Parameters
-    ----------
-    model : ModelFile
-    folder : Path
-    kinds : sequence of Kind
-    options : BuildOptions
-    zero : "rig", "middle", float or None      Displacement of the model file at which that of the FMU is 0 [m]; see
-                                               `chosen_zero`.
-    stated : sequence of (Record, dict)        What `stated_of` gives, along which FMUs for co-simulation are checked.
+    """Build FMUs of several kinds beside their place, check them, those for co-simulation also along records with what
+    `stated_of` gives, and put them in place if all are good.
 
     Raises
     ------
@@ -133,17 +104,21 @@ def build_all(
     """
     certified(model)
     options.refuse_impossible(kinds)
-    mechanisms = len(model.parameters.mechanisms)
-    jobs = [
-        FmuJob(
-            target(options, folder, model.name, kind),
-            kind,
-            partial(_build, model, kind=kind, options=options, zero=zero),
-            # With states the path is the host's.
-            partial(_examined, mechanisms=mechanisms, stated=() if kind == "states" or options.no_energy else stated),
-        )
-        for kind in kinds
-    ]
+
+    jobs = []
+    for kind in kinds:
+        if kind == "python":
+            execution = options.needs_execution_tool
+            build = partial(build_python_fmu, model, zero=zero, needs_execution_tool=execution, author=options.author)
+        else:
+            build = partial(
+                build_native_fmu, model, platforms=options.chosen_platforms, zero=zero, with_states=kind == "states",
+                fmi=options.version, **picked(options, "author", "real_time", "no_energy", "arrays"),
+            )  # fmt: skip
+        # With states the path is the host's.
+        along = () if kind == "states" or options.no_energy else stated
+        examine = partial(_examined, mechanisms=len(model.parameters.mechanisms), stated=along)
+        jobs.append(FmuJob(options.target(folder, model.name, kind), kind, build, examine))
     return build_in_place(folder, jobs, progress)
 
 
@@ -184,19 +159,8 @@ def _examined(path: Path, mechanisms: int, stated: Sequence[Stated]) -> CheckRep
         if not abs(found - figures["rnl"]) <= _RNL_TOLERANCE:
             text = f"RNL along {record.path} must be {figures['rnl']:.6f}, as the model file states, but is {found:.6f}"
             return replace(report, problems=(f"{text}; read the record as for the model, or identify it again.",))
-    return replace(
-        report, followed=f"; RNL as stated along {', '.join(Path(record.path).name for record, _ in stated)}"
-    )
-
-
-def _build(model: ModelFile, folder: Path, kind: Kind, options: BuildOptions, zero: str | float | None) -> Path:
-    author = options.author
-    if kind == "python":
-        return build_python_fmu(model, folder, zero, options.needs_execution_tool, author)
-    return build_native_fmu(
-        model, folder, options.chosen_platforms, zero, author, with_states=kind == "states", fmi=options.version,
-        real_time=options.real_time, no_energy=options.no_energy, arrays=options.arrays,
-    )  # fmt: skip
+    names = ", ".join(Path(record.path).name for record, _ in stated)
+    return replace(report, followed=f"; RNL as stated along {names}")
 
 
 @takes(building=BuildOptions)
@@ -213,10 +177,9 @@ def build_fmu(
 ) -> Path:
     """Build, validate and run the FMU of a model, of records that are identified first, or of a system.
 
-    Records are identified with the defaults of `identify`, and its cautions become warnings; along them, from where
-    they start, the FMU must have the RNL that the model has. The FMU of a SYSTEM.toml
-    is for co-simulation: base acceleration in, motion of points and forces of mounts out. Of the options it takes
-    `fmi`, `platforms`, `author` and `candidate`.
+    Records are identified with the defaults of `identify`, and its cautions become warnings; along them the FMU must
+    have the RNL that the model has. The FMU of a SYSTEM.toml is for co-simulation: base acceleration in, motion of
+    points and forces of mounts out. It takes `fmi`, `platforms`, `author` and `candidate`.
 
     Parameters
     ----------
@@ -261,8 +224,8 @@ def build_fmu(
     refuse_unwritable(Path(folder), is_folder=True)
     path = path_of(model)
     if path is not None and describes_system(path):
-        refuse_given(OF_SYSTEM, path, **spring_options(building), zero=zero, name=name, record=record)
-        from .system_build import SystemToBuild  # slow to import
+        refuse_given(OF_SYSTEM, path, **building.of_springs, zero=zero, name=name, record=record)
+        from .system_fmu import SystemToBuild  # slow to import
 
         wanted = SystemToBuild.load(path, candidate, building.author, building.fmi)
         return wanted.build(Path(folder), building.chosen_platforms, progress).path
@@ -286,9 +249,7 @@ def build_fmu(
 def _model(
     source: Any, path: str | None, record: Source | Sequence[Source] | None
 ) -> tuple[ModelFile, Sequence[Record]]:
-    """The model of a spring, of the file at a path, of an identification, or of records that are identified now, and
-    the records along which its FMU is checked.
-    """
+    """The model that is given or identified now, and the records along which its FMU is checked."""
     held = load_model(source) if path is not None and is_model_path(path) else getattr(source, "model", source)
     if isinstance(held, ModelFile) and record is None:
         return held, ()
@@ -308,3 +269,70 @@ def _model(
         for sentence in gathered(of_severity(identification.findings, CAUTIONS), Reader.PYTHON):
             warnings.warn(sentence, stacklevel=4)
     return identification.model_file(identification.record_name), identification.records
+
+
+@dataclass(frozen=True, repr=False)
+class Verification(Result):
+    """What was checked of one FMU.
+
+    Attributes
+    ----------
+    path : str                     Of the FMU.
+    checks : tuple of Check   Each says what was looked at, one sentence, and whether it speaks against the FMU.
+    """
+
+    path: str
+    checks: tuple[Check, ...]
+
+    _stated: ClassVar[Mapping[str, Any]] = {}
+
+    @property
+    def problems(self) -> tuple[Check, ...]:
+        """Checks that speak against the FMU."""
+        return tuple(check for check in self.checks if check.is_problem)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing speaks against the FMU."""
+        return not self.problems
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - all checks are worth a line
+        """All checks in words, and as a table of files."""
+        yield self.path
+        yield from (f"  {check.about}: {check.text}" for check in self.checks)
+        yield Table(_CHECKS, self.checks)
+
+    def content(self) -> Mapping[str, Any]:
+        """The path and the checks."""
+        return vars(self)
+
+
+def verify(fmu: str | os.PathLike[str]) -> Verification:
+    """Verify an FMU on this computer.
+
+    Compares every file with its hash of when the FMU was built, the model description with FMI's rules, the spring with
+    its certificate, the range of force that its records support, and co-simulation and model exchange with the
+    reference result that the FMU carries. An FMU with a changed file is not run; binaries that were added or compiled
+    anew are named and run. The hashes show damage, not who built it: run FMUs of people you trust only.
+
+    Parameters
+    ----------
+    fmu : path
+
+    Returns
+    -------
+    Verification
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from strandspring import Spring, SpringParameters, build_fmu, verify
+    >>> spring = Spring(SpringParameters((0.0, 8000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02), "mount")
+    >>> with TemporaryDirectory() as folder:
+    ...     verification = verify(build_fmu(spring, folder))
+    >>> verification.ok
+    True
+    >>> [check.about for check in verification.checks]
+    ['files', 'rules', 'spring', 'run']
+    """
+    return Verification(os.fspath(fmu), tuple(verify_fmu(Path(fmu))))

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from ...errors import OptionError, StrandspringError
 from ...exchange.c_sources import constant_bytes, law_path, write_c_sources
@@ -19,112 +21,80 @@ from ...model.coordinates import placed, zero_sentence
 from ...model.modelfile import ModelFile
 from ..common.model_source import ModelSource, model_of, origin_of
 from ..common.progress import Progress, unseen
+from ..common.result import Result
 
 
-@dataclass(frozen=True)
-class Exports:
-    """Files to be written for a model.
+@dataclass(frozen=True, eq=False, repr=False)
+class Exports(Result):
+    """Files to be written for a model; the arguments are those of `export`."""
 
-    Parameters
-    ----------
-    model : ModelFile        In the record's coordinates.
-    zero : float             Displacement of the model file at which that of the export is 0 [m].
-    ssv : Path or None       File of SSP parameter values.
-    ssp : Path or None       File of an SSP system.
-    ssp_mass : float or None Mass in the system [kg].
-    modelica : Path or None  Folder for the Modelica library.
-    c : Path or None         Folder for the C sources.
-    """
-
-    model: ModelFile
-    zero: float
-    ssv: Path | None = None
-    ssp: Path | None = None
+    source: ModelSource
+    output: str | os.PathLike[str]
+    ssv: bool = False
+    modelica: bool = False
+    c: bool = False
     ssp_mass: float | None = None
-    modelica: Path | None = None
-    c: Path | None = None
+    zero: str | float | None = None
 
-    @classmethod
-    def of(
-        cls,
-        model: ModelSource,
-        output: str | os.PathLike[str],
-        *,
-        ssv: bool = False,
-        modelica: bool = False,
-        c: bool = False,
-        ssp_mass: float | None = None,
-        zero: str | float | None = None,
-    ) -> Exports:
-        """Of a model into a folder, or into a file ending in .ssv or .ssp.
+    _stated: ClassVar[Mapping[str, Any]] = {}
 
-        Raises
-        ------
-        OptionError   If what is written does not go there.
-        ModelError    If the model is not a physically possible spring.
-        """
-        content, target = model_of(model), Path(output)
-        for what, is_asked in ((f"The Modelica library {LIBRARY} is", modelica), ("The C sources are", c)):
-            if is_asked and target.suffix and not target.is_dir():
-                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=output)
-        if modelica and (target / "package.mo").exists():
-            raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
-        return cls(
-            content,
-            origin_of(model, zero, content.parameters),
-            ssv=_file(target, f"{content.name}.ssv") if ssv else None,
-            ssp=None if ssp_mass is None else _file(target, f"{content.name}.ssp"),
-            ssp_mass=ssp_mass,
-            modelica=target if modelica else None,
-            c=target if c else None,
-        )
+    @cached_property
+    def model(self) -> ModelFile:
+        """In the record's coordinates."""
+        return model_of(self.source)
 
-    @property
-    def notes(self) -> list[str]:
-        """What is good to know."""
-        name = self.model.name
-        if self.modelica is None or record_name(name) == name:
-            return []
-        return [f"The record is named {record_name(name)}, because {name} is taken in Modelica."]
+    @cached_property
+    def origin(self) -> float:
+        """Displacement of the model file at which that of the export is 0 [m]."""
+        return origin_of(self.source, self.zero, self.model.parameters)
 
-    def text_lines(self, width: int | None = None) -> list[str]:  # noqa: ARG002 - it has no table
-        """What is written, in words."""
-        lines = [zero_sentence(self.zero)] if zero_sentence(self.zero) else []
-        if self.ssv is not None:
-            lines.append(f"SSP parameter values: {self.ssv}")
-        if self.ssp is not None:
-            lines.append(f"SSP system: {self.ssp}")
-        if self.modelica is not None:
-            record = f"{LIBRARY}.Records.{record_name(self.model.name)}"
-            lines.append(f"Modelica library: {self.modelica / LIBRARY}, record {record}")
-        if self.c is not None:
-            size = constant_bytes(self.model.parameters) / 1000
-            lines.append(f"C sources: {self.files['c']} and what it needs; {size:.0f} kB of constants")
-        return lines
-
-    def as_json(self) -> dict[str, Any]:
-        """The same for JSON."""
-        files = {kind: None if path is None else str(path) for kind, path in self.files.items()}
-        return {"name": self.model.name, "zero": self.zero, **files}
-
-    @property
+    @cached_property
     def files(self) -> dict[str, Path | None]:
         """The parameter values, the system, the spring's record in the Modelica library, its C file; None if not asked
-        for.
+        for. Raises OptionError if what is written does not go there.
         """
-        name = self.model.name
+        name, target = self.model.name, Path(self.output)
+        for what, is_asked in ((f"The Modelica library {LIBRARY} is", self.modelica), ("The C sources are", self.c)):
+            if is_asked and target.suffix and not target.is_dir():
+                raise OptionError(f"{what} a folder; {{to[output]}} must be a folder, got {{where}}.", where=target)
+        if self.modelica and (target / "package.mo").exists():
+            raise OptionError(f"{target} is a Modelica package; give the folder that holds the library {LIBRARY}.")
         return {
-            "ssv": self.ssv,
-            "ssp": self.ssp,
-            "modelica": None if self.modelica is None else record_path(self.modelica, name),
-            "c": None if self.c is None else law_path(self.c, name),
+            "ssv": _file(target, f"{name}.ssv") if self.ssv else None,
+            "ssp": None if self.ssp_mass is None else _file(target, f"{name}.ssp"),
+            "modelica": record_path(target, name) if self.modelica else None,
+            "c": law_path(target, name) if self.c else None,
         }
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is good to know."""
+        name = self.model.name
+        is_other = self.modelica and record_name(name) != name
+        return (f"The record is named {record_name(name)}, because {name} is taken in Modelica.",) * is_other
+
+    def parts(self, brief: bool) -> Iterator[str]:  # noqa: ARG002 - all of it is short
+        """What is written, in words."""
+        library, record = Path(self.output) / LIBRARY, f"{LIBRARY}.Records.{record_name(self.model.name)}"
+        size = constant_bytes(self.model.parameters) / 1000
+        said = {
+            "ssv": f"SSP parameter values: {self.files['ssv']}",
+            "ssp": f"SSP system: {self.files['ssp']}",
+            "modelica": f"Modelica library: {library}, record {record}",
+            "c": f"C sources: {self.files['c']} and what it needs; {size:.0f} kB of constants",
+        }
+        if sentence := zero_sentence(self.origin):
+            yield sentence
+        yield from (said[kind] for kind, path in self.files.items() if path is not None)
+
+    def content(self) -> dict[str, Any]:
+        """The files."""
+        return {"name": self.model.name, "zero": self.origin, **self.files}
 
     def refuse_unwritable(self) -> None:
         """Raise StrandspringError if a file or the folder cannot be written."""
-        for path in self.files.values():
-            if path is not None:
-                refuse_unwritable(path)
+        for path in filter(None, self.files.values()):
+            refuse_unwritable(path)
 
     def write(self, progress: Progress = unseen) -> list[Path]:
         """Write `files`, and return them.
@@ -134,23 +104,23 @@ class Exports:
         StrandspringError   If a file cannot be written, or the folder holds something else by the library's name.
         BuildError          If the FMU of the system cannot be built.
         """
-        content, _ = placed(self.model, self.zero)
+        content, _ = placed(self.model, self.origin)
         # The library first: it may be refused.
-        if self.modelica is not None:
-            write_library(self.modelica, content, self.zero)
-        if self.ssv is not None:
-            write_text(self.ssv, parameter_values(content))
-        if self.ssp is not None and self.ssp_mass is not None:
+        if self.modelica:
+            write_library(Path(self.output), content, self.origin)
+        if path := self.files["ssv"]:
+            write_text(path, parameter_values(content))
+        if (path := self.files["ssp"]) and self.ssp_mass is not None:
             from ...exchange.ssp import ShakenMassValues, write_system
             from ...fmu.native.native_fmu import build_native_fmu
 
             progress("Building the FMU of the system", 0, 1)
             with TemporaryFolder() as folder:
-                fmu = build_native_fmu(self.model, folder, zero=self.zero)
-                write_system(self.ssp, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
-        if self.c is not None:
-            write_c_sources(self.c, content, self.zero)
-        return [path for path in self.files.values() if path is not None]
+                fmu = build_native_fmu(self.model, folder, zero=self.origin)
+                write_system(path, fmu, content, ShakenMassValues.suited(content, self.ssp_mass))
+        if self.c:
+            write_c_sources(Path(self.output), content, self.origin)
+        return list(filter(None, self.files.values()))
 
 
 def export(
@@ -202,7 +172,7 @@ def export(
     ssp_mass = optional_number("ssp_mass", ssp_mass, "kg")
     if ssp_mass is not None and not (math.isfinite(ssp_mass) and ssp_mass > 0.0):
         raise StrandspringError(f"`ssp_mass` must be finite and > 0 [kg], got {ssp_mass!r}.")
-    exports = Exports.of(model, folder, ssv=ssv, modelica=modelica, c=c, ssp_mass=ssp_mass, zero=zero)
+    exports = Exports(model, folder, ssv, modelica, c, ssp_mass, zero)
     refuse_unwritable(Path(folder), is_folder=not Path(folder).suffix)
     exports.refuse_unwritable()
     return exports.write()

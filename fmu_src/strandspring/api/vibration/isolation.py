@@ -1,37 +1,42 @@
-"""`isolate`: one model or several in, transmissibility and resonance of a mass on each of them out."""
+"""One mass on springs: `isolate`, one model or several in and transmissibility and resonance on each of them out; and
+the transmissibility of two springs over one band, for `compare`.
+"""
 
 from __future__ import annotations
 
 import math
-import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from functools import partial
-from operator import attrgetter
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import NDArray
+import numpy as np
 
+from ...core.parameters import SpringParameters
 from ...errors import IsolationError, OptionError
-from ...findings import Finding, Outcome
+from ...findings import Finding
 from ...ground.arguments import number
+from ...ground.gravity import STANDARD_GRAVITY
 from ...ground.options import changed, refuse_given, takes
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, columns_of
 from ...ground.scratch import TemporaryFolder
+from ...kernel.path import PathSolver
 from ...model.coordinates import counted_from, zero_sentence
 from ...model.modelfile import ModelFile
 from ...model.stated_cautions import cautions_in_use
-from ...vibration.one_mass.band import band_frequencies
+from ...vibration.one_mass.band import DEFAULT_BAND, band_frequencies
 from ...vibration.one_mass.curve_points import ResponsePoint
 from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
-from ...vibration.one_mass.response import FrequencyResponse, frequency_response
+from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
 from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
 from ..common.progress import Progress, unseen
+from ..common.result import picked
 from ..common.table import Table
-from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,137 +44,61 @@ if TYPE_CHECKING:
 
     from ...cosimulation.steady_check import SteadyCheck
     from ...vibration.description.system_file import SystemFile
+    from ...vibration.one_mass.curves_plot import Panel
     from .system_isolation import SystemIsolation
 
-_MODEL = ResultColumn("model", "", "model")
-_PLACE = ResultColumn("displacement", "m", "displacement", "displacement", "mm", 1e3)
-_FIGURES = (
-    FREQUENCY,
-    ResultColumn("transmissibility", "1", "transmissibility", "transmissibility"),
-    ResultColumn("amplitude", "m", "amplitude", "amplitude", "mm", 1e3),
-    ResultColumn("stiffness", "N/m", "secant stiffness", "stiffness", "N/mm", 1e-3),
-    ResultColumn("loss_factor", "1", "loss factor", "loss factor", digits=3),
-    ISOLATION_FREQUENCY,
-)
-# Of the curves: keys, units and words.
-_POINT = (
-    ("frequency", "Hz", "frequency"),
-    ("transmissibility", "1", "transmissibility"),
-    ("phase", "deg", "phase"),
-    ("relative", "", "relative motion over"),
-    ("relative_phase", "deg", "relative phase"),
-    ("amplitude", "m", "amplitude of the mount"),
-    ("mean", "m", "mean displacement of a spring"),
-    ("min", "m", "lowest displacement of a spring"),
-    ("max", "m", "highest displacement of a spring"),
-    ("force", "N", "force on the base"),
-    ("acceleration", "m/s^2", "acceleration"),
-    ("start_displacement", "m", "displacement of the mount at the crest"),
-    ("start_speed", "m/s", "speed of the mount at the crest"),
-    ("start_omega", "1", "omega at the crest"),
-    ("stable", "", "stable"),
-    ("requested", "", "requested frequency"),
-    ("extrapolating", "", "outside the identified range"),
-)
-_CHECK = (
-    ResultColumn("model", "", "model", "model"),
-    ResultColumn("level", "", "level", "level"),
-    ResultColumn("frequency", "Hz", "frequency", "frequency", "Hz"),
-    ResultColumn("difference", "1", "difference of the amplitude", "amplitude off by", "%", 100.0, 3),
-    ResultColumn("phase", "deg", "difference of the phase", "phase off by", "deg", digits=3),
-    ResultColumn("verdict", "", "verdict", "verdict"),
-)
+_MODEL = ResultColumn("model", "", "model", "model")
+_OF_FORCE = ResultColumn("relative", "m/N", "relative motion over force")
+# Of two springs.
+_APART = 100.0  # natural frequencies that differ by more are not swept through in one band
+_LEVEL = 0.01  # amplitude of the base, share of the free travel of the spring that has less
+_POINTS = 200
+_FREQUENCY = 10.0  # Hz, where no mass rests in the middle of the range by its weight
+_LEAST_WEIGHT = 0.02  # static load that is a weight, share of the range of forces
 
 
 @dataclass(frozen=True, eq=False)
 class IsolatedModel:
-    """A mass on springs of one model.
+    """A mass on springs of one model."""
 
-    Attributes
-    ----------
-    label : str                       The model's name, with a number where several models have one name.
-    source : str or None              Path as it was given; None for a model in memory.
-    model : ModelFile
-    zero : float                      Where displacement is counted from [m].
-    system : IsolatedMass
-    equilibrium : StaticEquilibrium
-    responses : tuple of FrequencyResponse   One for each level.
-    """
-
-    label: str
-    source: str | None
+    label: str  # the model's name, with a number where several models have one name
+    source: str | None  # path as it was given; None for a model in memory
     model: ModelFile
-    zero: float
+    zero: float  # where displacement is counted from [m]
     system: IsolatedMass
     equilibrium: StaticEquilibrium
-    responses: tuple[FrequencyResponse, ...] = ()
-
-    def equilibrium_lines(self) -> list[str]:
-        """The static equilibrium in words."""
-        system, rest = self.system, self.equilibrium
-        mount = system.mount
-        springs = "1 spring" if mount.parallel * mount.series == 1 else f"{mount.parallel} x {mount.series} springs"
-        place, low, high = map(_PLACE.text, (rest.displacement, rest.min, rest.max))
-        sag = "" if math.isnan(rest.sag) else f", static sag {_PLACE.text(rest.sag)} mm"
-        counted = zero_sentence(self.zero)
-        return [
-            f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N",
-            f"  static equilibrium at {place} mm of each spring ({low} to {high} mm with friction){sag}",
-            f"  small motion: {1e-3 * rest.stiffness:.4g} N/mm, {rest.frequency:.4g} Hz",
-            *([f"  {counted}"] if counted else []),
-        ]
+    responses: tuple[FrequencyResponse, ...] = ()  # one for each level
 
     def content(self, checked: Sequence[CheckedMotion]) -> dict[str, Any]:
         """The model and its motions for JSON."""
-        described = {"mass": self.system.mass, **asdict(self.system.mount)}
+        levels = []
+        for response in self.responses:
+            of_level = {"level": response.level, "unit": response.excitation.unit}
+            checks = [{**vars(one.check), "agrees": one.agrees} for one in checked if one.response is response]
+            of_level |= picked(response, "resonance", "extrapolating", "points")
+            levels.append({**of_level, "verification": checks})
         return {
             "model": self.source,
             "zero": self.zero,
-            "system": {**described, "load": self.system.static_load},
+            "system": {"mass": self.system.mass, **vars(self.system.mount), "load": self.system.static_load},
             "static_equilibrium": self.equilibrium,
             "excitation": self.responses[0].excitation,
-            "levels": [
-                {
-                    "level": response.level,
-                    "unit": response.excitation.unit,
-                    "resonance": response.resonance,
-                    "extrapolating": response.extrapolating,
-                    "points": response.points,
-                    "verification": [
-                        {**vars(motion.check), "agrees": motion.agrees}
-                        for motion in checked
-                        if motion.response is response
-                    ],
-                }
-                for response in self.responses
-            ],
+            "levels": levels,
         }
 
 
 @dataclass(frozen=True, eq=False)
 class CheckedMotion:
-    """A computed steady motion and its co-simulation.
-
-    Attributes
-    ----------
-    model : IsolatedModel
-    response : FrequencyResponse   The level.
-    check : SteadyCheck
-    """
+    """A computed steady motion and its co-simulation."""
 
     model: IsolatedModel
-    response: FrequencyResponse
+    response: FrequencyResponse  # the level
     check: SteadyCheck
 
     @property
     def agrees(self) -> bool:
         """Whether the simulation stays on the computed motion."""
         return self.check.agrees
-
-    def words(self, several: bool) -> dict[str, str | None]:
-        """The verdict, and of what it is: the model only if there are several."""
-        verdict = "agrees" if self.agrees else "DIFFERS: the computed motion is not steady or not stable"
-        return {"model": self.model.label if several else None, "level": self.response.level_text, "verdict": verdict}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -194,8 +123,6 @@ class Isolation(AnyIsolation):
        model  frequency  transmissibility
     0   soft        7.7               8.6
     1  stiff       11.0               8.6
-    >>> bool(result.to_frame().query("model == 'stiff'").transmissibility.max() > 8.5)
-    True
     """
 
     models: tuple[IsolatedModel, ...]
@@ -204,75 +131,55 @@ class Isolation(AnyIsolation):
     levels_chosen: str = ""
     checked: tuple[CheckedMotion, ...] = ()
 
-    _details = ("stiffness", "loss_factor")
+    _parts_in = "models"
+    _peak_columns = (_MODEL, *LEVELS, *columns_of(Resonance), BAND)
     _size = (8.0, 8.0)
 
     @property
-    def _parts(self) -> tuple[IsolatedModel, ...]:
-        """The models."""
-        return self.models
-
-    @property
-    def title(self) -> str:
-        """Of a plot."""
-        mass = f"{self.models[0].system.mass:g} kg"
-        return f"{self.models[0].label}: {mass}" if len(self.models) == 1 else mass
-
-    def _of(self, part: IsolatedModel, response: FrequencyResponse) -> dict[ResultColumn, Any]:
-        return {_MODEL: part.label, ResultColumn("level", self.excitation.unit, "level"): response.level}
-
-    def _curve(self, _part: IsolatedModel, response: FrequencyResponse) -> Mapping[ResultColumn, NDArray[Any]]:
-        columns = {key: ResultColumn(key, unit, words) for key, unit, words in _POINT}
-        over = ("m/N", "force") if self.excitation is Excitation.FORCE else ("1", "base motion")
-        columns["relative"] = ResultColumn("relative", over[0], f"{columns['relative'].words} {over[1]}")
-        return {columns[key]: values for key, values in response.columns.items()}
-
-    def save_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write all points of the curves, with their model if there are several.
-
-        Raises
-        ------
-        StrandspringError   If the file cannot be written.
-        """
-        table = self.table
-        replace(table, columns=table.columns[int(len(self.models) == 1) :]).save_csv(path)
+    def table(self) -> Table:
+        """All points of the curves in their order, with their model if there are several."""
+        level = ResultColumn("level", self.excitation.unit, "level")
+        of_force = self.excitation is Excitation.FORCE
+        point = (_OF_FORCE if of_force and each.key == "relative" else each for each in columns_of(ResponsePoint))
+        rows = [
+            {"model": isolated.label, "level": response.level, **vars(of_point)}
+            for isolated, response in self.every
+            for of_point in response.points
+        ]
+        return Table(self._shown((_MODEL, level, *point)), rows)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:  # noqa: ARG002 - its tables know
         """Static equilibrium, how levels were chosen, resonances, and what `verify` found."""
-        several = len(self.models) > 1
+        several, system = len(self.models) > 1, self.models[0].system
+        count = system.mount.parallel * system.mount.series
+        springs = "1 spring" if count == 1 else f"{system.mount.parallel} x {system.mount.series} springs"
+        yield f"{system.mass:g} kg on {springs}, static load {system.static_load:.4g} N"
+        rows = [{"model": isolated.label, **vars(isolated.equilibrium)} for isolated in self.models]
+        columns = self._shown((_MODEL, *columns_of(StaticEquilibrium)))
+        yield Table(columns, rows, "Static equilibrium, with the lowest and the highest that friction leaves:")
         for isolated in self.models:
-            first, *rest = isolated.equilibrium_lines()
-            yield f"{self._name(isolated)}: {first}" if several else first
-            yield from rest
+            if counted := zero_sentence(isolated.zero):
+                yield f"{isolated.label}: {counted}" if several else counted
         if several and self.levels_chosen:
             yield self.levels_chosen
-        yield self._resonance_table(_FIGURES, attrgetter("resonances"))
+        yield self._peak_table(details=("stiffness", "loss_factor"))
         if self.checked:
-            from ...cosimulation.steady_check import PERIODS
+            from ...cosimulation.steady_check import PERIODS, SteadyCheck
 
-            rows = [{**vars(motion.check), **motion.words(several)} for motion in self.checked]
-            yield Table(_CHECK, rows, f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:")
-
-    def _name(self, isolated: IsolatedModel) -> str:
-        return isolated.label if isolated.source is None else f"{isolated.label} ({isolated.source})"
+            verdicts = {True: "agrees", False: "DIFFERS: the computed motion is not steady or not stable"}
+            rows = []
+            for one in self.checked:
+                what = {"model": one.model.label, "level_text": one.response.level_text}
+                rows.append({**vars(one.check), **what, "verdict": verdicts[one.agrees]})
+            checks = (_MODEL, LEVELS[1], *columns_of(SteadyCheck), ResultColumn("verdict", "", "verdict", "verdict"))
+            title = f"Co-simulation of the FMU, {PERIODS} periods from the computed motion:"
+            yield Table(self._shown(checks), rows, title)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Of the identifications, where a curve folds, and where a motion leaves the identified range."""
-        found: list[Finding] = []
-        for isolated in self.models:
-            found += cautions_in_use(isolated.label, isolated.model)
-            spring = isolated.system.spring
-            ends = (spring.displacement_min, spring.displacement_max)
-            for response in isolated.responses:
-                of_model = f"{isolated.label}, " if len(self.models) > 1 else ""
-                where = f"{of_model}{response.level_text}"
-                if unstable := int(response.unstable.sum()):
-                    found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}, where))
-                if outside := [point.frequency for point in response.points if point.extrapolating]:
-                    numbers = {"frequencies": ((min(outside), max(outside)),), "range": (ends,)}
-                    found.append(Finding(Outcome.OUTSIDE_RANGE, numbers, where))
-        return tuple(found)
+        of_models = (cautions_in_use(isolated.label, isolated.model) for isolated in self.models)
+        return (*chain.from_iterable(of_models), *self._of_curves)
 
     def content(self) -> Mapping[str, Any]:
         """Of one model, or a list of them in `models`."""
@@ -280,31 +187,38 @@ class Isolation(AnyIsolation):
         return models[0] if len(models) == 1 else {"levels_chosen": self.levels_chosen or None, "models": models}
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw transmissibility over frequency, dotted where the motion is unstable.
-
-        Without axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
-
-        Parameters
-        ----------
-        ax : Axes or None     Where to draw.
-
-        Returns
-        -------
-        Axes                  Those of the transmissibility.
+        """Draw transmissibility over frequency, dotted where it is unstable, into axes, and return them. Without
+        axes a new figure of pyplot also has the amplitudes of the mount, in ``ax.figure.axes[1]``.
         """
-        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH, draw_transmissibility
+        return self._drawn(ax)[0]
 
-        if ax is None:
-            return self._drawn()[0]
-        (axes,) = self._axes(ax)
-        draw_transmissibility(axes, self.curves)
-        axes.legend(title=self.excitation.value, fontsize=8, handlelength=HANDLE_LENGTH)
-        return axes
+    @property
+    def _panels(self) -> list[Panel]:
+        from ...vibration.one_mass.curves_plot import Curve as Drawn
+        from ...vibration.one_mass.curves_plot import Panel
 
-    def _fill(self, figure: Figure) -> list[Axes]:
-        from ...vibration.one_mass.curves_plot import fill
+        several = len(self.models) > 1
 
-        return [*fill(figure, self.curves, self.title)]
+        def curves(name: str, factor: float = 1.0) -> list[Drawn]:
+            return [
+                Drawn(response.column("frequency"), factor * response.column(name), ~response.unstable,
+                      *((isolated.label, response.level_text) if several else (response.level_text,)))
+                for isolated, response in self.every
+            ]  # fmt: skip
+
+        kind = "force" if self.excitation is Excitation.FORCE else "absolute"
+        return [
+            Panel(f"{kind} transmissibility [-]", curves("transmissibility"), level=1.0),
+            Panel("amplitude of the mount [mm]", curves("amplitude", 1e3)),
+        ]
+
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels, mark_superharmonics
+
+        models = "" if len(self.models) > 1 else f"{self.models[0].label}: "
+        title = f"{models}{self.models[0].system.mass:g} kg, {self.excitation.value}"
+        _, below = draw_panels(figure, self._panels, title)
+        mark_superharmonics(below, [response for _, response in self.every])
 
     def verify(self, progress: Progress = unseen) -> tuple[CheckedMotion, ...]:
         """Build the FMUs and co-simulate stable motions of each level: at both ends of the band and at the peak.
@@ -325,20 +239,18 @@ class Isolation(AnyIsolation):
         from ...cosimulation.steady_check import check_steady
         from ...fmu.native.native_fmu import build_native_fmu
 
-        runs = [(isolated, response, point) for isolated, response in self.every for point in _ends(response)]
-        total = len(runs) + len(self.models)
         checked: list[CheckedMotion] = []
         with TemporaryFolder() as folder:
-            fmus = {}
-            for built, isolated in enumerate(self.models):
-                progress(f"Building the FMU of {isolated.label}", built, total)
-                fmus[isolated] = build_native_fmu(isolated.model, folder / str(built), zero=isolated.zero)
-            for isolated, response, point in runs:
-                task = f"Simulating {isolated.label}, {response.level_text}, {point.frequency:.4g} Hz"
-                progress(task, len(fmus) + len(checked), total)
-                check = check_steady(fmus[isolated], isolated.system, response.excitation, response.level, point)
-                checked.append(CheckedMotion(isolated, response, check))
-        progress("Simulated", total, total)
+            for k, isolated in enumerate(self.models):
+                progress(f"Building the FMU of {isolated.label}", k, len(self.models))
+                fmu = build_native_fmu(isolated.model, folder / str(k), zero=isolated.zero)
+                for response in isolated.responses:
+                    progress(f"Simulating {isolated.label}, {response.level_text}", k, len(self.models))
+                    stable = [point for point in response.points if point.stable]
+                    peak = max(stable, key=lambda point: point.transmissibility)
+                    for point in dict.fromkeys((stable[0], peak, stable[-1])):
+                        check = check_steady(fmu, isolated.system, response.excitation, response.level, point)
+                        checked.append(CheckedMotion(isolated, response, check))
         return tuple(checked)
 
 
@@ -362,18 +274,20 @@ def isolate(
     Parameters
     ----------
     models : Spring, path of a model file or FMU, or a sequence of these; or path of a SYSTEM.toml, or SystemFile
-    mass : float                   On the mount of a model [kg].
-    levels : Levels                What shakes the base or the mass; or its fields as keywords. If none are given, base
-                                   displacements of 0.5, 1 and 2 % of the free travel from static equilibrium to the
-                                   nearer end of the identified range, the smallest of all models or mounts.
-    mount : Mount                  Load and arrangement of springs of a model; or its fields as keywords.
-    curve : Curve                  Frequencies; or its fields as keywords. The band of a system is by default 0.23 times
-                                   the lowest to 5 times the highest natural frequency of each candidate.
+    mass : float
+        On the mount of a model [kg].
+    levels : Levels
+        What shakes the base or the mass; or its fields as keywords. If none are given, base displacements of 0.5, 1 and
+        2 % of the free travel from static equilibrium to the nearer end of the identified range, the smallest of all.
+    mount, curve : Mount, Curve
+        Load and arrangement of springs of a model, and frequencies; or their fields as keywords. The band of a system
+        is by default 0.23 times the lowest to 5 times the highest natural frequency of each candidate.
     zero : "rig", "middle", float or None
         Where displacement of a model is counted from: a displacement of the record [m]; by default as in its FMU.
-    candidates : str, sequence of str or None   Names of those of a system to compute; all if None.
-    progress : callable            Is called with what is being done, the number of frequencies done, and how many there
-                                   are.
+    candidates : str, sequence of str or None
+        Names of those of a system to compute; all if None.
+    progress : callable
+        Is called with the curve that is done, the number of frequencies done, and of all.
 
     Returns
     -------
@@ -394,9 +308,10 @@ def isolate(
     >>> result = isolate(spring, mass=5.0, base_displacement=[1e-4, 2e-4], points=8)
     >>> print(result.summary())
     5 kg on 1 spring, static load 49.03 N
-      static equilibrium at 6.129 mm of each spring (4.879 to 7.379 mm with friction), static sag 6.129 mm
-      small motion: 13 N/mm, 8.115 Hz
-      level   resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
+    Static equilibrium, with the lowest and the highest that friction leaves:
+      spring mm  sag mm  lowest mm  highest mm  stiffness N/mm  natural Hz
+          6.129   6.129      4.879       7.379              13       8.115
+       level  resonance Hz  transmissibility  amplitude mm  stiffness N/mm  loss factor  isolates from Hz
       0.1 mm         7.904             11.57         1.142           12.52       0.0856             11.47
       0.2 mm         7.743             8.579         1.687           12.08        0.115             11.44
     """
@@ -431,19 +346,16 @@ def isolate(
         parts.append(IsolatedModel(label, path_of(source), content, origin, system, equilibrium))
     if levels.chosen is None:
         excitation = Excitation.BASE_DISPLACEMENT
-        heights, chosen, nearest = default_levels([free_travel(part.system, part.equilibrium) for part in parts])
-        chosen += f" on {parts[nearest].label}{', the smallest of these models' if len(parts) > 1 else ''}."
+        heights, chosen = default_levels({part.label: free_travel(part.system, part.equilibrium) for part in parts})
     else:
         (excitation, heights), chosen = levels.chosen, ""
 
-    def respond(level: float, part: IsolatedModel, advance: Callable[[float], None]) -> FrequencyResponse:
+    def respond(part: IsolatedModel, level: float) -> FrequencyResponse:
         frequencies = band_frequencies(curve.band, curve.points, part.equilibrium)
         with _named(part.label, len(parts)):
-            return frequency_response(
-                part.system, excitation, level, frequencies, curve.extrapolate, resolve=True, advance=advance
-            )
+            return frequency_response(part.system, excitation, level, frequencies, curve.extrapolate, resolve=True)
 
-    motions = [(excitation.level_text(level), partial(respond, level)) for level in heights]
+    motions = [partial(respond, level=level) for level in heights]
     return Isolation(with_responses(parts, motions, curve.points, progress), excitation, heights, chosen)
 
 
@@ -465,8 +377,76 @@ def _labels(models: Sequence[ModelFile]) -> list[str]:
     return [name if counts[name] == 1 else f"{name} ({names[: k + 1].count(name)})" for k, name in enumerate(names)]
 
 
-def _ends(response: FrequencyResponse) -> list[ResponsePoint]:
-    """The stable motions at both ends of the band and at peak transmissibility."""
-    stable = [point for point in response.points if point.stable]
-    chosen = (stable[0], max(stable, key=lambda point: point.transmissibility), stable[-1])
-    return list(dict.fromkeys(chosen))
+@dataclass(frozen=True, eq=False)
+class SharedMass:
+    """Transmissibility of a mass on spring A and on spring B."""
+
+    mass: float = math.nan  # [kg], like the others NaN where it is unknown
+    load: float = math.nan  # [N]
+    level: float = math.nan  # amplitude of the base [m]
+    responses: tuple[FrequencyResponse, ...] = ()  # of A and of B, if there are any
+    refusal: str = ""  # why there are none
+
+    def lines(self) -> list[str]:
+        """The peaks in words."""
+        if self.refusal:
+            return [f"Transmissibility was not compared: {self.refusal}"]
+        a, b = (response.resonance for response in self.responses)
+        return [
+            f"A mass of {self.mass:.4g} kg under a load of {self.load:.4g} N, base moved by {1e3 * self.level:.3g} mm: "
+            f"transmissibility {a.transmissibility:.4g} at {a.frequency:.4g} Hz on A, {b.transmissibility:.4g} at "
+            f"{b.frequency:.4g} Hz on B."
+        ]
+
+    def as_json(self) -> dict[str, Any]:
+        """The peaks as JSON."""
+        a, b = [vars(response.resonance) for response in self.responses] or (None, None)
+        return {**picked(self, "mass", "load", "level"), "a": a, "b": b, "refusal": self.refusal}
+
+
+def shared_mass(
+    springs: tuple[SpringParameters, SpringParameters], low: float, high: float, mass: float | None
+) -> SharedMass:
+    """The transmissibility of both springs, or why there is none.
+
+    Parameters
+    ----------
+    springs : (SpringParameters, SpringParameters)
+    low, high : float      The range that both share [m].
+    mass : float or None   Loads the springs by its weight [kg]; if None the mass whose weight A holds in the middle of
+                           the range, or where A does not carry one there, a mass for 10 Hz of small motion.
+    """
+    try:
+        chosen, load = _default(springs[0], low, high) if mass is None else (mass, mass * STANDARD_GRAVITY)
+        systems = [IsolatedMass(spring, chosen, Mount(load)) for spring in springs]
+        rest = [static_equilibrium(system) for system in systems]
+        places = [equilibrium.displacement for equilibrium in rest]
+        level = _LEVEL * min(min(places) - low, high - max(places))
+        if not level > 0.0:
+            at = " and ".join(f"{1e3 * place:.4g} mm on {name}" for name, place in zip("AB", places, strict=True))
+            raise IsolationError(f"{chosen:.4g} kg rest at {at}, outside the range that both share; use another mass.")
+        lowest, highest = sorted(equilibrium.frequency for equilibrium in rest)
+        if not highest <= _APART * lowest < math.inf:
+            raise IsolationError(
+                f"The natural frequencies of {lowest:.4g} and {highest:.4g} Hz are too far apart for one band; look at "
+                "each spring with isolate."
+            )
+        band = np.geomspace(DEFAULT_BAND[0] * lowest, DEFAULT_BAND[1] * highest, _POINTS)
+        responses = tuple(frequency_response(system, Excitation.BASE_DISPLACEMENT, level, band) for system in systems)
+    except IsolationError as refusal:
+        return SharedMass(refusal=str(refusal))
+    return SharedMass(chosen, load, level, responses)
+
+
+def _default(spring: SpringParameters, low: float, high: float) -> tuple[float, float]:
+    """Mass [kg] and static load [N] that let a spring rest in the middle of a range, if its force rises there."""
+    forces, stiffnesses = PathSolver(spring).small_motion(np.linspace(low, high, 101))
+    load, stiffness = float(forces[50]), float(stiffnesses[50])
+    if load > _LEAST_WEIGHT * float(np.ptp(forces)):
+        return load / STANDARD_GRAVITY, load
+    if not stiffness > 0.0:
+        raise IsolationError(
+            f"The stiffness of A in the middle of the range that both share must be > 0 for a mass to rest there, got "
+            f"{stiffness:.4g} N/m; give a mass that rests elsewhere."
+        )
+    return stiffness / (2.0 * math.pi * _FREQUENCY) ** 2, load

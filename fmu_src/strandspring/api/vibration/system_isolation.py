@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import count
+from itertools import groupby
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -15,38 +15,39 @@ from numpy.typing import NDArray
 
 from ...errors import IsolationError, MountedSystemError, OptionError, Reader
 from ...findings import Finding, gathered
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, columns_of
 from ...vibration.bodies.modes import Mode, modes
 from ...vibration.bodies.mounted import MountedSystem
-from ...vibration.bodies.parts import Vector
 from ...vibration.bodies.rest import RestPose, rest
 from ...vibration.bodies.shaken_system import ShakenSystem
 from ...vibration.bodies.shaking import Shaking
 from ...vibration.bodies.six_response import DIRECTIONS, PointResonance, SystemResponse, all_points, system_response
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
+from ...vibration.description.table_types import read_direction
 from ...vibration.one_mass.band import DEFAULT_BAND
 from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
 from ..common.progress import Progress, unseen
+from ..common.result import picked, records
 from ..common.table import Table
-from .isolation_result import FREQUENCY, ISOLATION_FREQUENCY, AnyIsolation, default_levels, with_responses
+from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
 
 if TYPE_CHECKING:
-    import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ...vibration.one_mass.curves_plot import Curve as DrawnCurve
+    from ...vibration.one_mass.curves_plot import Panel
 
-_ORIGIN = (0.0, 0.0, 0.0)
+_CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
+_EXCITATION = ResultColumn("excitation", "", "excitation", "excitation")
+_PHASE = ResultColumn("phase", "deg", "phase")
+_ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration")
 _SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
-_OF = tuple(ResultColumn(key, "", key, key) for key in ("candidate", "body"))
-_EXCITATION = ResultColumn("excitation", "", "excitation")
-_POINT = (ResultColumn("point", "", "point", "point"), ResultColumn("direction", "", "motion", "motion"))
 _REST = (
-    *_OF,
+    _CANDIDATE,
+    ResultColumn("body", "", "body", "body"),
     ResultColumn("mass", "kg", "mass", "mass", "kg"),
     *(ResultColumn(way, "m", f"displacement along {way}", way, "mm", 1e3) for way in DIRECTIONS),
     ResultColumn("tilt", "rad", "tilt", "tilt", "deg", math.degrees(1.0), 3),
@@ -56,40 +57,22 @@ MODES = (
     ResultColumn("frequency", "Hz", "natural frequency", "mode", "Hz"),
     ResultColumn("viscous_damping", "1", "viscous damping", "viscous damping", "%", 100.0, 3),
     ResultColumn("motion", "", "motion", "small motion"),
+    # Of text, where springs move by much of their free travel.
+    ResultColumn("secant", "Hz", "", "secant", "Hz"),
+    ResultColumn("damping", "1", "", "damping", "%", 100.0, 2),
 )
 _DIGITS = 9  # of metres and radians, beyond which a pose is rounding
-# Of the figure: width of a column, height of both rows, height of a line of the legend [inches]; of a name in it the
-# letters, and their height.
-_WIDTH, _HEIGHT, _LEGEND = 4.5, 7.5, 0.25
-_LETTERS, _POINTS = 32, 9.0
 
 
 @dataclass(frozen=True, eq=False)
-class IsolatedSystem:
-    """One candidate.
-
-    Attributes
-    ----------
-    label : str
-    system : MountedSystem
-    rest : RestPose                        Static equilibrium, of `isolate` that midway in the hysteresis.
-    motion : SmallMotion                   About it.
-    modes : tuple of Mode
-    responses : tuple of SystemResponse    One for each excitation and level.
-    """
+class RestingSystem:
+    """A candidate at rest."""
 
     label: str
     system: MountedSystem
-    rest: RestPose
-    motion: SmallMotion
-    modes: tuple[Mode, ...]
-    responses: tuple[SystemResponse, ...] = ()
-
-    @classmethod
-    def at_rest(cls, label: str, system: MountedSystem, pose: RestPose) -> IsolatedSystem:
-        """With its modes about a pose; raises MountedSystemError if that is not stable."""
-        motion = SmallMotion(system, pose.pose)
-        return cls(label, system, pose, motion, modes(motion, omega=pose.omega))
+    poses: tuple[RestPose, ...]  # where friction may leave it, first the nominal one
+    modes: tuple[Mode, ...]  # of small motion about that
+    secants: tuple[Mode, ...] = ()  # of large motion, if they are known
 
     @property
     def mode_rows(self) -> list[dict[str, Any]]:
@@ -100,36 +83,44 @@ class IsolatedSystem:
         ]
 
     def content(self) -> dict[str, Any]:
+        """For JSON."""
+        bodies, pose = self.system.bodies, self.poses[0]
+        names, masses = [body.name for body in bodies], [body.mass for body in bodies]
+        rest = records("body", names, mass=masses, displacement=pose.displacements, rotation=pose.rotations)
+        return {"static_equilibrium": rest, "modes": self.mode_rows}
+
+
+@dataclass(frozen=True, eq=False)
+class IsolatedSystem(RestingSystem):
+    """A candidate, at rest midway in the hysteresis."""
+
+    responses: tuple[SystemResponse, ...] = ()  # one for each excitation and level
+
+    def content(self) -> dict[str, Any]:
         """The candidate and its motions for JSON."""
-        poses = zip(self.system.bodies, self.rest.displacements, self.rest.rotations, strict=True)
-        return {
-            "name": self.label,
-            "cautions": [*gathered(catalogue_cautions(self.system), Reader.FILE)],
-            "static_equilibrium": [
-                {"body": body.name, "mass": body.mass, "displacement": moved, "rotation": rotation}
-                for body, moved, rotation in poses
-            ],
-            "modes": self.mode_rows,
-            "responses": [_response_content(response) for response in self.responses],
-        }
+        cautions = [*gathered(catalogue_cautions(self.system), Reader.FILE)]
+        responses = [*map(_response_content, self.responses)]
+        return {"name": self.label, "cautions": cautions, **super().content(), "responses": responses}
 
 
-def rest_tables(candidates: Sequence[IsolatedSystem], brief: bool) -> Iterator[Table]:
+def rest_tables(candidates: Sequence[RestingSystem], brief: bool) -> Iterator[Table]:
     """Where the bodies rest, and the modes; of these the frequencies alone if it is to be brief."""
-    rows = []
+    several, rows = len(candidates) > 1, []
     for candidate in candidates:
-        of: dict[str, Any] = {"candidate": candidate.label if len(candidates) > 1 else None}
-        if brief:
-            of["natural"] = ", ".join(f"{mode.frequency:.3g}" for mode in candidate.modes)
-        for body, pose in zip(candidate.system.bodies, candidate.rest.coordinates.tolist(), strict=True):
-            tilt = 2.0 * math.atan2(math.hypot(*pose[4:]), abs(pose[3]))
-            moved = dict(zip((*DIRECTIONS, "tilt"), np.round([*pose[:3], tilt], _DIGITS).tolist(), strict=True))
-            rows.append({**of, "body": body.name, "mass": body.mass, **moved})
+        of = {"candidate": candidate.label, "natural": ", ".join(f"{mode.frequency:.3g}" for mode in candidate.modes)}
+        for k, body in enumerate(candidate.system.bodies):
+            x, y, z, w, *turned = np.array([pose.coordinates[k] for pose in candidate.poses]).T
+            tilt = 2.0 * np.arctan2(np.linalg.norm(turned, axis=0), np.abs(w))
+            ranges = ((float(moved.min()), float(moved.max())) for moved in np.round((x, y, z, tilt), _DIGITS))
+            moved = dict(zip((*DIRECTIONS, "tilt"), ranges, strict=True))
+            rows.append({**of, **picked(body, "mass"), "body": body.name, **moved})
             of = dict.fromkeys(of, "")
-    yield Table(_REST, rows, "Static equilibrium:")
+    yield Table(_REST[int(not several) : None if brief else -1], rows, "Static equilibrium:")
     for candidate in () if brief else candidates:
-        title = f"Modes of {candidate.label}:" if len(candidates) > 1 else "Modes:"
-        yield Table(MODES, candidate.mode_rows, title)
+        modes = candidate.mode_rows
+        for row, secant in zip(modes, candidate.secants, strict=False):
+            row |= {"secant": secant.frequency, "damping": secant.damping}
+        yield Table(MODES, modes, f"Modes of {candidate.label}:" if several else "Modes:")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -149,60 +140,46 @@ class SystemIsolation(AnyIsolation):
     candidates: tuple[IsolatedSystem, ...]
     levels_chosen: str = ""
 
+    _parts_in = "candidates"
+    _size = (12.0, 9.5)
     _stated: ClassVar[Mapping[str, Any]] = {}  # each candidate and response says its own
 
     @property
-    def _parts(self) -> tuple[IsolatedSystem, ...]:
-        """The candidates."""
-        return self.candidates
+    def table(self) -> Table:
+        """All points of the curves, under headings with units."""
+        level = f"level [{next(self.every)[1].shaking.unit}]"
+        headings: dict[str, None] = dict.fromkeys(("candidate", "excitation", level))
+        rows = []
+        for candidate, response in self.every:
+            of = {"candidate": candidate.label, "excitation": response.excitation, level: response.level}
+            curve = dict(_headed(candidate, response))
+            headings |= dict.fromkeys(curve)
+            points = zip(*(values.tolist() for values in curve.values()), strict=True)
+            rows += [{**of, **dict(zip(curve, point, strict=True))} for point in points]
+        return Table([ResultColumn(heading, "", heading) for heading in headings], rows)
 
-    def _of(self, part: IsolatedSystem, response: SystemResponse) -> dict[ResultColumn, Any]:
-        level = ResultColumn("level", response.shaking.unit, "level")
-        return {_OF[0]: part.label, _EXCITATION: response.shaking.name, level: response.level}
-
-    def _curve(self, part: IsolatedSystem, response: SystemResponse) -> dict[ResultColumn, NDArray[Any]]:
-        columns: dict[str, NDArray[Any]] = {"frequency [Hz]": response.frequency}
-        for p, point in enumerate(response.points):
-            for column, values in _series(response):
-                along = dict(zip(DIRECTIONS, values[:, p].T, strict=True)) if values.ndim == 3 else {"": values[:, p]}
-                for way, of_point in along.items():
-                    columns[f"{f'{point.name} {way}'.rstrip()}: {column.file_heading}"] = of_point
-        forces, tilt = np.abs(response.base_force), np.degrees(response.tilt)
-        columns |= {f"force on the base {way} [N]": forces[:, k] for k, way in enumerate(DIRECTIONS)}
-        columns |= {f"{body.name}: tilt [deg]": tilt[:, k] for k, body in enumerate(part.system.bodies)}
-        for k, axis in enumerate(response.axes):
-            columns[f"lowest displacement of {axis} [m]"] = response.low[:, k]
-            columns[f"highest displacement of {axis} [m]"] = response.high[:, k]
-        columns |= {"stable": response.stable, "requested frequency": response.requested}
-        columns |= {"outside the identified range": response.extrapolating}
-        return {ResultColumn(heading, "", heading): values for heading, values in columns.items()}
-
-    def to_frame(self) -> pd.DataFrame:
-        """All points of the curves, under the headings of `save_csv`."""
-        _, response = next(self.every)
-        return super().to_frame().rename(columns={"level": f"level [{response.shaking.unit}]"})
+    @property
+    def _peak_columns(self) -> tuple[ResultColumn, ...]:
+        gain = next(self.every)[1].gain_column
+        figures = (gain if column.key == gain.key else column for column in columns_of(PointResonance))
+        return (_CANDIDATE, _EXCITATION, *LEVELS, *figures, BAND)
 
     def parts(self, brief: bool) -> Iterator[str | Table]:
-        """Static equilibrium, modes and the largest resonance of each point."""
+        """Static equilibrium, modes, and of each point the largest resonance in any direction."""
         yield f"{self.name} ({self.source})" if self.source is not None else self.name
         yield from rest_tables(self.candidates, brief)
         if self.levels_chosen:
             yield self.levels_chosen
-        _, response = next(self.every)
-        figures = (*_POINT, FREQUENCY, response.gain_column, _SWAY, ISOLATION_FREQUENCY)
-        yield self._resonance_table(figures, _largest)
+        peaks = self._peak_table()
+        same = ("candidate", "excitation", "level", "point")
+        of_points = groupby(peaks.rows, key=lambda row: [row[key] for key in same])
+        yield replace(peaks, rows=[max(rows, key=lambda row: row["gain"]) for _, rows in of_points])
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Of springs from a catalogue, and of each curve."""
-        return (
-            *shared({candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}),
-            *(
-                replace(finding, where=f"{candidate.label}, {response.shaking.name}, {response.level_text}")
-                for candidate, response in self.every
-                for finding in response.findings
-            ),
-        )
+        of_candidates = {candidate.label: [*catalogue_cautions(candidate.system)] for candidate in self.candidates}
+        return (*shared(of_candidates), *self._of_curves)
 
     def content(self) -> Mapping[str, Any]:
         """The candidates with their responses."""
@@ -223,90 +200,47 @@ class SystemIsolation(AnyIsolation):
         write_system_isolation(os.fspath(path), self.name, self.candidates[0].system, curves, parts)
 
     def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
-        """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable.
-
-        Parameters
-        ----------
-        ax : sequence of Axes or None   Those of the gains, then those of the sways; those of a new figure if None.
-
-        Returns
-        -------
-        list of Axes
+        """Draw gain over frequency of each excitation, and below it the sway, dotted where the motion is unstable, into
+        axes, first those of the gains, and return them; those of a new figure if None.
         """
-        if ax is None:
-            return self._drawn()
-        axes = self._axes(ax)
-        self._draw_curves(axes)
-        axes[0].legend(fontsize=8)
-        return axes
+        return self._drawn(ax)
 
     @property
     def _excitations(self) -> list[str]:
-        return list(dict.fromkeys(response.shaking.name for _, response in self.every))
+        return list(dict.fromkeys(response.excitation for _, response in self.every))
 
     @property
     def _grid(self) -> tuple[int, int]:  # type: ignore[override]
         return 2, len(self._excitations)
 
+    def _draw(self, figure: Figure) -> None:
+        from ...vibration.one_mass.curves_plot import draw_panels
+
+        draw_panels(figure, self._panels, self.name)
+
     @property
-    def _size(self) -> tuple[float, float]:
-        width = max(8.0, _WIDTH * len(self._excitations))
-        names = [curve.label for curve in self._curves(self._excitations[0], "sway")]
-        return width, _HEIGHT + _LEGEND * (len(names) // _legend_columns(names, width) + 1)
+    def _panels(self) -> list[Panel]:
+        """Gain above sway, a column for each excitation: colours tell points and candidates, and dashes levels."""
+        from ...vibration.one_mass.curves_plot import Curve as Drawn
+        from ...vibration.one_mass.curves_plot import Panel
 
-    def _fill(self, figure: Figure) -> list[Axes]:
-        from ...vibration.one_mass.curves_plot import HANDLE_LENGTH
-
-        axes = list(figure.subplots(*self._grid, sharex="col", sharey="row", squeeze=False).flat)
-        self._draw_curves(axes)
-        figure.suptitle(self.name)
-        handles, labels = axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=_legend_columns(labels, figure.get_figwidth()),
-                      fontsize=_POINTS, frameon=False, handlelength=HANDLE_LENGTH)  # fmt: skip
-        return axes
-
-    def _draw_curves(self, axes: Sequence[Axes]) -> None:
-        """Gain above sway, a column for each excitation."""
-        from ...vibration.one_mass.curves_plot import draw
-
-        column = next(self.every)[1].gain_column
-        gain = f"{column.short or 'motion'} [{column.shown or '-'}], largest of x, y and z"
-        below = len(self._excitations)
-        for k, name in enumerate(self._excitations):
-            draw(axes[k], self._curves(name, "gain"), "" if k else gain)
-            draw(axes[below + k], self._curves(name, "sway"), "" if k else "sway [mm]")
-            axes[k].set_title(name, fontsize=10)
-            axes[k].set_xlabel("")
-
-    def _curves(self, excitation: str, quantity: str) -> list[DrawnCurve]:
-        """Of one excitation: colours tell points, or points and candidates, apart, and dashes levels."""
-        from ...report.drawing import shortened
-        from ...vibration.one_mass.curves_plot import COLORS, STYLES
-        from ...vibration.one_mass.curves_plot import Curve as DrawnCurve
-
-        levels = list(dict.fromkeys(response.level for _, response in self.every))
-        curves, colours = [], count()
-        for candidate in self.candidates:
-            of = [shortened(candidate.label, _LETTERS)] if len(self.candidates) > 1 else []
-            for p, (point, colour) in enumerate(zip(candidate.responses[0].points, colours, strict=False)):
-                for response in candidate.responses:
-                    if response.shaking.name != excitation:
-                        continue
-                    gain = response.gain_column.factor * np.abs(response.gain[:, p]).max(axis=1)
-                    values = gain if quantity == "gain" else 1e3 * response.sway[:, p]
-                    name = ", ".join([*of, shortened(point.name, _LETTERS), response.level_text])
-                    style = STYLES[levels.index(response.level) % len(STYLES)]
-                    colour_of = COLORS[colour % len(COLORS)]
-                    curves.append(DrawnCurve(response.frequency, values, response.stable, name, colour_of, style))
-        return curves
-
-
-def _legend_columns(names: Sequence[str], width: float) -> int:
-    """Of a legend as wide as a figure [inches]."""
-    from ...report.drawing import legend_columns
-    from ...vibration.one_mass.curves_plot import LEGEND_COLUMNS
-
-    return min(LEGEND_COLUMNS, legend_columns(names, width, _POINTS, 12))
+        of_gain = next(self.every)[1].gain_column
+        gain = f"{of_gain.short or 'motion'} [{of_gain.shown or '-'}], largest of x, y and z"
+        panels = []
+        for label in (gain, "sway [mm]"):
+            for excitation in self._excitations:
+                curves = []
+                for candidate, response in self.every:
+                    largest = of_gain.factor * np.abs(response.gain).max(axis=2)
+                    values = largest if label is gain else 1e3 * response.sway
+                    of = f"{candidate.label}, " if len(self.candidates) > 1 else ""
+                    curves += [
+                        Drawn(response.frequency, along, response.stable, f"{of}{point.name}", response.level_text)
+                        for point, along in zip(response.points, values.T, strict=True)
+                        if response.excitation == excitation
+                    ]
+                panels.append(Panel(label, curves, excitation if label is gain else ""))
+        return panels
 
 
 def isolated_bodies(
@@ -325,136 +259,98 @@ def isolated_bodies(
     """
     if levels.at is not None and levels.force is None:
         raise OptionError("{to[at]} says where a force acts; give {to[force]}, too, or leave it out.", at=levels.at)
-    directions = [levels.directions] if isinstance(levels.directions, str) else levels.directions
     description = source if isinstance(source, SystemFile) else load_system_file(source)
-    parts = []
+    parts, motions = [], {}
     for label, system in description.chosen_candidates(candidates):
-        parts.append(IsolatedSystem.at_rest(label, system, rest(system)))
-    kind, about, heights, chosen = _levels(parts, levels)
-    shakings = [
-        _shaking(parts[0].system, kind, direction, about, levels.at)
-        for direction in ([_vector(vector) for vector in directions] if directions is not None else np.eye(3).tolist())
-    ]
-    if directions is None:
-        shakings = [shaking for shaking in shakings if all(_moves(part, shaking) for part in parts)]
+        pose = rest(system)
+        motions[label] = SmallMotion(system, pose.pose)
+        parts.append(IsolatedSystem(label, system, (pose,), modes(motions[label], omega=pose.omega)))
+    kind, about, chosen = Excitation.BASE_DISPLACEMENT, None, ""
+    if levels.rotation is not None:
+        about, heights = (0.0, 0.0, 0.0), levels.rotation
+    elif levels.chosen is not None:
+        kind, heights = levels.chosen
+    else:
+        travels = {part.label: float(part.system.laws.free_travel(part.poses[0].displacement).min()) for part in parts}
+        heights, chosen = default_levels(travels)
+    given = [levels.directions] if isinstance(levels.directions, str) else levels.directions
+    ways = DIRECTIONS if given is None else given
+    shakings = [_shaking(parts[0].system, kind, direction, about, levels.at) for direction in ways]
+    if given is None:
+        # Those that some body is free to follow.
+        shakings = [one for one in shakings if all(ShakenSystem(motion, one, 1.0).moves for motion in motions.values())]
 
-    def respond(
-        shaking: Shaking, level: float, part: IsolatedSystem, advance: Callable[[float], None]
-    ) -> SystemResponse:
+    def respond(part: IsolatedSystem, shaking: Shaking, level: float) -> SystemResponse:
+        held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
+        ends = curve.band or (DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1])
+        band = np.geomspace(*ends, curve.points)
         try:
-            return system_response(
-                part.motion, shaking, level, _band(curve, part), extrapolate=curve.extrapolate, advance=advance
-            )
+            return system_response(motions[part.label], shaking, level, band, extrapolate=curve.extrapolate)
         except (IsolationError, MountedSystemError) as refusal:
             raise type(refusal)("{where}: {refusal}", where=f"{part.label}, {shaking.name}", refusal=refusal) from None
 
-    motions = [
-        (f"{shaking.name}, {shaking.level_text(level)}", partial(respond, shaking, level))
-        for shaking in shakings
-        for level in heights
-    ]
+    shaken = [partial(respond, shaking=shaking, level=level) for shaking in shakings for level in heights]
     path = None if isinstance(source, SystemFile) else os.fspath(source)
-    return SystemIsolation(description.name, path, with_responses(parts, motions, curve.points, progress), chosen)
-
-
-def _levels(parts: Sequence[IsolatedSystem], given: Levels) -> tuple[Excitation, Vector | None, tuple[float, ...], str]:
-    """The excitation, a place of its axis if it turns the base, its levels, and how they were chosen."""
-    if given.rotation is not None:
-        return Excitation.BASE_DISPLACEMENT, _ORIGIN, given.rotation, ""
-    if given.chosen is not None:
-        return given.chosen[0], None, given.chosen[1], ""
-    levels, chosen, nearest = default_levels(
-        [float(part.system.laws.free_travel(part.rest.displacement).min()) for part in parts]
-    )
-    several = f" of {parts[nearest].label}, the smallest of these candidates" if len(parts) > 1 else ""
-    return Excitation.BASE_DISPLACEMENT, None, levels, f"{chosen} of the mounts{several}."
-
-
-def _vector(direction: str | Sequence[float]) -> Vector:
-    """A direction as people give it, of unit length."""
-    names = {f"{sign}{name}": np.array(row) * (-1.0 if sign == "-" else 1.0)
-             for sign in ("", "+", "-") for name, row in zip(DIRECTIONS, np.eye(3), strict=True)}  # fmt: skip
-    if isinstance(direction, str):
-        if direction not in names:
-            raise IsolationError(f"A direction must be x, y, z, -x, -y, -z or three components, got {direction!r}.")
-        values = names[direction]
-    else:
-        values = np.asarray(direction, dtype=np.float64)
-    length = float(np.linalg.norm(values)) if values.shape == (3,) else math.nan
-    if not (math.isfinite(length) and length > 0.0):
-        raise IsolationError(f"A direction must have three finite components that are not all 0, got {direction!r}.")
-    x, y, z = (values / length).tolist()
-    return x, y, z
+    return SystemIsolation(description.name, path, with_responses(parts, shaken, curve.points, progress), chosen)
 
 
 def _shaking(
-    system: MountedSystem, kind: Excitation, direction: Sequence[float], about: Vector | None, at: str | None
+    system: MountedSystem, kind: Excitation, given: Any, about: tuple[float, float, float] | None, at: str | None
 ) -> Shaking:
-    x, y, z = direction
+    """What shakes a system along or about a direction, or as a force on a point, the first one by default."""
+    try:
+        direction = read_direction(given if isinstance(given, str) else np.ravel(given).tolist()).vector
+    except ValueError as problem:
+        raise IsolationError(f"An entry of `directions` {problem}.") from None
     if kind is not Excitation.FORCE:
-        return Shaking(kind, (x, y, z), about)
+        return Shaking(kind, direction, about)
     places = {point.name: point for point in all_points(system)}
     if at is not None and at not in places:
         raise IsolationError(f"`at` must be one of the points {', '.join(places)}, got {at!r}.")
-    point = places[at] if at is not None else all_points(system)[0]
-    return Shaking(kind, (x, y, z), None, point.body, point.place)
+    point = places[at or next(iter(places))]
+    return Shaking(kind, direction, None, point.body, point.place)
 
 
-def _moves(part: IsolatedSystem, shaking: Shaking) -> bool:
-    """Whether some body is free to follow an excitation."""
-    return ShakenSystem(part.motion, shaking, 1.0).moves
+def _series(response: SystemResponse) -> dict[ResultColumn, NDArray[Any]]:
+    """Figures of each point over the curve, shape (P, F, 3), or (P, F) without a direction."""
+    phase = np.degrees(np.angle(response.gain))
+    figures = {response.gain_column: np.abs(response.gain), _PHASE: phase, _ACCELERATION: response.acceleration}
+    return {column: values.swapaxes(0, 1) for column, values in (figures | {_SWAY: response.sway}).items()}
 
 
-def _band(curve: Curve, part: IsolatedSystem) -> np.ndarray:
-    """Frequencies evenly spaced in the logarithm [Hz]."""
-    if curve.band is None:
-        held = [mode.frequency for mode in part.modes if mode.frequency > 0.0]
-        return np.geomspace(DEFAULT_BAND[0] * held[0], DEFAULT_BAND[1] * held[-1], curve.points)
-    return np.geomspace(*curve.band, curve.points)
-
-
-def _largest(response: SystemResponse) -> list[PointResonance]:
-    """Of each point in the direction in which it moves most."""
-    return [
-        max(
-            (resonance for resonance in response.resonances if resonance.point == point.name),
-            key=lambda resonance: resonance.gain,
-        )
-        for point in response.points
-        if any(resonance.point == point.name for resonance in response.resonances)
-    ]
-
-
-def _series(response: SystemResponse) -> tuple[tuple[ResultColumn, NDArray[Any]], ...]:
-    """Figures of each point over the curve, shape (F, P, 3), or (F, P) without a direction."""
-    return (
-        (response.gain_column, np.abs(response.gain)),
-        (ResultColumn("phase", "deg", "phase"), np.degrees(np.angle(response.gain))),
-        (ResultColumn("acceleration", "m/s^2", "acceleration"), response.acceleration),
-        (_SWAY, response.sway),
-    )
+def _headed(candidate: IsolatedSystem, response: SystemResponse) -> Iterator[tuple[str, NDArray[Any]]]:
+    """A curve under the headings of files."""
+    yield "frequency [Hz]", response.frequency
+    for p, point in enumerate(response.points):
+        for column, values in _series(response).items():
+            ways = [f"{point.name} {way}" for way in DIRECTIONS] if values.ndim == 3 else [point.name]
+            along = np.atleast_3d(values)[p].T
+            yield from ((f"{of}: {column.file_heading}", one) for of, one in zip(ways, along, strict=True))
+    forces = np.abs(response.base_force)
+    yield from ((f"force on the base {way} [N]", forces[:, k]) for k, way in enumerate(DIRECTIONS))
+    for k, body in enumerate(candidate.system.bodies):
+        yield f"{body.name}: tilt [deg]", np.degrees(response.tilt[:, k])
+    for k, axis in enumerate(response.axes):
+        yield f"lowest displacement of {axis} [m]", response.low[:, k]
+        yield f"highest displacement of {axis} [m]", response.high[:, k]
+    yield "stable", response.stable
+    yield "requested frequency", response.requested
+    yield "outside the identified range", response.extrapolating
 
 
 def _response_content(response: SystemResponse) -> dict[str, Any]:
-    series = _series(response)
-    ranges = zip(response.axes, response.low.T, response.high.T, strict=True)
+    series = {column.key: values for column, values in _series(response).items()}
     return {
-        "excitation": response.shaking.name,
+        "excitation": response.excitation,
         "direction": response.shaking.direction,
         "level": response.level,
         "unit": response.shaking.unit,
-        "gain_unit": response.gain_unit,
-        "resonances": response.resonances,
+        **picked(response, "gain_unit", "resonances"),
         "cautions": [*gathered(response.findings, Reader.FILE)],
         "errors_against_time_integration": response.errors,
         "frequency": response.frequency,
-        "points": [
-            {"name": point.name, **{column.key: values[:, p] for column, values in series}}
-            for p, point in enumerate(response.points)
-        ],
+        "points": records("name", (point.name for point in response.points), **series),
         "base_force": np.abs(response.base_force),
-        "axes": [{"name": name, "min": low, "max": high} for name, low, high in ranges],
-        "stable": response.stable,
-        "requested": response.requested,
-        "extrapolating": response.extrapolating,
+        "axes": records("name", response.axes, min=response.low.T, max=response.high.T),
+        **picked(response, "stable", "requested", "extrapolating"),
     }

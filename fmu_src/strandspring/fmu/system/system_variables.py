@@ -185,11 +185,11 @@ def system_start_values(system: MountedSystem, options: SystemFmuOptions) -> dic
     return {**dict.fromkeys(inputs, 0.0), "step": options.step, "omega_start": options.omega_start, **gravity}
 
 
-def unique_names(texts: Iterable[str], longest: int = _LONGEST) -> list[str]:
-    """Names of letters, digits and underscores for texts, all different, of about so many characters at most."""
+def unique_names(texts: Iterable[str], longest: int = _LONGEST, others: str = "") -> list[str]:
+    """Names of letters, digits, underscores and other signs for texts, all different, of about so many characters."""
     names: list[str] = []
     for text in texts:
-        name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:longest].rstrip("_") or "unnamed"
+        name = re.sub(rf"[^A-Za-z0-9{others}]+", "_", text).strip("_")[:longest].rstrip("_") or "unnamed"
         number, chosen = 1, name
         while chosen in names:
             number += 1

@@ -9,7 +9,7 @@ Motions between two folds of the curve are unstable; other losses of stability a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from ...errors import MountedSystemError
 from ...findings import Finding, Outcome
-from ...ground.result_columns import ResultColumn
+from ...ground.result_columns import ResultColumn, figure
 from ...kernel.arrays import BoolArray, FloatArray
 from ..one_mass.continuation import SteadyMotion, follow, refine_peak
 from ..one_mass.harmonic_balance import (
@@ -32,7 +32,7 @@ from ..one_mass.harmonic_balance import (
     stacked,
 )  # fmt: skip
 from ..one_mass.options import Excitation
-from ..one_mass.response import checked_band, isolation_frequency
+from ..one_mass.response import checked_band, curve_findings, isolation_frequency
 from .mounted import MountedSystem
 from .parts import BASE, Point
 from .shaken_system import ShakenSystem
@@ -52,26 +52,18 @@ _GAINS = {"1": ("transmissibility", "", 1.0), "m/rad": ("", "mm/rad", 1e3), "m/N
 
 @dataclass(frozen=True)
 class PointResonance:
-    """The largest gain of one point in one direction.
+    """The largest gain of one point in one direction."""
 
-    Attributes
-    ----------
-    point : str
-    direction : str                 "x", "y" or "z".
-    frequency : float               [Hz].
-    gain : float                    See `SystemResponse`.
-    sway : float                    Largest distance of the point from its place at rest, relative to the base [m].
-    isolation_frequency : float     From here on the gain stays below 1 [Hz]; NaN if it does nowhere, or is never above.
-    inside : bool                   Whether it lies inside the band, not at one of its ends.
-    """
-
-    point: str
-    direction: str
-    frequency: float
-    gain: float
-    sway: float
-    isolation_frequency: float
-    inside: bool
+    point: str = figure("", "point", "point")
+    direction: str = figure("", "motion", "motion")  # "x", "y" or "z"
+    frequency: float = figure("Hz", "resonance", "resonance", "Hz")
+    gain: float = figure("", "")  # see `SystemResponse.gain_column`
+    sway: float = figure(
+        "m", "sway", "sway", "mm", 1e3
+    )  # largest distance from the place at rest, relative to the base
+    # From here on the gain stays below 1; NaN if it does nowhere, or is never above.
+    isolation_frequency: float = figure("Hz", "isolation begins", "isolates from", "Hz")
+    inside: bool = figure("", "inside the band")  # not at one of its ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +115,16 @@ class SystemResponse:
         return self.shaking.level_text(self.level)
 
     @property
+    def excitation(self) -> str:
+        """How people name it."""
+        return self.shaking.name
+
+    @property
+    def where(self) -> str:
+        """Which of the curves of a system it is."""
+        return f"{self.excitation}, {self.level_text}"
+
+    @property
     def gain_unit(self) -> str:
         """Unit of the gain."""
         if self.shaking.kind is Excitation.FORCE:
@@ -163,8 +165,6 @@ class SystemResponse:
     def findings(self) -> tuple[Finding, ...]:
         """What limits the worth of these motions."""
         found = []
-        if unstable := int(np.sum(~self.stable)):
-            found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}))
         worst = max(self.errors, key=lambda error: error.largest, default=None)
         if worst is not None and worst.largest > _LARGE_ERROR:
             numbers = {"frequency": worst.frequency, "acceleration": worst.acceleration, "sway": worst.sway}
@@ -172,12 +172,7 @@ class SystemResponse:
             found.append(Finding(kind, {"tilt": float(self.tilt.max()), **numbers}))
         if self.sliding:
             found.append(Finding(Outcome.SLIDING_ALONE, {"mount": self.sliding}))
-        if self.extrapolating.any():
-            outside = self.frequency[self.extrapolating]
-            ends = (float(outside.min()), float(outside.max()))
-            counts = {"count": outside.size, "points": self.frequency.size}
-            found.append(Finding(Outcome.OUTSIDE_RANGE, {**counts, "frequencies": (ends,)}))
-        return tuple(found)
+        return (*found, *curve_findings(self.frequency, self.stable, self.extrapolating))
 
 
 def all_points(system: MountedSystem) -> tuple[Point, ...]:
@@ -199,7 +194,6 @@ def system_response(
     frequencies: Sequence[float] | FloatArray,
     *,
     extrapolate: bool = False,
-    advance: Callable[[float], None] = lambda _: None,
 ) -> SystemResponse:
     """Steady motions of a system over a band of frequencies, through folds if there are any.
 
@@ -210,7 +204,6 @@ def system_response(
     level : float                In its unit, > 0.
     frequencies : array_like     Shape (F,), F >= 2, rising [Hz], > 0.
     extrapolate : bool           Go on where the motion leaves an identified range.
-    advance : callable           Is called with the number of frequencies done.
 
     Raises
     ------
@@ -225,7 +218,7 @@ def system_response(
         raise MountedSystemError(
             f"A {shaking.name} moves nothing, because no body is free to follow it; give another direction."
         )
-    motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band, advance))
+    motions = list(follow(shaken.balance, shaken.linear_motion, 2.0 * np.pi * band))
     _check_ranges(shaken, motions)
     moved = _MovedPoints(shaken)
     gains = _Gains(shaken, moved)

@@ -74,10 +74,7 @@ class SteadyMotion:
 
 
 def follow(
-    balance: BalancedSystem,
-    linear: Callable[[float], FloatArray],
-    frequencies: FloatArray,
-    advance: Callable[[float], None] = lambda _: None,
+    balance: BalancedSystem, linear: Callable[[float], FloatArray], frequencies: FloatArray
 ) -> Iterator[SteadyMotion]:
     """Steady motions from the lowest to the highest frequency, in the order of the curve.
 
@@ -88,8 +85,6 @@ def follow(
     balance : BalancedSystem
     linear : callable                   Motion of the linearized system at an Omega; the first is looked for about it.
     frequencies : ndarray, shape (F,)   Rising [rad/s], > 0.
-    advance : callable                  Is called with the number of frequencies passed; through a fold it grows by less
-                                        than 1.
 
     Raises
     ------
@@ -100,7 +95,6 @@ def follow(
     crossed = -np.inf  # the wanted frequency before which a spike was crossed last
     yield here
     while (after := logs[logs > here.log]).size:
-        advance(logs.size - after.size)
         reached = balance.sweep(here.log, here.z, after[:_SWEPT])
         for log, motion in zip(after.tolist(), reached, strict=False):
             here = SteadyMotion(log, motion, wanted=True)
@@ -112,7 +106,7 @@ def follow(
             continue
         try:
             # All or nothing: what leads up a spike that cannot be followed is no part of the curve.
-            motions = list(_along(balance, here, logs, float(after[0]), advance))
+            motions = list(_along(balance, here, logs, float(after[0])))
         except _LostError as lost:
             # Once to between two wanted frequencies: by parts of what remains, it would never get to the second.
             motions = _across(balance, here, after, lost.reached, 0 if after[0] == crossed else _PARTS)
@@ -240,20 +234,12 @@ def _across(
     return []
 
 
-def _along(
-    balance: BalancedSystem,
-    here: SteadyMotion,
-    logs: FloatArray,
-    target: float,
-    advance: Callable[[float], None],
-) -> Iterator[SteadyMotion]:
+def _along(balance: BalancedSystem, here: SteadyMotion, logs: FloatArray, target: float) -> Iterator[SteadyMotion]:
     """Motions along the curve until it has risen past the target, those at wanted frequencies among them."""
     place = _Place.from_motion(here, balance, balance.at(here.z, here.omega))
     track = _Track(place)
     step = _FIRST
-    passed = int(np.searchsorted(logs, here.log, "right"))
-    for count in range(_MOST_STEPS):
-        advance(passed + count / _MOST_STEPS)
+    for _ in range(_MOST_STEPS):
         after, corrections = _next(balance, place, step)
         if after is None:
             step *= 0.5
@@ -270,7 +256,6 @@ def _along(
             )
         place = after
         track.append(place)
-        passed = max(passed, int(np.searchsorted(logs, place.motion.log, "right")))
         if place.motion.log >= target and place.motion.rising:
             return
         if corrections <= _EASY:

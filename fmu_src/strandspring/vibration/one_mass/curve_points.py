@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...ground.result_columns import figure
 from ...kernel.arrays import FloatArray
 from ...kernel.balance import BalancedSystem
 from .continuation import SteadyMotion
@@ -26,46 +27,29 @@ from .system import IsolatedMass, StaticEquilibrium
 
 @dataclass(frozen=True)
 class ResponsePoint:
-    """The steady motion at one frequency.
+    """The steady motion at one frequency."""
 
-    Attributes
-    ----------
-    frequency : float               [Hz]
-    transmissibility : float        First harmonic of the absolute motion over that of the base; where a force excites,
-                                    of the force on the base over that force [-].
-    phase : float                   Of the same, negative where it lags, within [-180, 180) [degrees].
-    relative : float                First harmonic of the relative motion over that of the base [-]; over the exciting
-                                    force where a force excites [m/N].
-    relative_phase : float          Of the same [degrees].
-    amplitude : float               Half the stroke of the mount, all harmonics [m].
-    mean : float                    Mean displacement of one spring [m].
-    min, max : float                Displacement of one spring [m].
-    force : float                   First harmonic of the force on the base [N].
-    acceleration : float            Largest acceleration of the mass, not relative to the base, of either sign [m/s^2].
-    start_displacement, start_speed, start_omega : float   Of the mount [m, m/s] and of a spring [-] at the crest of the
-                                    excitation: a simulation that begins there is steady at once.
-    stable : bool                   False between two folds of the curve, where no steady motion stays.
-    requested : bool                Whether this frequency was asked for; the others are steps along the curve.
-    extrapolating : bool            Whether the spring leaves the identified range.
-    """
-
-    frequency: float
-    transmissibility: float
-    phase: float
-    relative: float
-    relative_phase: float
-    amplitude: float
-    mean: float
-    min: float
-    max: float
-    force: float
-    acceleration: float
-    start_displacement: float
-    start_speed: float
-    start_omega: float
-    stable: bool
-    requested: bool
-    extrapolating: bool
+    frequency: float = figure("Hz", "frequency")
+    # First harmonic of the absolute motion over that of the base; where a force excites, of the force on the base over
+    # that force. Its phase is negative where it lags, within [-180, 180).
+    transmissibility: float = figure("1", "transmissibility")
+    phase: float = figure("deg", "phase")
+    # First harmonic of the relative motion over that of the base, or over the exciting force [m/N].
+    relative: float = figure("1", "relative motion over base motion")
+    relative_phase: float = figure("deg", "relative phase")
+    amplitude: float = figure("m", "amplitude of the mount")  # half its stroke, all harmonics
+    mean: float = figure("m", "mean displacement of a spring")
+    min: float = figure("m", "lowest displacement of a spring")
+    max: float = figure("m", "highest displacement of a spring")
+    force: float = figure("N", "force on the base")  # first harmonic
+    acceleration: float = figure("m/s^2", "acceleration")  # largest of the mass, not relative to the base
+    # At the crest of the excitation: a simulation that begins there is steady at once.
+    start_displacement: float = figure("m", "displacement of the mount at the crest")
+    start_speed: float = figure("m/s", "speed of the mount at the crest")
+    start_omega: float = figure("1", "omega at the crest")
+    stable: bool = figure("", "stable")  # not between two folds of the curve, where no steady motion stays
+    requested: bool = figure("", "requested frequency")  # the others are steps along the curve
+    extrapolating: bool = figure("", "outside the identified range")
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import Any
@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import IsolationError
+from ...findings import Finding, Outcome
+from ...ground.result_columns import figure
 from ...kernel.arrays import BoolArray, FloatArray
 from ...kernel.path import PathSolver
 from ...loops.loop import steady_loop
@@ -27,24 +29,16 @@ _SUPERHARMONIC = 0.7
 
 @dataclass(frozen=True)
 class Resonance:
-    """Figures of one level.
+    """Figures of one level at the greatest transmissibility."""
 
-    Attributes
-    ----------
-    frequency, transmissibility, amplitude : float   At the greatest transmissibility [Hz], [-], [m].
-    stiffness : float                 Secant stiffness of the mount's loop there [N/m].
-    loss_factor : float               Of the same loop, viscous damping of the mount included [-].
-    isolation_frequency : float       From here on the transmissibility stays below 1 [Hz]; NaN if it does nowhere.
-    inside : bool                     Whether the greatest lies inside the band, not at one of its ends.
-    """
-
-    frequency: float
-    transmissibility: float
-    amplitude: float
-    stiffness: float
-    loss_factor: float
-    isolation_frequency: float
-    inside: bool
+    frequency: float = figure("Hz", "resonance", "resonance", "Hz")
+    transmissibility: float = figure("1", "transmissibility", "transmissibility")
+    amplitude: float = figure("m", "amplitude", "amplitude", "mm", 1e3)
+    stiffness: float = figure("N/m", "secant stiffness", "stiffness", "N/mm", 1e-3)  # of the mount's loop
+    loss_factor: float = figure("1", "loss factor", "loss factor", digits=3)  # of it, with the mount's viscous damping
+    # From here on the transmissibility stays below 1; NaN if it does nowhere.
+    isolation_frequency: float = figure("Hz", "isolation begins", "isolates from", "Hz")
+    inside: bool = figure("", "inside the band")  # not at one of its ends
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +77,17 @@ class FrequencyResponse:
         return self.excitation.level_text(self.level)
 
     @property
+    def where(self) -> str:
+        """Which of the curves of a system it is."""
+        return self.level_text
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What limits the worth of these motions."""
+        columns = self.columns
+        return curve_findings(columns["frequency"], ~self.unstable, columns["extrapolating"].astype(bool))
+
+    @property
     def extrapolating(self) -> bool:
         """Whether the spring leaves the identified range anywhere on the curve."""
         return bool(self.columns["extrapolating"].any())
@@ -102,6 +107,19 @@ class FrequencyResponse:
         return with_neighbours(self.unstable)
 
 
+def curve_findings(frequency: FloatArray, is_stable: BoolArray, is_outside: BoolArray) -> tuple[Finding, ...]:
+    """Where a curve folds, and where its motions leave the identified range; arrays of shape (P,), [Hz]."""
+    found = []
+    if unstable := int(np.sum(~is_stable)):
+        found.append(Finding(Outcome.CURVE_FOLDS, {"motions": unstable}))
+    if is_outside.any():
+        outside = frequency[is_outside]
+        ends = (float(outside.min()), float(outside.max()))
+        counts = {"count": outside.size, "points": frequency.size}
+        found.append(Finding(Outcome.OUTSIDE_RANGE, {**counts, "frequencies": (ends,)}))
+    return tuple(found)
+
+
 def with_neighbours(is_marked: BoolArray) -> BoolArray:
     """Marked points of a curve and those beside them, shape (P,)."""
     return np.asarray(is_marked | np.append(is_marked[1:], False) | np.insert(is_marked[:-1], 0, False))
@@ -116,7 +134,6 @@ def frequency_response(
     harmonics: int = HARMONICS,
     samples: int = SAMPLES,
     resolve: bool = False,
-    advance: Callable[[float], None] = lambda _: None,
 ) -> FrequencyResponse:
     """Steady motion of a mass on a mount over a band of frequencies, through folds if there are any.
 
@@ -129,7 +146,6 @@ def frequency_response(
     extrapolate : bool           Go on where the motion leaves the identified range.
     harmonics, samples : int     Of the Fourier series, and per period.
     resolve : bool               Add points to the superharmonic resonances that the frequencies meet, for a plot.
-    advance : callable           Is called with the number of frequencies done.
 
     Returns
     -------
@@ -147,7 +163,7 @@ def frequency_response(
     balance = mass_balance(system, equilibrium, excitation, level, extrapolate, harmonics, samples)
     shaken = ExcitedMass(system, equilibrium, excitation, level, balance)
     linear = partial(linear_motion, balance, np.array([equilibrium.stiffness]), np.zeros(1))
-    motions = list(follow(balance, linear, 2.0 * np.pi * band, advance))
+    motions = list(follow(balance, linear, 2.0 * np.pi * band))
     _check_range(shaken, motions)
     motions = refine_peak(balance, motions, shaken.transmissibility)
     if resolve:

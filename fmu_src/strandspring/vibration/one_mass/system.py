@@ -16,6 +16,7 @@ import numpy as np
 from ...core.parameters import SpringParameters
 from ...errors import IsolationError
 from ...ground.gravity import STANDARD_GRAVITY
+from ...ground.result_columns import figure
 from ...kernel.path import PathSolver
 from .options import MASS_RANGE, Mount
 
@@ -55,27 +56,19 @@ class IsolatedMass:
 
 @dataclass(frozen=True)
 class StaticEquilibrium:
-    """Static equilibrium of the mass.
+    """Static equilibrium of the mass."""
 
-    Attributes
-    ----------
-    displacement : float         Of one spring, midway in the hysteresis (omega = 0) [m].
-    sag : float                  Of the mount, from where its springs' force is zero at omega = 0 [m]; NaN if that lies
-                                 outside the identified range.
-    min, max : float             Equilibria of one spring with the hysteresis saturated, loaded from below and unloaded
-                                 from above [m]; held at the ends of the identified range.
-    stiffness : float            Of the mount for small motion about the equilibrium, hysteresis unsaturated [N/m]; of
-                                 slow motion where there are Maxwell branches.
-    frequency : float            sqrt(stiffness/mass)/(2 pi) [Hz], of the stiffness that branches have at that
-                                 frequency.
-    """
-
-    displacement: float
-    sag: float
-    min: float
-    max: float
-    stiffness: float
-    frequency: float
+    displacement: float = figure("m", "displacement of a spring", "spring", "mm", 1e3)  # with omega 0
+    # Of the mount, from where its springs' force is zero with omega 0; NaN if that is outside the identified range.
+    sag: float = figure("m", "static sag", "sag", "mm", 1e3)
+    # Of one spring with the hysteresis saturated, loaded from below and unloaded from above; held at the ends of the
+    # identified range.
+    min: float = figure("m", "lowest displacement by friction", "lowest", "mm", 1e3)
+    max: float = figure("m", "highest displacement by friction", "highest", "mm", 1e3)
+    # Of the mount for small motion, hysteresis unsaturated; of slow motion where there are Maxwell branches.
+    stiffness: float = figure("N/m", "stiffness of small motion", "stiffness", "N/mm", 1e-3)
+    # sqrt(stiffness/mass)/(2 pi), of the stiffness that branches have at that frequency.
+    frequency: float = figure("Hz", "natural frequency", "natural", "Hz")
 
 
 def static_equilibrium(system: IsolatedMass) -> StaticEquilibrium:

@@ -1,1 +1,0 @@
-"""Two springs or records beside each other."""

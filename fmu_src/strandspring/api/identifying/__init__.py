@@ -1,1 +1,0 @@
-"""From records to springs and back: identify, many, predict, info, synthesize."""

@@ -1,0 +1,404 @@
+"""A model beside records: figures of its loops (`info`), and the force that it predicts along them (`predict`)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..core.parameters import SpringParameters
+from ..errors import ModelError, OptionError, RecordError
+from ..findings import Finding, Outcome
+from ..ground.arguments import numbers
+from ..ground.files import write_csv
+from ..ground.options import refuse_given, takes
+from ..ground.quoting import printable
+from ..ground.result_columns import ResultColumn, values
+from ..ground.strict_json import objects
+from ..identification.figures import Followed, RecordFit, predict_record
+from ..kernel.arrays import FloatArray
+from ..kernel.path import PathSolver
+from ..loops.campaign import Overlap, RateIndependence, campaign_verdicts
+from ..loops.cycles import MeasuredLoop, measured_loops
+from ..loops.loop import LOOP_FIGURES, PANELS, Loop, relaxed_branches, steady_loop
+from ..loops.reading import Reading
+from ..model.coordinates import counted_from, zero_sentence
+from ..model.joint import ForceInterval, JointCovariance
+from ..model.modelfile import ModelFile, is_fmu
+from ..model.stated_cautions import stated_cautions
+from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
+from ..records.record import Record
+from .common.given import Source, given_records, records_of
+from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
+from .common.record_findings import effects_of, of_records, outside, removed_effects, unrecorded
+from .common.result import PlottedResult, picked
+from .common.table import Table
+from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from .fmus.system_fmu import SystemInformation
+
+_DEFAULT_SHARES = (0.25, 0.5, 0.75, 1.0)  # of the identified half range
+_SLACK = 1e-3  # share of the identified range by which a loop may pass it: cycles differ by as much
+_SAMPLES = (
+    ResultColumn("displacement", "m", "displacement", shown="mm", factor=1e3),
+    ResultColumn("force", "N", "force", shown="N"),
+    ResultColumn("predicted", "N", "predicted force", shown="N"),
+    ResultColumn("lower", "N", "lower", shown="N"),
+    ResultColumn("upper", "N", "upper", shown="N"),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Information(PlottedResult):
+    """A model's loops, and those of records with the model's between the same turning points.
+
+    Attributes
+    ----------
+    source : str                            The model file's path, or the model's name.
+    model : ModelFile                       As it was given.
+    zero : float                            Displacement of the records at which displacements are 0 here [m].
+    parameters : SpringParameters           The model's, counted from that zero.
+    records : tuple of Record               Counted likewise.
+    modelled : tuple of Loop                The model's loops of the amplitudes asked for.
+    loops : tuple of MeasuredLoop           Loops of the records, each with the model's steady one as the predicted one.
+    rate_independence : RateIndependence or None   Whether the force depends on the frequency.
+    overlap : Overlap or None               Whether the loading paths of different amplitudes overlap.
+    findings : tuple of Finding             Those of the identification; loops that run backwards, are open or leave
+                                            the identified range; effects of the rig that were removed.
+    """
+
+    _size, _grid = (12.0, 4.0), (1, 3)
+
+    source: str
+    model: ModelFile
+    zero: float
+    parameters: SpringParameters
+    records: tuple[Record, ...]
+    modelled: tuple[Loop, ...]
+    loops: tuple[MeasuredLoop, ...]
+    rate_independence: RateIndependence | None
+    overlap: Overlap | None
+    findings: tuple[Finding, ...]
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """The model, its parameters, its loops beside those of the records, and the verdicts."""
+        model, origin = self.model, self.model.provenance  # free JSON, of which any part may be missing
+        yield f"Model {model.name} ({self.source})" + (f": {model.description}" if model.description else "")
+        interval = ForceInterval.from_uncertainty(model.uncertainty)
+        method = f" by the {printable(origin['method'])} method" if "method" in origin else ""
+        fits = stated_fits(model)
+        of_each = [(f"  {fit.name}", fit) for fit in fits] if len(fits) > 1 else []
+        figures = [(f"identified{method}", stated_fit(model)), *of_each]
+        files = [printable(entry["file"]) for entry in objects(origin.get("records")) if "file" in entry]
+        effects = effects_of(model)
+        lines = [
+            stated_verdict(model),
+            shape_of(self.parameters),
+            interval.sentence if interval else "",
+            *map(printable, model.uncertainty.get("indistinct") or ()),
+            *(f"{of}: {in_words(f.alone)}{f' ({f.beside})' if f.beside else ''}" for of, f in figures if f),
+            f"from {', '.join(files)}" if files else "",
+            f"removed from the records, as effects of the rig: {effects}" if effects else "",
+            zero_sentence(self.zero),
+        ]
+        yield from (f"  {line}" for line in lines if line)
+        yield parameter_table(self.parameters, model.uncertainty, brief)
+        yield loop_table(self.loops, self.modelled)
+        yield from (found.sentence for found in (self.rate_independence, self.overlap) if found is not None)
+
+    @property
+    def table(self) -> Table:
+        """One loop in each row, with `LoopFigures`; "from" is the record whose turning points the model has."""
+        return loop_table(self.loops, self.modelled, in_files=True)
+
+    def content(self) -> dict[str, Any]:
+        """Parameters, what the file states of the fit, and the loops."""
+        loops = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in self.modelled]
+        for loop in self.loops:
+            of_record = picked(loop, "cycles", "frequency", "gap", "spread")
+            loops.append({"source": loop.path, **values(LOOP_FIGURES, loop.figures), **of_record})
+            loops.append({"source": "model", **values(LOOP_FIGURES, loop.predicted)})
+        return {
+            "name": self.model.name,
+            "parameters": self.parameters.as_dict(),
+            "zero": self.zero,
+            "fit": stated_json(self.model),
+            "loops": loops,
+            "rate_independence": verdict_json(self.rate_independence),
+            "overlap": verdict_json(self.overlap),
+        }
+
+    def plot(self, ax: Sequence[Axes] | None = None) -> list[Axes]:
+        """Draw secant stiffness, energy and loss factor over the amplitude; returns the axes, new ones if None."""
+        panels = self._axes(ax)
+        frame = self.to_frame().sort_values("amplitude")
+        for axis, column in zip(panels, PANELS, strict=True):
+            for source, rows in frame.groupby("source", sort=False):
+                amplitudes, shown = 1e3 * rows["amplitude"], column.factor * rows[column.key]
+                style = "kx" if source == "model" else "o"
+                axis.plot(amplitudes, shown, style, label=PurePath(str(source)).name)
+            axis.set(xlabel="amplitude [mm]", ylabel=column.label)
+        panels[0].legend(fontsize=8)
+        return panels
+
+
+@takes(reading=Reading)
+def info(
+    model: ModelSource,
+    *data: Any,
+    amplitudes: ArrayLike | None = None,
+    zero: str | float | None = None,
+    reading: Reading,
+) -> Information | SystemInformation:
+    """Figures of a model's steady loops, beside those of records; or what the FMU of a system holds.
+
+    Parameters
+    ----------
+    model : Spring, ModelFile or path   A model file, or an FMU that holds one; or the FMU of a system.
+    *data : Source, or arrays           Records; or arrays of displacement and force, and time if any.
+    amplitudes : float or array_like    Of loops about the offset [m]; by default those of the records, or quarters of
+                                        the identified range.
+    zero : float, "rig" or "middle"     Displacement of the records from which displacements are counted [m]; by default
+                                        that of an FMU, else the rig's if it lies within the range, else the middle.
+    reading : Reading                   How records are read, and what of them is used; or its fields as keywords.
+
+    Returns
+    -------
+    Information or SystemInformation
+
+    Raises
+    ------
+    ModelError    If the model is not a physically possible spring.
+    RecordError   If the data are no records, or hold no full cycle.
+    ValueError    If an amplitude is not > 0.
+    TypeError     If amplitudes are no numbers.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, info, synthesize
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> info(spring, amplitudes=[0.01]).to_frame()["secant_stiffness"].round(1).tolist()
+    [2999.9]
+    >>> information = info(spring, synthesize(spring, amplitudes=[0.01, 0.02]))
+    >>> information.to_frame()["source"].tolist()
+    ['<spring>', 'model', '<spring>', 'model']
+    """
+    path = path_of(model)
+    if path is not None and is_fmu(path) and describes_system(path):
+        if data:
+            raise OptionError(f"{path} is the FMU of a whole system; give records with a model.")
+        sentence = "{option} can only be given with a model, and {where} is the FMU of a whole system; leave it out."
+        refuse_given(sentence, path, amplitudes=amplitudes, zero=zero, **reading.given)
+        from .fmus.system_fmu import system_information  # slow to import
+
+        return system_information(path)
+    content, source = model_of(model), source_of(model)
+    reaches = () if amplitudes is None else numbers("amplitudes", amplitudes, "m")
+    for reach in reaches:
+        if not (np.isfinite(reach) and reach > 0.0):
+            raise ValueError(f"`amplitudes` must be finite and > 0 [m], got {reach!r}.")
+    origin = origin_of(model, zero, content.parameters)
+    p = counted_from(origin, content.parameters)
+    low, high, middle = p.displacement_min, p.displacement_max, p.displacement_offset
+    records = records_of(data, reading)
+    findings = [*stated_cautions(content, "Of the identification"), *relaxed_branches(p), *of_records(records)]
+    if records:
+        findings += removed_effects(source, content)
+    elif not reaches:
+        reaches = tuple(0.5 * share * (high - low) for share in _DEFAULT_SHARES)
+    records = [replace(record, displacement=record.displacement - origin) for record in records]
+    solver = PathSolver(p)
+    measured = [
+        replace(loop, predicted=steady_loop(solver, loop.figures.low, loop.figures.high).figures)
+        for record in records
+        for loop in _loops_of(record)
+    ]
+    modelled = tuple(steady_loop(solver, middle - reach, middle + reach) for reach in reaches)
+    slack = _SLACK * (high - low)
+    for path, figures in [*((source, loop.figures) for loop in modelled), *((m.path, m.figures) for m in measured)]:
+        if figures.low < low - slack or figures.high > high + slack:
+            ends = {"loop": ((figures.low, figures.high),), "range": ((low, high),)}
+            findings.append(Finding(Outcome.OUTSIDE_RANGE, ends, path))
+    for loop in measured:
+        if loop.gap != 0.0:
+            turning = (loop.figures.low, loop.figures.high)
+            findings.append(Finding(Outcome.OPEN_LOOP, {"loop": (turning,), "gap": abs(loop.gap)}, loop.path))
+    verdicts = campaign_verdicts(records, modelled)
+    return Information(
+        source, content, origin, p, tuple(records), modelled, tuple(measured), *verdicts, tuple(findings)
+    )  # fmt: skip
+
+
+def _loops_of(record: Record) -> tuple[MeasuredLoop, ...]:
+    """The loops of a record, of which there must be one."""
+    if loops := measured_loops([record]):
+        return loops
+    selected = "lies within the selected displacements; select a range that holds one"
+    where = "was found; record at least one full cycle" if record.compared is None else selected
+    raise RecordError(f"{record.path}: no full cycle (two consecutive strokes equal in length within 3 %) {where}.")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Prediction(Followed, PlottedResult):
+    """Predicted forces of one or more records.
+
+    Attributes
+    ----------
+    source : str                  The model file's path, or the model's name.
+    model : ModelFile
+    records : tuple of Record
+    fits : tuple of RecordFit     Prediction and figures of each record, along its displacement as recorded.
+    findings : tuple of Finding   Loops that run backwards, samples outside the identified range, effects of the rig
+                                  removed from the records of the model.
+    interval : ForceInterval and JointCovariance, or None   What the 95 % prediction interval is made of.
+    """
+
+    source: str
+    model: ModelFile
+    records: tuple[Record, ...]
+    fits: tuple[RecordFit, ...]
+    findings: tuple[Finding, ...]
+    interval: tuple[ForceInterval, JointCovariance] | None
+
+    @cached_property
+    def half_widths(self) -> tuple[FloatArray, ...] | None:
+        """Half-width of the 95 % prediction interval at each sample of each record [N]; None if the model has none."""
+        if self.interval is None:
+            return None
+        interval, joint = self.interval
+
+        def width(record: Record, fit: RecordFit) -> FloatArray:
+            x, start, time = record.displacement, fit.omega_start, record.rising_time
+            error = joint.errors(self.model.parameters, lambda moved: PathSolver(moved).force(x, start, time))
+            return interval.reach(fit.predicted, error)
+
+        return tuple(map(width, self.records, self.fits))
+
+    def columns(self) -> dict[str, FloatArray]:
+        """All samples: number of the record from 1, displacement [m], measured and predicted force, and lower and upper
+        end of the 95 % prediction interval [N], NaN if the model has none.
+        """
+        widths = self.half_widths or [np.full(len(record), np.nan) for record in self.records]
+        parts = [
+            {
+                "record": np.full(len(record), number),
+                "displacement": record.displacement,
+                "force": record.force,
+                "predicted": fit.predicted,
+                "lower": fit.predicted - width,
+                "upper": fit.predicted + width,
+            }
+            for number, (record, fit, width) in enumerate(zip(self.records, self.fits, widths, strict=True), start=1)
+        ]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def parts(self, brief: bool) -> Iterator[str | Table]:
+        """How well the model follows each record, and all if there are several."""
+        if not brief:
+            yield f"Predicted with {self.source}: {in_words(self.figures)}"
+        yield fit_table(self.figures, self.fits)
+
+    def content(self) -> dict[str, Any]:
+        """The figures over all records, and of each."""
+        return {**self.figures, "records": [{"path": fit.path, **fit.as_json()} for fit in self.fits]}
+
+    def save_csv(self, path: str | os.PathLike[str]) -> None:
+        """Write all samples with the number of their record; displacements in mm.
+
+        Raises
+        ------
+        StrandspringError   If the file cannot be written.
+        """
+        columns = self.columns()
+        shown = [column for column in _SAMPLES if not np.isnan(columns[column.key]).all()]
+        samples = [columns["record"], *(columns[column.key] * column.factor for column in shown)]
+        rows = zip(*(sample.tolist() for sample in samples), strict=True)
+        write_csv(Path(path), ["record", *(column.label for column in shown)], rows)
+
+    def to_frame(self) -> pd.DataFrame:
+        """One sample in each row, with the columns of `columns`, and of the record its path."""
+        import pandas as pd
+
+        frame = pd.DataFrame(self.columns())
+        return frame.assign(record=frame["record"].map({k: r.path for k, r in enumerate(self.records, start=1)}))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw measured and predicted force over displacement; returns the axes, those of a new figure if None."""
+        (axis,) = self._axes(ax)
+        for number, (record, fit) in enumerate(zip(self.records, self.fits, strict=True)):
+            name = f" {PurePath(record.path).name}" if len(self.records) > 1 else ""
+            axis.plot(1e3 * record.displacement, record.force, color=f"C{number}", alpha=0.5, label=f"measured{name}")
+            axis.plot(1e3 * record.displacement, fit.predicted, "k", lw=0.8, label=None if number else "predicted")
+        axis.set(xlabel="displacement [mm]", ylabel="force [N]", title=f"RNL {self.rnl:.4f}, rmse {self.rmse:.4g} N")
+        axis.legend()
+        return axis
+
+
+@takes(reading=Reading)
+def predict(
+    model: ModelSource,
+    data: Source | Sequence[Source] | ArrayLike | None = None,
+    force: ArrayLike | str | int | None = None,
+    time: ArrayLike | str | int | None = None,
+    *,
+    displacement: ArrayLike | str | int | None = None,
+    reading: Reading,
+) -> Prediction:
+    """Predict the force of records with a model, and compare it with what was measured.
+
+    The path is the displacement as recorded, as if it drove an FMU of the model. The hysteretic state at the start of a
+    measured record is unknown; it is estimated as one bounded number, `omega_start`. `Spring.response` gives the force
+    along a path without a measured one.
+
+    Parameters
+    ----------
+    model : Spring, ModelFile or path   A model file, or an FMU that holds one.
+    data, force, time, displacement     Records, given as to `identify`.
+    reading : Reading                   How they are read, and what of them is used; or its fields as keywords.
+
+    Returns
+    -------
+    Prediction
+
+    Raises
+    ------
+    ModelError    If the model is not a physically possible spring, or its uncertainty is damaged.
+    RecordError   If the data are no records.
+
+    Examples
+    --------
+    >>> from strandspring import Spring, SpringParameters, predict, synthesize
+    >>> spring = Spring(SpringParameters((0.0, 2000.0), (1.0,), 10.0, 500.0, 1.0, 1.0, 0.0, -0.02, 0.02))
+    >>> prediction = predict(spring, synthesize(spring, noise=0.01))
+    >>> round(prediction.rnl, 2)
+    0.99
+    >>> prediction.to_frame().columns.tolist()
+    ['record', 'displacement', 'force', 'predicted', 'lower', 'upper']
+    """
+    content, source = model_of(model), source_of(model)
+    try:
+        interval = ForceInterval.from_uncertainty(content.uncertainty)
+        joint = JointCovariance.from_uncertainty(content.parameters, content.uncertainty)
+    except ModelError as problem:
+        raise ModelError(f"{source}: {problem}") from None
+    records = tuple(given_records(data, force, time, displacement, reading))
+    if not records:
+        raise ValueError("`data` must hold at least one record, got none.")
+    findings = [*of_records(records), *removed_effects(source, content)]
+    for record in records:
+        findings += outside(record.path, record.displacement, content.parameters)
+        findings += unrecorded(source, content, record)
+    solver = PathSolver(content.parameters)
+    fits = tuple(predict_record(solver, record) for record in records)
+    known = None if interval is None or joint is None else (interval, joint)
+    return Prediction(source, content, records, fits, tuple(findings), known)

@@ -1,1 +1,0 @@
-"""Studies over masses, loads and springs."""
