@@ -51,10 +51,10 @@ if TYPE_CHECKING:
     from .api.planning import plan as plan
     from .api.records import show as show
     from .api.records import synthesize as synthesize
-    from .api.responses import Computing as Computing
-    from .api.responses import Responses as Responses
-    from .api.responses import responses as responses
+    from .api.spring import Computing as Computing
+    from .api.spring import Responses as Responses
     from .api.spring import Spring as Spring
+    from .api.spring import responses as responses
     from .api.vibration.isolation import Isolation as Isolation
     from .api.vibration.isolation import isolate as isolate
     from .api.vibration.simulation import Simulation as Simulation
@@ -109,8 +109,7 @@ _NAMES = {
     "api.records": ("show", "synthesize"),
     "api.options": ("Comparing", "Fitting", "Sampling"),
     "api.planning": ("TestPlan", "plan"),
-    "api.responses": ("Computing", "Responses", "responses"),
-    "api.spring": ("Spring",),
+    "api.spring": ("Computing", "Responses", "Spring", "responses"),
     "api.vibration.isolation": ("Isolation", "isolate"),
     "api.vibration.simulation": ("Simulation", "simulate"),
     "api.vibration.studies": ("StudyResult", "study"),

@@ -23,9 +23,8 @@ from ..model.coordinates import counted_from
 from ..model.modelfile import ModelFile
 from ..model.stated_cautions import stated_cautions
 from ..records.record import Record
-from .common.given import records_of
+from .common.given import effects_of, of_records, outside, records_of
 from .common.model_source import ModelSource, model_of, source_of
-from .common.record_findings import effects_of, of_records, outside
 from .common.result import PlottedResult
 from .common.table import Table
 from .differences import (

@@ -20,7 +20,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from statistics import NormalDist
-from typing import Any
 
 import numpy as np
 
@@ -35,7 +34,7 @@ from ..loops.loop import LOOP_FIGURE, steady_loop
 from ..model.joint import HYSTERETIC_PARAMETERS, JointCovariance, further_columns
 from ..model.modelfile import ModelFile
 from ..records.record import Record
-from .common.text import bounds_95, counted
+from .common.text import bounds_95, counted, part_with
 from .records import synthesize
 
 LEVEL = 0.05  # error of all judgements together
@@ -255,8 +254,7 @@ def _values(p: SpringParameters, columns: Sequence[ResultColumn], place: float) 
     """The parameters, where kappa_omega of a mechanism is kappa_omega*FA at a place."""
     values = []
     for column in columns:
-        owner, _, name = column.key.rpartition(".")
-        part: Any = p.second if owner == "second" else p.branches[int(owner[len("branches[") : -1])] if owner else p
+        part, name = part_with(p, column.key)
         amplifier = np.polynomial.Polynomial(part.kA)(place - p.displacement_offset) if name == "kappa_omega" else 1.0
         values.append(getattr(part, name) * amplifier)
     return np.array(values)

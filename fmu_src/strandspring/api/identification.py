@@ -27,7 +27,7 @@ from ..loops.reading import Reading
 from ..model.joint import HYSTERETIC_UNITS, ForceInterval
 from ..model.stated_figures import differ, effects_in_words, in_words
 from .common.given import Source, given_records
-from .common.progress import Progress, unseen
+from .common.model_source import Progress, unseen
 from .common.result import PlottedResult, picked
 from .common.table import Table
 from .common.text import counted, fit_table, loop_table, parameter_table, shape_of

@@ -34,9 +34,17 @@ from ..model.modelfile import ModelFile, is_fmu
 from ..model.stated_cautions import stated_cautions
 from ..model.stated_figures import in_words, stated_fit, stated_fits, stated_json, stated_verdict
 from ..records.record import Record
-from .common.given import Source, given_records, records_of
+from .common.given import (
+    Source,
+    effects_of,
+    given_records,
+    of_records,
+    outside,
+    records_of,
+    removed_effects,
+    unrecorded,
+)
 from .common.model_source import ModelSource, describes_system, model_of, origin_of, path_of, source_of
-from .common.record_findings import effects_of, of_records, outside, removed_effects, unrecorded
 from .common.result import PlottedResult, picked
 from .common.table import Table
 from .common.text import fit_table, loop_table, parameter_table, shape_of, verdict_json

@@ -21,9 +21,8 @@ from ..loops.cycles import measured_loops
 from ..loops.reading import Reading
 from ..peers.ni import PAPER_NI, sine_period, with_noise
 from ..records.record import Record
-from .common.given import Source, given_records
+from .common.given import Source, given_records, outside
 from .common.model_source import ModelSource, model_of
-from .common.record_findings import outside
 from .common.result import Result, picked
 from .common.table import Table
 from .common.text import counted, loop_table

@@ -15,7 +15,7 @@ from ..api.fmus.in_place import BuildOptions
 from ..api.options import Fitting
 from ..ground.files import readable, refuse_unwritable
 from ..loops.reading import Reading
-from ..model.names import identifier
+from ..model.names import check_name, identifier
 from . import options as opt
 from . import output as out
 
@@ -46,7 +46,8 @@ class _Build(opt.OptionsCommand):
     "--candidate", metavar="NAME", group="FMU", help="Of a SYSTEM.toml: the candidate; needed if it has several."
 )
 @opt.zero_option
-@opt.name_option("Name of the model identified from records.  [default: from the first record]")
+@opt.given("--name", type=opt.Written(check_name),
+           help="Name of the model identified from records.  [default: from the first record]")  # fmt: skip
 @opt.given("--description", default="", help="Free text for the model identified from records.")
 @opt.given("--models", default="models", show_default=True, metavar="DIR",
            help="Folder for the model file identified from records.")  # fmt: skip
@@ -55,7 +56,6 @@ class _Build(opt.OptionsCommand):
            "along which the FMU is checked.")  # fmt: skip
 @opt.takes_options(reading=Reading)
 @opt.given("-o", "--output", default="dist", show_default=True, metavar="DIR", help="Folder for the FMUs.")
-@opt.output_options
 def build(
     sources: tuple[str, ...], output: str, record: tuple[str, ...], candidate: str | None, zero: str | float | None,
     name: str | None, description: str, models: str, building: BuildOptions, reading: Reading,
@@ -146,8 +146,7 @@ def _build_system(source: str, folder: Path, candidate: str | None, settings: Bu
     out.present(BuiltSystem(building, built), {"system": source})
 
 
-@opt.command(fmus="X.fmu...")
-@opt.json_option
+@opt.command(fmus="X.fmu...", flags=["json"])
 def verify(fmus: tuple[str, ...]) -> None:
     """Verify FMUs on this computer.
 
@@ -169,18 +168,18 @@ def verify(fmus: tuple[str, ...]) -> None:
             verifications.append(strandspring.verify(fmu))
     problems = [(verification.path, check) for verification in verifications for check in verification.problems]
     fmu, first = problems[0] if problems else ("", None)
-    if out.is_asked("as_json"):
+    if out.is_asked("json"):
         out.result_json({"fmus": [verification.as_json() for verification in verifications]})
     else:
         for one in verifications:  # the first problem is the refusal, and is said once
             out.present(replace(one, checks=tuple(check for check in one.checks if check is not first)))
     if first is not None:
         more = f" It has {counted(len(problems) - 1, 'more problem')}." if len(problems) > 1 else ""
-        out.refusal(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"))
+        click.echo(readable(f"strandspring: {fmu} must not be used: {first.text}{more}"), err=True)
         sys.exit(1)
 
 
-@opt.command(model="MODEL.json")
+@opt.command(model="MODEL.json", flags=["json"])
 @opt.given("--ssv", is_flag=True, help="Write SSP parameter values (SSV) for the model's FMU.")
 @opt.given("--ssp", is_flag=True, help="Write an SSP system: the native FMU below a mass on a shaking base.")
 @opt.mass_option("Mass for --ssp", "Output")
@@ -190,7 +189,6 @@ def verify(fmus: tuple[str, ...]) -> None:
            help="Folder, or file name ending in .ssv or .ssp; the Modelica library and C sources take a folder and "
            "keep other springs.")  # fmt: skip
 @opt.zero_option
-@opt.json_option
 def export(model: str, ssp: bool, mass: float | None, output: str, **options: Any) -> None:
     """Export a model as SSP parameter values, in an SSP system, into a Modelica library, or as C sources.
 

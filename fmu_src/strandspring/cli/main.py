@@ -11,21 +11,15 @@ from io import TextIOWrapper
 from typing import NoReturn
 
 import click
-from click.shell_completion import (
-    BashComplete,
-    CompletionItem,
-    FishComplete,
-    ShellComplete,
-    ZshComplete,
-    add_completion_class,
-)
+from click import shell_completion as shells
+from click.shell_completion import CompletionItem
 
 from .._version import __version__
 from ..errors import Reader, StrandspringError
 from ..findings import IdentificationError
 from ..ground.endings import handled_endings, interrupt, status_and_sentence
 from ..ground.files import readable, reason_of
-from .output import drop_failing_output, refusal, result_json
+from .output import drop_failing_output, result_json
 
 # Each command is defined in a module of its subject, which is imported only to run it or to show its help.
 COMMANDS = {
@@ -134,42 +128,39 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(leaving.exit_code)
     except click.ClickException as problem:
         problem.show()
-        _leave(problem.exit_code, as_json, {"type": "UsageError", "message": problem.format_message()})
+        _leave("UsageError", problem.format_message(), as_json, problem.exit_code, is_said=True)
     except (click.Abort, KeyboardInterrupt) as end:
         status, sentence = status_and_sentence(end)
         # After an interrupt in the midst of `exec`, which dataclasses use, `python -m` would end by SIGINT whatever the
         # status, unless other code is executed so.
         exec("")  # noqa: S102
-        click.echo(f"strandspring: {sentence}", err=True)
-        _leave(status, as_json, {"type": "Interrupt", "message": sentence})
+        _leave("Interrupt", sentence, as_json, status)
     except OSError as problem:
         if problem.filename is None and drop_failing_output():
             sentence = f"Standard output cannot be written: {reason_of(problem)}; send it elsewhere."
-            click.echo(f"strandspring: {sentence}", err=True)
-            sys.exit(1)
+            _leave("OSError", sentence, as_json=False)
         place = "" if problem.filename is None else f"{readable(str(problem.filename))}: "
         remedy = "check the path, and the free space in the folder for temporary files (TMPDIR)"
-        _refuse(f"{place}{reason_of(problem)}; {remedy}.", "OSError", as_json)
+        _leave("OSError", f"{place}{reason_of(problem)}; {remedy}.", as_json)
     except MemoryError:
-        _refuse(
-            "There is not enough memory for this; give fewer or shorter records, or fewer runs.", "MemoryError", as_json
-        )
+        sentence = "There is not enough memory for this; give fewer or shorter records, or fewer runs."
+        _leave("MemoryError", sentence, as_json)
     except StrandspringError as refusal:
-        outcome = {"outcome": refusal.outcome.name.lower()} if isinstance(refusal, IdentificationError) else {}
-        _refuse(refusal.words(Reader.COMMAND_LINE), type(refusal).__name__, as_json, **outcome)
+        outcome = refusal.outcome.name.lower() if isinstance(refusal, IdentificationError) else ""
+        _leave(type(refusal).__name__, refusal.words(Reader.COMMAND_LINE), as_json, outcome=outcome)
 
 
-def _refuse(sentence: str, kind: str, as_json: bool, **more: str) -> NoReturn:
-    """Leave with status 1 and a sentence on standard error, in which nothing steers a terminal."""
-    refusal(f"strandspring: {readable(sentence)}")
-    _leave(1, as_json, {"type": kind, **more, "message": sentence})
-
-
-def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
-    """Leave with a status; under --json with the error as the result."""
+def _leave(
+    kind: str, sentence: str, as_json: bool, status: int = 1, is_said: bool = False, outcome: str = ""
+) -> NoReturn:
+    """Leave with a status and a sentence on standard error, in which nothing steers a terminal; under --json with the
+    error as the result, too.
+    """
+    if not is_said:
+        click.echo(f"strandspring: {readable(sentence)}", err=True)
     if as_json:
         try:
-            result_json({"error": error})
+            result_json({"error": {"type": kind, **({"outcome": outcome} if outcome else {}), "message": sentence}})
         except OSError:
             drop_failing_output()
     sys.exit(status)
@@ -178,8 +169,10 @@ def _leave(status: int, as_json: bool, error: dict[str, str]) -> NoReturn:
 def _offer_files() -> None:
     """Make the completion of all shells offer files where nothing else fits, as of programs that they do not know."""
 
-    def completions(shell: ShellComplete, args: list[str], incomplete: str) -> list[CompletionItem]:
-        return ShellComplete.get_completions(shell, args, incomplete) or [CompletionItem(incomplete, type="file")]
+    def completions(shell: shells.ShellComplete, args: list[str], incomplete: str) -> list[CompletionItem]:
+        return shells.ShellComplete.get_completions(shell, args, incomplete) or [
+            CompletionItem(incomplete, type="file")
+        ]
 
-    for shell in (BashComplete, ZshComplete, FishComplete):
-        add_completion_class(type(shell.__name__, (shell,), {"get_completions": completions}))
+    for shell in (shells.BashComplete, shells.ZshComplete, shells.FishComplete):
+        shells.add_completion_class(type(shell.__name__, (shell,), {"get_completions": completions}))

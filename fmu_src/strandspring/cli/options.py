@@ -10,7 +10,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import partial, wraps
+from functools import partial, reduce, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,6 @@ from ..errors import OptionError, Reader, StrandspringError, flag_of
 from ..ground.options import Option, options_of
 from ..ground.plotfile import SUFFIXES
 from ..loops.reading import Reading, entries
-from ..model.names import check_name
 from ..report import check_report_path
 from .output import FILES, WrittenFile, keep, refuse_overwriting, remark_on, reporting
 
@@ -41,6 +40,12 @@ _PROMISES = frozenset(
         ".xlsx", ".xml", ".zip",
     )
 )  # fmt: skip
+
+
+_FLAGS = {
+    "verbose": "Print all figures, how files were read, and cautions with their details.",
+    "json": "Print one JSON object instead of text.",
+}
 
 
 class GroupedOption(click.Option):
@@ -153,14 +158,24 @@ def report_path(path: str) -> str:
     return path
 
 
-def command(group: Any = click, cls: type[OptionsCommand] = OptionsCommand, **arguments: str) -> Decorator:
-    """A command with arguments by their metavars: in brackets if they are optional, with dots for any number."""
+def command(
+    group: Any = click, cls: type[OptionsCommand] = OptionsCommand, flags: Sequence[str] = ("verbose", "json"),
+    **arguments: str,
+) -> Decorator:  # fmt: skip
+    """A command with arguments by their metavars: in brackets if they are optional, with dots for any number.
+
+    Of a command that prints less than all that it knows the flags are --verbose and --json.
+    """
 
     def decorate(function: Any) -> Any:
         for name, metavar in reversed(arguments.items()):
             count = -1 if "..." in metavar else 1
             function = click.argument(name, nargs=count, required=metavar[0] != "[", metavar=metavar)(function)
-        return group.command(cls=cls)(function)
+        made = group.command(cls=cls)(function)
+        for name in flags:
+            settings: Any = {"is_flag": True, "expose_value": False, "callback": keep, "help": _FLAGS[name]}
+            made.params.append(GroupedOption([f"--{name}", f"as_{name}"], **settings))
+        return made
 
     return decorate
 
@@ -188,9 +203,8 @@ def option_of(name: str, said: Option, default: Any = None, group: str = "", own
     """The option of a field; without it the command gets None, and the object its default."""
     is_flag, is_repeated = said.kind == "flag", said.kind in ("numbers", "texts") or said.repeated is not None
     types = {"flag": bool, "choice": click.Choice(said.choices), "whole": click.IntRange(said.least, said.most)}  # type: ignore[arg-type]
-    kind: Any = (
-        (float, float) if said.kind == "limits" and said.parse is None else types.get(said.kind, Written(said.read))
-    )
+    is_pair = said.kind == "limits" and said.parse is None
+    kind: Any = (float, float) if is_pair else types.get(said.kind, Written(said.read))
     unit = said.shown or said.unit
     text = f"{said.help}{f' [{unit}]' if unit else ''}{f' ({owner})' if owner else ''}{said.repeated or ''}"
     if said.kind in ("numbers", "texts"):
@@ -255,13 +269,7 @@ def takes_options(**objects: Any) -> Decorator:
 
 def together(*options: Decorator) -> Decorator:
     """Several options as one decorator, which the help shows in this order."""
-
-    def decorate(command: Any) -> Any:
-        for option in reversed(options):
-            command = option(command)
-        return command
-
-    return decorate
+    return lambda command: reduce(lambda made, option: option(made), reversed(options), command)
 
 
 def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
@@ -279,22 +287,6 @@ def options_of_object(default: Any) -> Iterator[tuple[str, Decorator]]:
 def _is_given(value: Any) -> bool:
     """Whether an option is on the command line; 0 is a value."""
     return value is not None and value is not False and value != ()
-
-
-json_option: Decorator = given(
-    "--json", "as_json", is_flag=True, expose_value=False, callback=keep, help="Print one JSON object instead of text."
-)
-# Of commands that print less than all they know.
-output_options: Decorator = together(
-    given("--verbose", is_flag=True, expose_value=False, callback=keep,
-          help="Print all figures, how files were read, and cautions with their details."),
-    json_option,
-)  # fmt: skip
-
-
-def name_option(text: str) -> Decorator:
-    """The name of a model, with its help."""
-    return given("--name", type=Written(check_name), help=text)
 
 
 def amplitudes_option(text: str, otherwise: str) -> Decorator:

@@ -37,13 +37,13 @@ class WrittenFile(NamedTuple):
 
 def keep(context: click.Context, option: click.Parameter, value: bool) -> None:
     """Callback of --verbose and --json, which say how results are presented."""
-    context.meta[f"strandspring.{option.name}"] = value
+    context.meta[option.opts[0]] = value
 
 
 def is_asked(name: str) -> bool:
-    """Whether the command that runs was called with `verbose` or `as_json`."""
+    """Whether the command that runs was called with --verbose, or with --json."""
     context = click.get_current_context(silent=True)
-    return context is not None and bool(context.meta.get(f"strandspring.{name}"))
+    return context is not None and bool(context.meta.get(f"--{name}"))
 
 
 @contextmanager
@@ -126,16 +126,6 @@ def remark_on(findings: Iterable[Finding]) -> None:
     remark(lambda severities, *reader: [*gathered(of_severity(found, severities), *reader)])
 
 
-def refusal(text: str) -> None:
-    """Why the command fails: one line on standard error."""
-    click.echo(text, err=True)
-
-
-def result(text: str) -> None:
-    """A line of the result on standard output."""
-    click.echo(text)
-
-
 def refuse_overwriting(inputs: Iterable[str | Path], outputs: Mapping[str, str | Path | None] | None = None) -> None:
     """Refuse an output that cannot be written, or is an input or another output of the same command, by whatever path.
 
@@ -197,16 +187,16 @@ def present(
             with working(f"Writing {file.path}"):
                 getattr(made, file.method)(file.path)
     written |= files
-    if is_asked("as_json"):
+    if is_asked("json"):
         paths = {key: None if path is None else str(path) for key, (_, path) in written.items()}
         result_json({**made.as_json(), **(content or {}), **paths})
         return
     width = width_of(sys.stdout)
     for line in (made.text_lines if is_asked("verbose") else made.brief)(width):
-        result(folded(line, width))
+        click.echo(folded(line, width))
     for title, path in written.values():
         if path is not None:
-            result(f"{title}: {path}")
+            click.echo(f"{title}: {path}")
     remark(made.sentences, most)
 
 

@@ -17,7 +17,7 @@ from ..errors import Reader
 from ..ground.files import user_cache
 from ..ground.options import Option
 from ..loops.reading import Reading
-from ..model.names import identifier
+from ..model.names import check_name, identifier
 from ..report import ReportDetails
 from . import options as opt
 from . import output as out
@@ -32,7 +32,6 @@ _AMPLITUDE = Option(
 @opt.command(records="RECORD...")
 @opt.takes_options(reading=Reading)
 @opt.written("FILE.html", "Write the page to this file, and open nothing.", "Page", "page")
-@opt.output_options
 def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None:
     """Show loops, strokes and cycles of records before they are identified.
 
@@ -62,14 +61,14 @@ def show(records: tuple[str, ...], output: str | None, reading: Reading) -> None
 @opt.command(records="RECORD...")
 @opt.takes_options(reading=Reading, fitting=Fitting)
 @opt.written("MODEL.json", "Model file to write.", "Model file", "model", is_required=True)
-@opt.name_option("Name of the model and its FMU, an identifier.  [default: from the output file]")
+@opt.given("--name", type=opt.Written(check_name),
+           help="Name of the model and its FMU, an identifier.  [default: from the output file]")  # fmt: skip
 @opt.given("--description", default="", help="Free text for the model file and the FMU.")
 @opt.written("FILE.html", "Also write a report: a page with all figures to zoom into.", "Report", "report",
              flags="--report", read=opt.report_path)  # fmt: skip
 @opt.takes_options(details=ReportDetails)
 @opt.written("FILE.svg|png|pdf", "Also draw the loops as a figure for a paper.", "Figure", "figure", flags="--figure",
              read=opt.plot_path)  # fmt: skip
-@opt.output_options
 def identify(
     records: tuple[str, ...], output: str, name: str | None, description: str, report: str | None, figure: str | None,
     details: ReportDetails, reading: Reading, fitting: Fitting,
@@ -126,7 +125,6 @@ def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> 
 @opt.takes_options(reading=Reading, fitting=Fitting, placing=Workers(None))
 @opt.option_of("amplitude", _AMPLITUDE)
 @opt.given("-o", "--output", required=True, metavar="FOLDER", help="Write models and tables into this folder.")
-@opt.output_options
 def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **options: Any) -> None:
     """Identify many springs, each from a file of its own.
 
@@ -156,5 +154,5 @@ def identify_many(sources: tuple[str, ...], output: str, placing: Workers, **opt
         )
     out.present(many, table=("Table", many.batch.table))
     if not many.is_complete:
-        out.refusal(f"strandspring: {many.problem}")
+        click.echo(f"strandspring: {many.problem}", err=True)
         sys.exit(1)

@@ -15,7 +15,7 @@ from ..campaigns.planning.limits import Limits
 from ..ground.options import Option
 from ..loops.reading import Reading
 from . import options as opt
-from .output import note, present, remark, remark_on, result, working
+from .output import note, present, remark, remark_on, working
 
 if TYPE_CHECKING:
     from ..records.record import Record
@@ -38,7 +38,6 @@ _NI_AMPLITUDE = Option(
 @opt.written(
     "MODEL.json", "Write the model file to this file, as out of an FMU.", "Model file", "saved", flags="--save"
 )
-@opt.output_options
 def info(model: str, records: tuple[str, ...], save: str | None, reading: Reading, **options: Any) -> None:
     """Show a model's parameters and loop figures, beside those of records.
 
@@ -75,7 +74,6 @@ def info(model: str, records: tuple[str, ...], save: str | None, reading: Readin
 @opt.command(model="MODEL.json", records="RECORD...")
 @opt.takes_options(reading=Reading)
 @opt.written("OUT.csv", "Write displacement, measured and predicted force here.", "Prediction", method="save_csv")
-@opt.output_options
 def predict(model: str, records: tuple[str, ...], output: str | None, reading: Reading) -> None:
     """Predict the force of records with a model and report the errors.
 
@@ -103,7 +101,6 @@ def predict(model: str, records: tuple[str, ...], output: str | None, reading: R
 @opt.command(a="A.json", b="B.json", records="[RECORD...]")
 @opt.takes_options(comparing=Comparing, reading=Reading)
 @opt.plot_option("Plot loops, stiffness, energy and loss factor")
-@opt.output_options
 def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, reading: Reading) -> None:
     """Compare two springs, such as two lots, or one before and after fatigue.
 
@@ -131,7 +128,6 @@ def compare(a: str, b: str, records: tuple[str, ...], comparing: Comparing, read
     "PROGRAM.csv", "Write the programme to this file: time [s], displacement [mm].", "Programme", "program", "save_csv"
 )
 @opt.plot_option("Plot the programme")
-@opt.output_options
 def plan(sources: tuple[str, ...], stiffness: float | None, limits: Limits, reading: Reading) -> None:
     """Plan the test that decides what is still open about a spring: the programme that a rig should run next.
 
@@ -173,7 +169,7 @@ def synthesize() -> None:
     """Compute records: a spring's response, or the paper's experiment."""
 
 
-@opt.command(synthesize, model="MODEL.json")
+@opt.command(synthesize, flags=(), model="MODEL.json")
 @opt.amplitudes_option("Amplitude of the sine", "the identified range")
 @_RECORD
 def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampling: Sampling) -> None:
@@ -191,7 +187,7 @@ def spring(model: str, output: str, amplitudes: tuple[float, ...] | None, sampli
     _write(output, record, sampling, 0.0)
 
 
-@opt.command(synthesize)
+@opt.command(synthesize, flags=())
 @opt.option_of("amplitude", _NI_AMPLITUDE, group="Loop")
 @_RECORD
 @opt.written("FILE.csv", "Also write the record without noise.", "Without noise", "clean", flags="--clean")
@@ -209,7 +205,7 @@ def ni(output: str, clean: str | None, amplitude: float | None, sampling: Sampli
     _write(output, record, sampling, 0.03)
     if clean is not None:
         strandspring.synthesize("ni", amplitude, sampling=replace(sampling, noise=0.0)).save(Path(clean), "mm")
-        result(f"Without noise: {clean}")
+        click.echo(f"Without noise: {clean}")
 
 
 def _write(output: str, record: Record, sampling: Sampling, usual: float) -> None:
@@ -217,4 +213,4 @@ def _write(output: str, record: Record, sampling: Sampling, usual: float) -> Non
     if noise > 0.0:
         note(f"Noise level {noise:g}, seed {sampling.seed}")
     record.save(output, "mm")
-    result(f"Record: {output} ({len(record)} samples)")
+    click.echo(f"Record: {output} ({len(record)} samples)")

@@ -16,7 +16,7 @@ from ..ground.options import Option
 from ..vibration.one_mass.options import Curve, Levels, Mount
 from ..vibration.options import Part, Run, StudyRun
 from . import options as opt
-from .output import is_asked, note, present, refuse_overwriting, reporting, result
+from .output import is_asked, note, present, refuse_overwriting, reporting
 
 _FACTORS = Option(
     "numbers", "Of a model: factor on all forces of the spring (FE and kappa_omega)", least=1e-6, most=1e6,
@@ -41,7 +41,6 @@ _report_option: opt.Decorator = opt.written(
 @opt.written("OUT.csv", "Write all figures to this file.", "Curves", method="save_csv")
 @opt.plot_option("Plot the curves of all models")
 @_report_option
-@opt.output_options
 def isolate(
     models: tuple[str, ...], report: str | None, verify: bool, candidates: tuple[str, ...], **options: Any
 ) -> None:
@@ -90,7 +89,6 @@ def isolate(
            help="Write the motion over time of each candidate in each case to a CSV file in this folder; such a file "
            "may have tens of megabytes.")  # fmt: skip
 @opt.written("OUT.csv", "Write all figures to this file.", "Figures", method="save_csv")
-@opt.output_options
 def simulate(system: str, report: str | None, histories: str | None, part: Part, run: Run, workers: int | None) -> None:
     """Simulate bodies on mounts under shock and vibration.
 
@@ -119,7 +117,7 @@ def simulate(system: str, report: str | None, histories: str | None, part: Part,
     refuse_overwriting(file.files)
     if histories is not None:
         refuse_unwritable(Path(histories), is_folder=True)
-    is_json = is_asked("as_json")
+    is_json = is_asked("json")
     with_courses = is_json or report is not None or histories is not None
     with reporting() as progress:
         simulation = strandspring.simulate(
@@ -128,7 +126,7 @@ def simulate(system: str, report: str | None, histories: str | None, part: Part,
     courses = () if histories is None else simulation.save_histories(histories)
     present(simulation, {"file": system, "histories": [str(path) for path in courses]})
     if histories is not None and not is_json:
-        result(f"Histories: {len(courses)} files in {histories}")
+        click.echo(f"Histories: {len(courses)} files in {histories}")
 
 
 def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str, ...]) -> dict[str, str] | None:
@@ -157,7 +155,6 @@ def _varied(_context: click.Context, _option: click.Parameter, given: tuple[str,
 @opt.takes_options(part=Part, placing=Workers(None))
 @opt.written("RESULTS.csv", "Write one line for each run to this file.", "Results", is_required=True, read=str)
 @opt.plot_option("Of a SYSTEM.toml: plot acceleration against stroke, with verdicts")
-@opt.output_options
 def study(
     model: str, output: str, plot: str | None, stiffness: tuple[float, ...] | None, placing: Workers, **options: Any
 ) -> None:

@@ -1,26 +1,33 @@
-"""Records from what Python users have: arrays, tables, files, records."""
+"""Records from what Python users have (arrays, tables, files, records), and what they show beside a model."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from ...core.parameters import SpringParameters
 from ...errors import RecordError
-from ...findings import Outcome
+from ...findings import Finding, Outcome
 from ...ground.files import bundled_file
+from ...ground.quoting import printable
+from ...identification.refusals import Strokes, backwards, clipped_samples
+from ...kernel.arrays import FloatArray
+from ...loops.cycles import measured_loops
 from ...loops.reading import Reading, entries
+from ...model.modelfile import ModelFile
+from ...model.stated_cautions import stated_amplitudes, stated_effects
 from ...records.channels import Channel, ChannelTable
 from ...records.columns import Column, choose_unit
 from ...records.formats.named_arrays import seconds
 from ...records.reading import record_of_tables
-from ...records.record import FloatArray, Record
+from ...records.record import Record
 from ...records.tables import FileTables
 from ...records.units import Quantity
 
@@ -29,55 +36,59 @@ if TYPE_CHECKING:
 
 _ARRAYS = "Arrays are given as displacement and force, in this order, and time if there is one."
 _BUNDLED = Path("records") / "rubber_stretch.csv"
+_MOMENTS = {"m": "timedelta64[ns]", "M": "datetime64[ns]"}  # by the kind of a data type
 
 Source: TypeAlias = "Record | str | os.PathLike[str] | pd.DataFrame"
-_QUANTITIES: tuple[Quantity, ...] = ("displacement", "force", "time")
 _SI: Mapping[Quantity, str] = {"displacement": "m", "force": "N", "time": "s"}
 _MOST_METRES = 0.5  # of a displacement whose unit is assumed: beyond, it is in mm more often than in m
+_ROUNDING = 1e-9  # share of the identified range by which rounding may take a sample beyond its ends
+_ALIKE = 0.15  # logarithm of the ratio of two amplitudes up to which they are alike
+_FEW = 0.05  # share of cycles that hardly counts
 
 
-def record_of_arrays(
-    displacement: ArrayLike,
-    force: ArrayLike,
-    time: ArrayLike | None = None,
-    reading: Reading | None = None,
-) -> Record:
-    """A record of arrays in given units.
+def given_records(
+    data: Any, force: Any = None, time: Any = None, displacement: Any = None, reading: Reading | None = None
+) -> list[Record]:
+    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
 
     Parameters
     ----------
-    displacement, force : array_like, shape (K,)
-    time : array_like, shape (K,), or None
-    reading : Reading or None   Units, if None those in the name of a Series, such as "x [mm]", else m, N and s, for
-                                displacements within +-0.5 m; the array to negate; and what is used.
+    data : Source, sequence of Source, or array_like   The displacement if it is an array.
+    force, time : array_like or column                 As `data` is.
+    displacement : array_like or column                Stands for `data` if that is None.
+    reading : Reading or None                          How the others are read, and what is used of each. Arrays are in
+                                                       its units, else in those in the names of Series, such as
+                                                       "x [mm]", else in m, N and s for displacements within +-0.5 m.
 
     Raises
     ------
-    RecordError                 If the arrays do not make a record, a unit is unknown, the indexes of Series differ, or
-                                a displacement without a unit is beyond 0.5 m.
-
-    Examples
-    --------
-    >>> in_mm = Reading(displacement_unit="mm")
-    >>> record_of_arrays([0.0, 5.0, 0.0], [0.0, 1.2, -0.3], reading=in_mm).displacement.tolist()
-    [0.0, 0.005, 0.0]
+    RecordError   If one of them is not a record, a unit is unknown, or the indexes of Series differ.
+    TypeError     If arrays and columns are mixed, or something is said about arrays that is of files only.
     """
     reading = reading or Reading()
-    taken = {"reverse", *(f"{name}_unit" for name in _QUANTITIES)}
-    if others := [name for name in reading.reading if name not in taken]:
-        raise TypeError(f"`{others[0]}` says how a file or a table is read, and arrays are given.")
-    series = {"displacement": displacement, "force": force, "time": time}
+    if data is None:
+        data, displacement = displacement, None
+    if not _is_array(data):
+        columns = {"displacement": displacement, "force": force, "time": time}
+        return as_records(data, replace(reading, **{name: at for name, at in columns.items() if at is not None}))
+    if displacement is not None or force is None:
+        raise TypeError(_ARRAYS)
+    if others := reading.reading.keys() - {"reverse", *(f"{name}_unit" for name in _SI)}:
+        raise TypeError(f"`{min(others)}` says how a file or a table is read, and arrays are given.")
+    series: dict[Quantity, Any] = {"displacement": data, "force": force}
+    if time is not None:
+        series["time"] = time
     _refuse_other_index(series)
-    record = Record(displacement, force, time)  # type: ignore[arg-type]  # which makes arrays of them
+    record = Record(data, force, time)  # which makes arrays of them
     values: dict[str, Any] = {}
     findings = []
-    for number, name in enumerate(_QUANTITIES if time is not None else _QUANTITIES[:2], start=1):
-        label = getattr(series[name], "name", None)
+    for number, (name, given) in enumerate(series.items(), start=1):
+        label = getattr(given, "name", None)
         column = Column.from_header(number, label if isinstance(label, str) else "", None)
         _, factor, origin = choose_unit(column, name, getattr(reading, f"{name}_unit"), record.path, _SI)
         values[name] = (-factor if name == reading.reverse else factor) * getattr(record, name)
         findings.append(origin)
-    return reading.part_of(_within_metres(Record(**values, path=record.path, findings=tuple(findings))))
+    return [reading.part_of(_within_metres(Record(**values, path=record.path, findings=tuple(findings))))]
 
 
 def _within_metres(record: Record) -> Record:
@@ -92,7 +103,7 @@ def _within_metres(record: Record) -> Record:
     return record
 
 
-def _refuse_other_index(arrays: Mapping[str, Any]) -> None:
+def _refuse_other_index(arrays: Mapping[Any, Any]) -> None:
     """Refuse pandas Series with other indexes: pandas would pair them by these, a record pairs them by their order."""
     series = [(name, values) for name, values in arrays.items() if hasattr(getattr(values, "index", None), "equals")]
     for (first, first_series), (name, other) in pairwise(series):
@@ -103,85 +114,14 @@ def _refuse_other_index(arrays: Mapping[str, Any]) -> None:
             )
 
 
-def given_records(
-    data: Any, force: Any = None, time: Any = None, displacement: Any = None, reading: Reading | None = None
-) -> list[Record]:
-    """Records of what `identify` and others are given: arrays, or sources with the columns to read.
-
-    Parameters
-    ----------
-    data : Source, sequence of Source, or array_like   The displacement if it is an array.
-    force, time : array_like or column                 As `data` is.
-    displacement : array_like or column                Stands for `data` if that is None.
-    reading : Reading or None                          How the others are read, and what is used of each.
-
-    Raises
-    ------
-    RecordError   If one of them is not a record.
-    TypeError     If arrays and columns are mixed, or something is said about arrays that is of files only.
-    """
-    reading = reading or Reading()
-    if data is None:
-        data, displacement = displacement, None
-    if is_array(data):
-        if displacement is not None or force is None:
-            raise TypeError(_ARRAYS)
-        return [record_of_arrays(data, force, time, reading)]
-    columns = {"displacement": displacement, "force": force, "time": time}
-    return as_records(data, replace(reading, **{name: at for name, at in columns.items() if at is not None}))
-
-
 def records_of(data: Sequence[Any], reading: Reading) -> list[Record]:
-    """Records of the arguments of a function that takes any number of sources, or arrays; none of no arguments.
-
-    Parameters
-    ----------
-    data : sequence     Sources, one sequence of sources, or arrays of displacement, force and perhaps time.
-    reading : Reading   As for `given_records`.
-    """
-    if not data:
-        return []
-    if is_array(data[0]):
+    """Records of the arguments of a function that takes any number of sources, one sequence of them, or arrays."""
+    if data and _is_array(data[0]):
         if len(data) > 3:
             raise TypeError(_ARRAYS)
         moved, forces, times = (*data, None, None)[:3]
-        return given_records(moved, forces, times, None, reading)
-    return given_records(data[0] if len(data) == 1 else list(data), reading=reading)
-
-
-def _record_of_frame(frame: pd.DataFrame, reading: Reading) -> Record:
-    """A record of a table in memory; m, N and s where no unit is given or in a name."""
-    import pandas as pd
-
-    channels: list[Channel] = []
-    others: list[str] = []
-    for k, (name, dtype) in enumerate(zip(frame.columns, frame.dtypes, strict=True)):
-        if dtype.kind in "mM":
-            moments = frame.iloc[:, k].to_numpy(dtype=f"{'timedelta' if dtype.kind == 'm' else 'datetime'}64[ns]")
-            channels.append(_channel(str(name), seconds(moments), "s"))
-        elif pd.api.types.is_numeric_dtype(dtype) and dtype.kind in "fiu":
-            with np.errstate(over="ignore"):  # infinity is refused where it is read
-                channels.append(_channel(str(name), np.asarray(frame.iloc[:, k], dtype=np.float64), None))
-        else:
-            others.append(f"{name!r} ({dtype})")
-    if len(channels) < 2 and others:
-        raise RecordError(
-            f"<DataFrame>: must hold at least two columns of numbers, but {', '.join(others)} hold none; convert them "
-            "with `pandas.to_numeric`."
-        )
-    record = record_of_tables(
-        FileTables("<DataFrame>", [ChannelTable(channels, "<DataFrame>")]),
-        {name: getattr(reading, name) for name in _QUANTITIES},
-        {name: getattr(reading, f"{name}_unit") for name in _QUANTITIES},
-        reading.adjustments,
-        reading.reverse,
-        _SI,
-    )
-    return _within_metres(record)
-
-
-def _channel(name: str, values: FloatArray, unit: str | None) -> Channel:
-    return Channel("", name, unit, values.size, lambda: (values, None))
+        return given_records(moved, forces, times, reading=reading)
+    return as_records(data[0] if len(data) == 1 else list(data), reading)
 
 
 def as_records(sources: Any, reading: Reading | None = None) -> list[Record]:
@@ -198,28 +138,49 @@ def as_records(sources: Any, reading: Reading | None = None) -> list[Record]:
             f"Records must be a path, a Record, a DataFrame or a list of these, got {type(sources).__name__}; give "
             "arrays as displacement and force."
         )
-    return [
-        record for source in ([sources] if is_one else sources) for record in _records(source, reading or Reading())
-    ]
+    reading, records = reading or Reading(), list[Record]()
+    for source in [sources] if is_one else sources:
+        if isinstance(source, str | os.PathLike):
+            records += [of_file.read(path) for path, of_file in entries([source], reading)]
+        elif hasattr(source, "columns"):
+            records.append(reading.part_of(_record_of_frame(source, reading)))
+        elif not isinstance(source, Record):
+            raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
+        elif given := next(iter(reading.reading), None):
+            raise TypeError(f"`{given}` says how a file or a table is read, and {source.path} is a record already.")
+        else:
+            records.append(reading.part_of(source))
+    return records
 
 
-def _records(source: Any, reading: Reading) -> list[Record]:
-    if isinstance(source, Record):
-        if given := reading.reading:
-            name = next(iter(given))
-            raise TypeError(f"`{name}` says how a file or a table is read, and {source.path} is a record already.")
-        return [reading.part_of(source)]
-    if hasattr(source, "columns"):
-        return [reading.part_of(_record_of_frame(source, reading))]
-    if isinstance(source, str | os.PathLike):
-        return [of_file.read(path) for path, of_file in entries([source], reading)]
-    raise TypeError(f"A record must be a path, a Record or a DataFrame, got {type(source).__name__}.")
+def _record_of_frame(frame: pd.DataFrame, reading: Reading) -> Record:
+    """A record of a table in memory; m, N and s where no unit is given or in a name."""
+    channels, others = list[Channel](), list[str]()
+    for name, (_, column) in zip(map(str, frame.columns), frame.items(), strict=True):
+        if column.dtype.kind not in "fiumM":
+            others.append(f"{name!r} ({column.dtype})")
+            continue
+        moment = _MOMENTS.get(column.dtype.kind)
+        with np.errstate(over="ignore"):  # infinity is refused where it is read
+            values = seconds(column.to_numpy(dtype=moment)) if moment else np.asarray(column, dtype=np.float64)
+        channels.append(Channel("", name, "s" if moment else None, values.size, partial(_untimed, values)))
+    if len(channels) < 2 and others:
+        raise RecordError(
+            f"<DataFrame>: must hold at least two columns of numbers, but {', '.join(others)} hold none; convert them "
+            "with `pandas.to_numeric`."
+        )
+    tables = FileTables("<DataFrame>", [ChannelTable(channels, "<DataFrame>")])
+    asked = {name: getattr(reading, name) for name in _SI}
+    units = {name: getattr(reading, f"{name}_unit") for name in _SI}
+    return _within_metres(record_of_tables(tables, asked, units, reading.adjustments, reading.reverse, _SI))
 
 
-def is_array(values: Any) -> bool:
+def _untimed(values: FloatArray) -> tuple[FloatArray, None]:
+    return values, None
+
+
+def _is_array(values: Any) -> bool:
     """Whether values are numbers in one array, rather than a record or several."""
-    if isinstance(values, np.ndarray):
-        return True
     if isinstance(values, Sequence) and not isinstance(values, str):
         return len(values) > 0 and all(isinstance(value, int | float | np.number) for value in values)
     return hasattr(values, "__array__") and not hasattr(values, "columns")
@@ -240,3 +201,46 @@ def bundled_record(models: Path | None = None) -> Path:
         if path.is_file():
             return path
     raise RecordError(f"{_BUNDLED}: the bundled record is missing; install strandspring again.")
+
+
+def of_records(records: Iterable[Record]) -> Iterator[Finding]:
+    """Records whose loops run backwards, as if the sign of a column were wrong, and clipped forces."""
+    for record in records:
+        if (kind := backwards(Strokes(record))) is not None:
+            yield Finding(kind, {}, record.path)
+        if clipped := int(np.count_nonzero(clipped_samples(record.force))):
+            yield Finding(Outcome.CLIPPED_BESIDE, {"count": clipped, "samples": len(record)}, record.path)
+
+
+def unrecorded(source: str, model: ModelFile, record: Record) -> Iterator[Finding]:
+    """Loops of a record, or all of it without a full cycle, of no amplitude that the model was identified from."""
+    known = np.array(sorted(stated_amplitudes(model)))
+    loops = [(loop.figures.amplitude, loop.cycles) for loop in measured_loops([record])]
+    amplitudes, cycles = np.array(loops or [(0.5 * float(np.ptp(record.displacement)), 1)]).T
+    if not known.size or not amplitudes.all():
+        return
+    alike = np.abs(np.log(amplitudes[:, None] / known)).min(axis=1) <= _ALIKE
+    if cycles[~alike].sum() > _FEW * cycles.sum():
+        ends = (float(amplitudes[~alike].min()), float(amplitudes[~alike].max()))
+        numbers = {"model": source, "known": tuple(known.tolist()), "recorded": (ends,)}
+        yield Finding(Outcome.OTHER_AMPLITUDES, numbers, record.path)
+
+
+def outside(source: str, displacement: FloatArray, p: SpringParameters) -> Iterator[Finding]:
+    """Displacements [m] outside the identified range."""
+    slack = _ROUNDING * (p.displacement_max - p.displacement_min)
+    share = np.mean((displacement < p.displacement_min - slack) | (displacement > p.displacement_max + slack))
+    if share > 0.0:
+        numbers = {"share": float(share), "range": ((p.displacement_min, p.displacement_max),)}
+        yield Finding(Outcome.OUTSIDE_RANGE, numbers, source)
+
+
+def effects_of(model: ModelFile) -> str:
+    """The effects of the rig that were removed from a model's records, in words; empty if none was."""
+    return printable(", ".join(stated_effects(model)).replace("_", " "))
+
+
+def removed_effects(source: str, model: ModelFile) -> Iterator[Finding]:
+    """Effects of the rig that records beside a model may hold, which were removed from its own."""
+    if effects := effects_of(model):
+        yield Finding(Outcome.RIG_REMOVED, {"effects": effects}, source)

@@ -1,8 +1,9 @@
-"""What functions take as a model, and what it says."""
+"""What functions take as a model, what it says, and how those that take long report their progress."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
@@ -26,6 +27,12 @@ class HoldsModel(Protocol):
 
 
 ModelSource: TypeAlias = HoldsModel | ModelFile | str | os.PathLike[str]
+# Is called with what is being done, the number of parts done, and how many there are.
+Progress: TypeAlias = Callable[[str, float, int], None]
+
+
+def unseen(_task: str, _done: float, _total: int) -> None:
+    """Progress that nobody watches."""
 
 
 def model_of(source: ModelSource) -> ModelFile:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _REPR_LINES = 6
-_TITLES = {"Caution": CAUTIONS, "Note": NOTES}
 
 
 class Result:
@@ -54,27 +53,27 @@ class Result:
 
     def brief(self, width: int | None = None) -> list[str]:
         """What everybody has to know of it, as the command line prints it without --verbose."""
-        return _lines(self.parts(brief=True), width, brief=True) or self.text_lines(width)
+        return self.text_lines(width, brief=True) or self.text_lines(width)
 
-    def text_lines(self, width: int | None = None) -> list[str]:
+    def text_lines(self, width: int | None = None, brief: bool = False) -> list[str]:
         """The result in words, without cautions and notes; tables of at most a width."""
-        return _lines(self.parts(brief=False), width, brief=False)
+        parts = self.parts(brief)
+        return [line for part in parts for line in (part.lines(width, brief) if isinstance(part, Table) else [part])]
 
     def summary(self) -> str:
         """The result in words, with cautions and notes on it and on how its records were read."""
-        found = [finding for record in getattr(self, "records", ()) for finding in record.found]
-        remarks = dict.fromkeys((*self.said(Reader.PYTHON), *said(found, Reader.PYTHON)))
+        of_records = [finding for record in getattr(self, "records", ()) for finding in record.found]
+        remarks: dict[str, None] = {}
+        for sentences in (self.sentences, lambda of, reader: gathered(of_severity(of_records, of), reader)):
+            for title, of in {"Caution": CAUTIONS, "Note": NOTES}.items():
+                remarks |= dict.fromkeys(f"{title}: {text}" for text in sentences(of, Reader.PYTHON))
         return "\n".join([*self.text_lines(), *remarks])
 
     def as_json(self) -> dict[str, Any]:
         """The result as an object for JSON, in SI units."""
-        content: dict[str, Any] = in_json({**self.content(), **self.findings_json})
+        stated = {key: self.sentences(severities, Reader.FILE) for key, severities in self._stated.items()}
+        content: dict[str, Any] = in_json({**self.content(), **stated})
         return content
-
-    @property
-    def findings_json(self) -> dict[str, tuple[str, ...]]:
-        """The findings as they are in JSON."""
-        return {key: self.sentences(severities, Reader.FILE) for key, severities in self._stated.items()}
 
     @property
     def table(self) -> Table:
@@ -107,10 +106,6 @@ class Result:
     def sentences(self, severities: Collection[Severity], reader: Reader, brief: bool = False) -> tuple[str, ...]:
         """Findings of some severities in words for a reader, without details if they are to be brief."""
         return tuple(gathered(of_severity(self.all_findings, severities), reader, brief))
-
-    def said(self, reader: Reader, brief: bool = False) -> list[str]:
-        """Cautions and notes in words for a reader, each with what it is."""
-        return [f"{title}: {text}" for title, of in _TITLES.items() for text in self.sentences(of, reader, brief)]
 
     def __repr__(self) -> str:
         lines = self.summary().splitlines()
@@ -165,13 +160,6 @@ class PlottedResult(Result):
         save_figure(Path(path), figure)
 
 
-def said(findings: Iterable[Finding], reader: Reader, brief: bool = False) -> list[str]:
-    """Cautions and notes in words for a reader, each with what it is."""
-    found = tuple(findings)
-    titles = _TITLES.items()
-    return [f"{title}: {text}" for title, of in titles for text in gathered(of_severity(found, of), reader, brief)]
-
-
 def in_json(value: Any) -> Any:
     """What JSON can hold of a value: fields of dataclasses, rows of tables, items of arrays, values of members, text of
     paths, and null for NaN and infinity.
@@ -200,30 +188,11 @@ def in_json(value: Any) -> Any:
 
 
 def records(key: str, names: Iterable[str], **columns: Iterable[Any]) -> list[dict[str, Any]]:
-    """What JSON holds of things by their names, with an item of each column for each thing.
-
-    Examples
-    --------
-    >>> records("body", ["box", "lid"], mass=[2.0, 0.5])
-    [{'body': 'box', 'mass': 2.0}, {'body': 'lid', 'mass': 0.5}]
-    """
+    """What JSON holds of things by their names, with an item of each column for each thing."""
     rows = zip(names, *columns.values(), strict=True)
     return [dict(zip((key, *columns), row, strict=True)) for row in rows]
 
 
 def picked(of: Any, *names: str) -> dict[str, Any]:
-    """Attributes of an object by their names.
-
-    Examples
-    --------
-    >>> picked(1.0 + 2.0j, "real", "imag")
-    {'real': 1.0, 'imag': 2.0}
-    """
+    """Attributes of an object by their names."""
     return {name: getattr(of, name) for name in names}
-
-
-def _lines(parts: Iterable[str | Table], width: int | None, brief: bool) -> list[str]:
-    lines: list[str] = []
-    for part in parts:
-        lines += part.lines(width, brief) if isinstance(part, Table) else [part]
-    return lines

@@ -84,7 +84,7 @@ class Table:
         StrandspringError   If the file cannot be written.
         """
         headings = [column.file_heading for column in self._in_files]
-        write_csv(Path(path), headings, ([value(row, c.key) for c in self._in_files] for row in self.rows))
+        write_csv(Path(path), headings, (list(row.values()) for row in self.as_json()))
 
 
 def table_lines(

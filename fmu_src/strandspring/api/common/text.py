@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import PurePath
@@ -68,7 +69,7 @@ def verdict_json(finding: RateIndependence | Overlap | None) -> dict[str, Any] |
     return {**asdict(finding), "verdict": finding.verdict.name.lower(), "sentence": finding.sentence}
 
 
-def names_of_paths(paths: Sequence[str]) -> dict[str, str]:
+def _names_of_paths(paths: Sequence[str]) -> dict[str, str]:
     """File names of paths; the path itself where several files have one name."""
     name_of = {path: PurePath(path).name for path in paths}
     names = list(name_of.values())
@@ -77,66 +78,60 @@ def names_of_paths(paths: Sequence[str]) -> dict[str, str]:
 
 def fit_table(overall: Figures, fits: Sequence[RecordFit], fitted: Sequence[RecordFit] = ()) -> Table:
     """How well the spring alone follows each record, and all if there are several; the fit where it differs."""
-    names = names_of_paths([fit.path for fit in fits])
-    rows: list[dict[str, Any]] = []
+    names = _names_of_paths([fit.path for fit in fits])
+    rows = []
     for fit, other in zip(fits, fitted or fits, strict=True):
-        of_fit = _fit_figures(other.figures) if differ(fit.figures, other.figures) else {}
         row = {"record": names[fit.path], **_fit_figures(fit.figures), "samples": fit.samples, "compared": fit.compared}
-        rows.append({**row, **{f"fitted_{name}": value for name, value in of_fit.items()}})
+        rows.append(row | (_fit_figures(other.figures, "fitted_") if differ(fit.figures, other.figures) else {}))
     if len(fits) > 1:
         rows.append({"record": "all records", **_fit_figures(overall)})
     return Table(_FITS, rows, details=("samples", "compared"))
 
 
-def _fit_figures(figures: Figures) -> dict[str, Any]:
-    return {"rmse": figures.get("rmse"), "rnl": figures.get("rnl"), "energy": energy_ratio(figures)}
+def _fit_figures(figures: Figures, of: str = "") -> dict[str, Any]:
+    known = {"rmse": figures.get("rmse"), "rnl": figures.get("rnl"), "energy": energy_ratio(figures)}
+    return {f"{of}{name}": value for name, value in known.items()}
 
 
 def parameter_table(
     p: SpringParameters, uncertainty: Mapping[str, Any], brief: bool = False, in_files: bool = False
 ) -> Table:
     """The parameters with what is known of them, in text without an FE as a table; if brief without FE and FA."""
-    rows = [_parameter_row(column, p, uncertainty) for column in HYSTERETIC_PARAMETERS]
+    rows = []
+    for column in HYSTERETIC_PARAMETERS:
+        known = (uncertainty.get("interval_95") or {}).get(column.key)
+        rows.append(_row(column.key, column.unit, getattr(p, column.key), uncertainty.get(column.key), known))
+        low, high = bounds_95(column.key, uncertainty) or (math.inf, math.inf)
+        if low is None or high is None:
+            rows[-1]["interval"] = f"> {low:.2g}" if low else f"< {high:.2g}" if high else "not bounded"
     further = uncertainty.get("further") or {}
     for column in further_columns(p):
-        known = further.get(column.key) or {}
-        low, high = known.get("interval_95") or (None, None)
-        rows.append(_row(column.key, column.unit, _further(p, column.key), known.get("standard_error"), low, high))
-    if not brief:
-        rows += _coefficients(p, uncertainty, in_files)
-    return Table(_PARAMETERS, rows)
+        part, name = part_with(p, column.key)
+        of = further.get(column.key) or {}
+        rows.append(_row(column.key, column.unit, getattr(part, name), of.get("standard_error"), of.get("interval_95")))
+    return Table(_PARAMETERS, rows if brief else [*rows, *_coefficients(p, uncertainty, in_files)])
 
 
-def _parameter_row(column: ResultColumn, p: SpringParameters, uncertainty: Mapping[str, Any]) -> dict[str, Any]:
-    name, ends = column.key, bounds_95(column.key, uncertainty)
-    interval = (uncertainty.get("interval_95") or {}).get(name, (None, None))
-    row = _row(name, column.unit, getattr(p, name), uncertainty.get(name), *interval)
-    if ends is not None and None in ends:
-        low, high = ends
-        side = f"< {high:.2g}" if low is None and high is not None else f"> {low:.2g}" if low is not None else ""
-        row["interval"] = side or "not bounded"
-    return row
+def part_with(p: SpringParameters, key: str) -> tuple[Any, str]:
+    """The part of a spring that a column of `further_columns` is about, and the parameter's name there."""
+    owner, _, name = key.rpartition(".")
+    parts = {"": p, "second": p.second, **{f"branches[{j}]": branch for j, branch in enumerate(p.branches)}}
+    return parts[owner], name
 
 
 def _row(
-    name: str, unit: str, value: float, error: float | None, low: float | None = None, high: float | None = None
+    name: str, unit: str, value: float, error: float | None, ends: Sequence[float] | None = None
 ) -> dict[str, Any]:
+    low, high = ends or (None, None)
     interval = None if low is None or high is None else (low, high)
-    values = (name, unit, value, error, low, high, interval)
-    return dict(zip((column.key for column in _PARAMETERS), values, strict=True))
-
-
-def _further(p: SpringParameters, key: str) -> float:
-    owner, _, name = key.partition(".")
-    part: Any = p.second if owner == "second" else p.branches[int(owner.removeprefix("branches[").removesuffix("]"))]
-    return float(getattr(part, name))
+    cells = (name, unit, value, error, low, high, interval)
+    return dict(zip((column.key for column in _PARAMETERS), cells, strict=True))
 
 
 def _coefficients(p: SpringParameters, uncertainty: Mapping[str, Any], has_knots: bool) -> Iterator[dict[str, Any]]:
     """Rows of the coefficients of FE and FA, and of the knots of an FE if they are asked for."""
-    numbers = p.as_dict()
     for name, unit in (("FE_knots", "m"), ("FE_forces", "N"), ("kE", "N/m^{}"), ("kA", "1/m^{}")):
-        given = () if name.startswith("FE") and not has_knots else numbers.get(name) or ()
+        given = () if name.startswith("FE") and not has_knots else getattr(p, name)
         errors = uncertainty.get(name) or [None] * len(given)
         for k, (value, error) in enumerate(zip(given, errors, strict=False)):
             yield _row(f"{name}[{k}]", unit.format(k), value, error)
@@ -154,26 +149,30 @@ def shape_of(p: SpringParameters) -> str:
     return f"FE {elastic}, FA of degree {len(p.kA) - 1}, about {middle:.6g} mm; valid from {low:.6g} to {high:.6g} mm"
 
 
-def loop_table(
-    measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), title: str = "", in_files: bool = False
-) -> Table:
+def loop_table(measured: Sequence[MeasuredLoop], modelled: Sequence[Loop] = (), in_files: bool = False) -> Table:
     """Loops of a model and of records, these with their scatter from cycle to cycle and the model's beside.
 
     In files every path is whole, and there is no scatter.
     """
-    names = names_of_paths([loop.path for loop in measured])
+    names = _names_of_paths([loop.path for loop in measured])
     rows: list[dict[str, Any]] = [{"source": "model", **values(LOOP_FIGURES, loop.figures)} for loop in modelled]
     for loop in measured:
         source = loop.path if in_files else names[loop.path]
-        counts = {"cycles": loop.cycles, "frequency": loop.frequency}
-        rows.append({"source": source, **values(LOOP_FIGURES, loop.figures), **counts})
+        rows.append(
+            {"source": source, **values(LOOP_FIGURES, loop.figures), "cycles": loop.cycles, "frequency": loop.frequency}
+        )
         if loop.spread is not None and not in_files:
             scatter = {name: float(f"{value:.2g}") for name, value in asdict(loop.spread).items()}
             rows.append({"source": "  +- by cycle", **scatter})
         if loop.predicted is not None:
-            model = "model" if in_files else "  model"
-            rows.append({"source": model, **values(LOOP_FIGURES, loop.predicted), "from": loop.path})
-    return Table(LOOPS, rows, title, details=_OF_SOME_LOOPS)
+            rows.append(
+                {
+                    "source": "model" if in_files else "  model",
+                    **values(LOOP_FIGURES, loop.predicted),
+                    "from": loop.path,
+                }
+            )
+    return Table(LOOPS, rows, details=_OF_SOME_LOOPS)
 
 
 def bounds_95(name: str, uncertainty: Mapping[str, Any]) -> tuple[float | None, float | None] | None:

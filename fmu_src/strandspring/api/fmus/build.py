@@ -26,8 +26,7 @@ from ...model.coordinates import checked_zero, zero_sentence
 from ...model.modelfile import ModelFile, is_model_path, load_model
 from ...model.names import check_name
 from ...model.stated_figures import NAMES
-from ..common.model_source import ModelSource, built_with, describes_system, path_of
-from ..common.progress import Progress, unseen
+from ..common.model_source import ModelSource, Progress, built_with, describes_system, path_of, unseen
 from ..common.result import Result, picked
 from ..common.table import Table
 from .in_place import BuildOptions, BuiltFmu, FmuJob, Kind, build_in_place

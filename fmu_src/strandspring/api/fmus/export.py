@@ -19,8 +19,7 @@ from ...ground.files import reason_of, refuse_unwritable, write_text
 from ...ground.scratch import TemporaryFolder
 from ...model.coordinates import placed, zero_sentence
 from ...model.modelfile import ModelFile
-from ..common.model_source import ModelSource, model_of, origin_of
-from ..common.progress import Progress, unseen
+from ..common.model_source import ModelSource, Progress, model_of, origin_of, unseen
 from ..common.result import Result
 
 

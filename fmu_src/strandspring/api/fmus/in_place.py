@@ -12,7 +12,7 @@ from ...fmu.native.platforms import PLATFORMS, PYTHON_PLATFORMS, Platform, chose
 from ...ground.files import existing_folder, reason_of, refuse_unwritable
 from ...ground.options import changed, check, described, option
 from ...ground.scratch import TemporaryFolder
-from ..common.progress import Progress, unseen
+from ..common.model_source import Progress, unseen
 
 if TYPE_CHECKING:
     from ...fmu.checks.check import CheckReport

@@ -23,7 +23,7 @@ from ...vibration.bodies.mounted import MountedSystem
 from ...vibration.bodies.rest import rest
 from ...vibration.bodies.small_motion import SmallMotion
 from ...vibration.description.system_file import SystemFile, load_system_file
-from ..common.progress import Progress, unseen
+from ..common.model_source import Progress, unseen
 from ..common.result import Result
 from ..common.table import Table
 from ..common.text import counted

@@ -32,8 +32,17 @@ from ...vibration.one_mass.curve_points import ResponsePoint
 from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.response import FrequencyResponse, Resonance, frequency_response
 from ...vibration.one_mass.system import IsolatedMass, StaticEquilibrium, free_travel, static_equilibrium
-from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
-from ..common.progress import Progress, unseen
+from ..common.model_source import (
+    OF_MODELS,
+    OF_SYSTEMS,
+    ModelSource,
+    Progress,
+    is_system,
+    model_of,
+    origin_of,
+    path_of,
+    unseen,
+)
 from ..common.result import picked
 from ..common.table import Table
 from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses

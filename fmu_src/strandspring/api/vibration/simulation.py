@@ -37,7 +37,7 @@ from ...vibration.verdicts.courses import Courses
 from ...vibration.verdicts.drawn_springs import Drawn
 from ...vibration.verdicts.draws import Unknowns
 from ...vibration.verdicts.verdicts import CaseVerdict, Figure, FigureKind
-from ..common.progress import Progress, unseen
+from ..common.model_source import Progress, unseen
 from ..common.result import PlottedResult, picked, records
 from ..common.table import Table
 from ..common.text import counted

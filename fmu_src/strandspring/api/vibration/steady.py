@@ -17,7 +17,7 @@ from ...findings import Finding
 from ...ground.one_thread import one_thread
 from ...ground.result_columns import ResultColumn
 from ...vibration.one_mass.options import DEFAULT_SHARES
-from ..common.progress import Progress
+from ..common.model_source import Progress
 from ..common.result import PlottedResult, picked
 from ..common.table import Table
 

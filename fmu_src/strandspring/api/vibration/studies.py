@@ -29,8 +29,17 @@ from ...model.stated_cautions import cautions_in_use
 from ...vibration.one_mass.options import Curve, Excitation, Levels, Mount
 from ...vibration.one_mass.system import IsolatedMass, free_travel, static_equilibrium
 from ...vibration.options import Part, Run, StudyRun
-from ..common.model_source import OF_MODELS, OF_SYSTEMS, ModelSource, is_system, model_of, origin_of, path_of
-from ..common.progress import Progress, unseen
+from ..common.model_source import (
+    OF_MODELS,
+    OF_SYSTEMS,
+    ModelSource,
+    Progress,
+    is_system,
+    model_of,
+    origin_of,
+    path_of,
+    unseen,
+)
 from ..common.result import PlottedResult, picked
 from ..common.table import Table
 

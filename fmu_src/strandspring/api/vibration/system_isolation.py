@@ -29,7 +29,7 @@ from ...vibration.one_mass.band import DEFAULT_BAND
 from ...vibration.one_mass.options import Curve, Excitation, Levels
 from ...vibration.verdicts.answers import shared
 from ...vibration.verdicts.cautions import catalogue_cautions
-from ..common.progress import Progress, unseen
+from ..common.model_source import Progress, unseen
 from ..common.result import picked, records
 from ..common.table import Table
 from .steady import BAND, LEVELS, AnyIsolation, default_levels, with_responses
