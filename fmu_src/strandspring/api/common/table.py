@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _GAP = "  "  # before each column
-_LEAST = 16  # to which text is folded beside other columns
+_LEAST = 10  # to which text is folded beside other columns
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ def table_lines(
     left : collection of str     Headings of the columns to align to the left.
     width : int or None          Fold headings and the widest text of a wider table; if that does not do, the table into
                                  several, one below the other, each with the first column of `left`, or the first of
-                                 all, which says what the rows are.
+                                 all, which says what the rows are, with their numbers where it says that twice.
 
     Examples
     --------
@@ -125,7 +125,10 @@ def table_lines(
             folded[widest] = [_wrapped(text, spare) for (text,) in columns[widest]]
             return _lines(folded, is_left)
     label = texts[0] if texts else 0
-    title = [_wrapped(text, max(1, width // 3)) for (text,) in columns[label]]
+    heading, *names = (text for (text,) in columns[label])
+    if len({*names}) < len(names):
+        names = [f"{k} {name}" for k, name in enumerate(names, 1)]
+    title = [_wrapped(text, max(1, width // 3)) for text in (heading, *names)]
     bands: list[list[int]] = []
     for k in (k for k in range(len(columns)) if k != label):
         if not bands or _width_of([title, *(folded[j] for j in (*bands[-1], k))]) > width:

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 _CANDIDATE = ResultColumn("candidate", "", "candidate", "candidate")
 _EXCITATION = ResultColumn("excitation", "", "excitation", "excitation")
 _PHASE = ResultColumn("phase", "deg", "phase")
+_ROUNDING = 1e-6  # of a point's largest gain, up to which that of another direction is rounding and has no phase
 _ACCELERATION = ResultColumn("acceleration", "m/s^2", "acceleration")
 _SWAY = ResultColumn("sway", "m", "sway", "sway", "mm", 1e3)
 _REST = (
@@ -313,8 +314,10 @@ def _shaking(
 
 def _series(response: SystemResponse) -> dict[ResultColumn, NDArray[Any]]:
     """Figures of each point over the curve, shape (P, F, 3), or (P, F) without a direction."""
-    phase = np.degrees(np.angle(response.gain))
-    figures = {response.gain_column: np.abs(response.gain), _PHASE: phase, _ACCELERATION: response.acceleration}
+    gain = np.abs(response.gain)
+    has_phase = gain > _ROUNDING * gain.max(axis=2, keepdims=True)
+    phase = np.where(has_phase, np.degrees(np.angle(response.gain)), np.nan)
+    figures = {response.gain_column: gain, _PHASE: phase, _ACCELERATION: response.acceleration}
     return {column: values.swapaxes(0, 1) for column, values in (figures | {_SWAY: response.sway}).items()}
 
 
