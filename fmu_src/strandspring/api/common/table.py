@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -108,27 +109,27 @@ def table_lines(
     >>> table_lines(["spring", "mass kg", "sag mm"], [["mount", "4", "12"]], left=["spring"], width=14)
     ['  spri  mass', '  ng      kg', '  moun     4', '  t', '', '  spri  sag', '  ng     mm', '  moun   12', '  t']
     """
-    columns = [[[text] for text in column] for column in zip(headings, *rows, strict=True)]
+    columns = [list(column) for column in zip(headings, *rows, strict=True)]
     is_left = [heading in left for heading in headings]
     if width is None or _width_of(columns) <= width:
         return _lines(columns, is_left)
     # Headings are folded to the width of the cells, or of their longest word.
     folded = [
-        [_wrapped(heading, max(_width_of([[heading.split()]]), _width_of([cells])) - len(_GAP)), *cells]
-        for ((heading,), *cells) in columns
+        [_wrapped(heading, max(_width_of([heading.split()]), _width_of([cells])) - len(_GAP)), *cells]
+        for heading, *cells in columns
     ]
     texts = [k for k, at_left in enumerate(is_left) if at_left]
     if texts:
         widest = max(texts, key=lambda k: _width_of([columns[k]]))
         spare = width - _width_of([column for k, column in enumerate(folded) if k != widest]) - len(_GAP)
         if spare >= min(_width_of([columns[widest]]) - len(_GAP), _LEAST):
-            folded[widest] = [_wrapped(text, spare) for (text,) in columns[widest]]
+            folded[widest] = [_wrapped(text, spare) for text in columns[widest]]
             return _lines(folded, is_left)
     label = texts[0] if texts else 0
-    heading, *names = (text for (text,) in columns[label])
+    heading, *names = columns[label]
     if len({*names}) < len(names):
         names = [f"{k} {name}" for k, name in enumerate(names, 1)]
-    title = [_wrapped(text, max(1, width // 3)) for text in (heading, *names)]
+    title = [_wrapped(text, width // 3) for text in (heading, *names)]
     bands: list[list[int]] = []
     for k in (k for k in range(len(columns)) if k != label):
         if not bands or _width_of([title, *(folded[j] for j in (*bands[-1], k))]) > width:
@@ -138,32 +139,28 @@ def table_lines(
     return [line for table in tables for line in ("", *table)][1:]
 
 
-def _width_of(columns: Iterable[Sequence[Sequence[str]]]) -> int:
-    """Of columns beside each other, each after a gap; a column is the lines of its heading and of its cells."""
-    return sum(len(_GAP) + max((_width(line) for cell in column for line in cell), default=0) for column in columns)
+def _width_of(columns: Iterable[Sequence[str]]) -> int:
+    """Of columns beside each other, each after a gap; a column is its heading and its cells, with line ends."""
+    return sum(len(_GAP) + max((_width(line) for cell in of for line in cell.split("\n")), default=0) for of in columns)
 
 
-def _lines(columns: Sequence[Sequence[Sequence[str]]], is_left: Sequence[bool]) -> list[str]:
+def _lines(columns: Sequence[Sequence[str]], is_left: Sequence[bool]) -> list[str]:
     """The lines of a table, whose headings stand at the bottom and whose cells at the top of their row."""
-    deepest = max(len(heading) for heading, *_ in columns)
-    widths = [_width_of([column]) for column in columns]
+    deepest = max(heading.count("\n") for heading, *_ in columns)
+    deep = (["\n" * (deepest - heading.count("\n")) + heading, *cells] for heading, *cells in columns)
+    widths = [_width_of([column]) - len(_GAP) for column in columns]
     lines = []
-    for row in zip(
-        *([[""] * (deepest - len(heading)) + [*heading], *cells] for heading, *cells in columns), strict=True
-    ):
-        for number in range(max(map(len, row))):
-            texts = [cell[number] if number < len(cell) else "" for cell in row]
-            padded = [
-                _GAP + text + space if at_left else space + _GAP + text
-                for text, width, at_left in zip(texts, widths, is_left, strict=True)
-                for space in [" " * (width - len(_GAP) - _width(text))]
-            ]
+    for row in zip(*deep, strict=True):
+        for texts in zip_longest(*(cell.split("\n") for cell in row), fillvalue=""):
+            spaces = [" " * (width - _width(text)) for width, text in zip(widths, texts, strict=True)]
+            cells = zip(texts, spaces, is_left, strict=True)
+            padded = (_GAP + (text + space if at_left else space + text) for text, space, at_left in cells)
             lines.append("".join(padded).rstrip())
     return lines
 
 
-def _wrapped(text: str, width: int) -> list[str]:
-    return wrap(text, max(1, width)) or [""]
+def _wrapped(text: str, width: int) -> str:
+    return "\n".join(wrap(text, max(1, width)))
 
 
 def _width(text: str) -> int:
