@@ -110,6 +110,10 @@ def identify(
     of_campaign = campaign_verdicts(identification.records) if len(identification.records) > 1 else (None, None)
     rate, overlap = map(verdict_json, of_campaign)
     out.present(identification, {"name": model.name, "rate_independence": rate, "overlap": overlap}, _FINDINGS)
+    if out.is_asked("verbose") and not out.is_asked("json"):
+        for found in of_campaign:
+            if found is not None:
+                click.echo(found.sentence)
 
 
 def identified(records: tuple[str, ...], reading: Reading, fitting: Fitting) -> strandspring.Identification:
